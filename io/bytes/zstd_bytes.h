@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "stages/volume/status.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

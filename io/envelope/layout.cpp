@@ -8,8 +8,8 @@
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
+#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
-#include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/samples/stored_bits.h"
 

@@ -4,8 +4,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "io/errors/errors.h"
 #include "io/files/bzip2_bytes.h"
-#include "io/files/errors.h"
 #include "io/files/gzip_bytes.h"
 
 namespace tagrid {

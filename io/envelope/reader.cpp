@@ -7,7 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/envelope/envelope.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

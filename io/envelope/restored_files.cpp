@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "io/bytes/checksum.h"
+#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
-#include "io/files/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/samples/file_checksum.h"

@@ -7,7 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

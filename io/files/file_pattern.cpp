@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

@@ -6,7 +6,7 @@
 #include <new>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

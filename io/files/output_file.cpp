@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"
-#include "io/files/errors.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 

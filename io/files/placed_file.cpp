@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

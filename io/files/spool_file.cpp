@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {

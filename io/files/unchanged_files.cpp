@@ -1,6 +1,6 @@
 #include "io/files/unchanged_files.h"
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/files/errors.h"
-#include "io/files/natural_order.h"
+#include "io/errors/errors.h"
+#include "io/text/natural_order.h"
 
 namespace tagrid {
 

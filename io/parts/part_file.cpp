@@ -7,7 +7,7 @@
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

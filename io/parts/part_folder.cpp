@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"

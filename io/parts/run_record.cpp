@@ -10,7 +10,7 @@
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/errors.h"
-#include "stages/volume/status.h"
+#include "io/errors/errors.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/spool_file.h"
 #include "io/files/system_call.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

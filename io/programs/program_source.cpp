@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 #include "io/samples/placed.h"
 

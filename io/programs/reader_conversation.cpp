@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/programs/answers.h"
 #include "io/programs/places.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 namespace {

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/files/error_kinds.h"
-#include "io/files/errors.h"
+#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/programs/places.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/confine.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/programs/reader_conversation.h"
 #include "io/programs/serve.h"
 #include "io/volume/slice_run.h"

@@ -7,11 +7,11 @@
 #include <stdexcept>
 
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/programs/serve.h"
 #include "io/programs/served_mesh.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/programs/answers.h"
 
 namespace tagrid {

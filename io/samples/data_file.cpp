@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "io/files/text.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/errors/errors.h"
 #include "io/files/compressed_bytes.h"
-#include "io/files/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/volume/volume_source.h"
 

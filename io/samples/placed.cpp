@@ -8,8 +8,8 @@
 #include <span>
 
 #include "io/bytes/little_endian.h"
+#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
-#include "io/files/errors.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "io/volume/slice_run.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

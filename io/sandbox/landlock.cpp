@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstdint>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -11,7 +11,7 @@
 #include <memory>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -12,8 +12,8 @@
 
 #include "io/files/byte_sink.h"
 #include "io/tag/index.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/status.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

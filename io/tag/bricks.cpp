@@ -5,7 +5,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/tag/broken_tag.h"
 #include "io/tag/file.h"

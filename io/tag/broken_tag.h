@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/header.h"
 
 namespace tagrid {

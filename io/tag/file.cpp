@@ -9,7 +9,7 @@
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/bytes/zstd_bytes.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/broken_tag.h"
 #include "stages/grid/lattice.h"
 

@@ -10,9 +10,9 @@
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/bytes/zstd_bytes.h"
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
+#include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
-#include "stages/volume/bound.h"
 
 namespace tagrid {
 namespace {

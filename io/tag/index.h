@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/statistics.h"
-#include "stages/volume/status.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/statistics.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

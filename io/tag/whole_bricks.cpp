@@ -6,7 +6,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/broken_tag.h"
 
 namespace tagrid {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "io/files/text.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {

@@ -1,7 +1,7 @@
 #include "io/volume/one_of_several.h"
 
-#include "io/files/errors.h"
-#include "io/files/text.h"
+#include "io/errors/errors.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 

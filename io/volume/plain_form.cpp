@@ -1,6 +1,6 @@
 #include "io/volume/plain_form.h"
 
-#include "io/files/text.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "stages/grid/box.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -1,6 +1,6 @@
 #include "pipeline/decode/block.h"
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

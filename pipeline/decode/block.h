@@ -6,7 +6,7 @@
 
 #include "io/tag/blocks.h"
 #include "stages/brick/decode.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "pipeline/memory/of_writer.h"
 

@@ -6,7 +6,7 @@
 
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/memory/of_writer.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/formats.h"
+#include "io/formats/table/formats.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "pipeline/decode/values.h"
-#include "pipeline/memory/finished.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 #include "stages/grid/brick_run.h"
 
 namespace tagrid {

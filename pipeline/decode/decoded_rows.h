@@ -11,7 +11,7 @@
 
 #include "pipeline/grid/slices.h"
 #include "stages/grid/brick_rows.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -12,7 +12,7 @@
 #include "stages/brick/decode.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

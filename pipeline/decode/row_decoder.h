@@ -7,9 +7,9 @@
 #include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/decode/values.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/memory/until_it_fails.h"
+#include "pipeline/progress/progress.h"
+#include "pipeline/threads/until_it_fails.h"
 #include "stages/grid/brick_rows.h"
 
 namespace tagrid {

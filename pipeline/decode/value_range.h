@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "io/tag/index.h"
-#include "stages/volume/numbers.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/numbers.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -8,10 +8,10 @@
 #include <limits>
 #include <optional>
 
-#include "io/files/errors.h"
-#include "io/nrrd/doubts.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/doubts.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 
 namespace tagrid {
 namespace {

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <string>
 
-#include "io/files/errors.h"
-#include "io/formats/formats.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/formats.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/domain.h"
-#include "stages/volume/value_rule.h"
+#include "stages/sample/value_rule.h"
 
 namespace tagrid {
 

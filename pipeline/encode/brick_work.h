@@ -9,7 +9,7 @@
 #include "pipeline/grid/work.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -11,9 +11,9 @@
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
-#include "pipeline/memory/finished.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

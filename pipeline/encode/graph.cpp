@@ -11,7 +11,7 @@
 #include "pipeline/threads/run_graph.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
-#include "stages/marks/tile.h"
+#include "stages/criterion/tile.h"
 
 namespace tagrid {
 namespace {

@@ -10,7 +10,7 @@
 #include "pipeline/memory/resources.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/brick_rows.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/encode/row_encoder.h"
 
 namespace tagrid {

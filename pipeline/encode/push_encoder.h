@@ -14,9 +14,9 @@
 #include "io/volume/volume_info.h"
 #include "pipeline/grid/slices.h"
 #include "pipeline/job/settle.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
-#include "stages/volume/samples.h"
+#include "pipeline/progress/progress.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

@@ -8,11 +8,11 @@
 #include "io/tag/blocks.h"
 #include "pipeline/grid/slices.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/progress.h"
-#include "pipeline/memory/until_it_fails.h"
+#include "pipeline/progress/progress.h"
+#include "pipeline/threads/until_it_fails.h"
 #include "stages/grid/box.h"
 #include "stages/grid/brick_rows.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/job/input_slices.h"
 
 namespace tagrid {

@@ -13,8 +13,8 @@
 #include <tuple>
 #include <utility>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "io/samples/spooled.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
@@ -25,9 +25,9 @@
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
+#include "stages/criterion/subdivide.h"
+#include "stages/criterion/tile.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/subdivide.h"
-#include "stages/marks/tile.h"
 
 namespace tagrid {
 namespace {

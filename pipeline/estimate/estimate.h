@@ -7,8 +7,8 @@
 
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

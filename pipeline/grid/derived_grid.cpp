@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/marks/tile.h"
+#include "stages/criterion/tile.h"
 
 namespace tagrid {
 

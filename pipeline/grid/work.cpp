@@ -3,8 +3,8 @@
 #include <memory>
 #include <utility>
 
-#include "stages/marks/subdivide.h"
-#include "stages/marks/tile.h"
+#include "stages/criterion/subdivide.h"
+#include "stages/criterion/tile.h"
 
 namespace tagrid {
 

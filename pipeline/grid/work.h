@@ -3,8 +3,8 @@
 
 #include "pipeline/grid/schedule.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/samples.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"

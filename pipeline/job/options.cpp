@@ -5,9 +5,9 @@
 #include <bit>
 #include <cmath>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
+#include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
-#include "stages/volume/bound.h"
 
 namespace tagrid {
 namespace {

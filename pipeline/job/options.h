@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "io/files/errors.h"
-#include "stages/volume/coding_parameters.h"
+#include "io/errors/errors.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

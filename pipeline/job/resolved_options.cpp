@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/tag/header.h"
 #include "stages/grid/lattice.h"
 

@@ -7,7 +7,7 @@
 
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

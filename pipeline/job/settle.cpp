@@ -1,6 +1,6 @@
 #include "pipeline/job/settle.h"
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/job/bound_of_rule.h"
 #include "pipeline/job/source_survey.h"
 

@@ -9,7 +9,7 @@
 #include "io/volume/volume_source.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/progress.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/job/input_slices.h"
 #include "pipeline/job/options.h"
 #include "stages/survey/survey.h"

@@ -8,8 +8,8 @@
 
 #include "io/volume/volume_source.h"
 #include "pipeline/grid/slices.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/samples.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

@@ -5,9 +5,9 @@
 #include <cstring>
 
 #include "pipeline/library/failures.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/region/read_region.h"
+#include "pipeline/progress/progress.h"
+#include "pipeline/reading/read_region.h"
 #include "stages/grid/box.h"
 #include "tagrid/tagrid.h"
 

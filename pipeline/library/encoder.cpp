@@ -2,8 +2,8 @@
 #include <cmath>
 #include <memory>
 
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/library/volume.h"

@@ -4,8 +4,8 @@
 #include <exception>
 #include <utility>
 
-#include "io/files/error_kinds.h"
-#include "io/files/errors.h"
+#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 #include "pipeline/memory/of_bricks.h"
 
 namespace tagrid::library {

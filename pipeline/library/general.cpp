@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "pipeline/job/options.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 #include "tagrid/tagrid.h"
 
 using namespace tagrid;

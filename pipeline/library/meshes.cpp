@@ -5,12 +5,12 @@
 #include <span>
 #include <vector>
 
-#include "io/mesh/mesh_sink.h"
-#include "io/surface/surface_sink.h"
+#include "io/meshes/mesh_sink.h"
+#include "io/meshes/surface_sink.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/library/open_reader.h"
-#include "pipeline/mesh/mesh_bricks.h"
-#include "pipeline/surface/surface_bricks.h"
+#include "pipeline/meshes/mesh_bricks.h"
+#include "pipeline/meshes/surface_bricks.h"
 #include "stages/grid/lattice.h"
 
 using namespace tagrid;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/library/open_reader.h"
 #include "pipeline/library/volume.h"

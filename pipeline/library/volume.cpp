@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
 #include "stages/grid/lattice.h"
-#include "stages/volume/statistics.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid::library {
 namespace {

@@ -6,9 +6,9 @@
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
+#include "stages/criterion/subdivide.h"
+#include "stages/criterion/tile.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/marks/subdivide.h"
-#include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"
 
 namespace tagrid {

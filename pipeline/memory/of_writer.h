@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {

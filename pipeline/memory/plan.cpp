@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/within.h"

@@ -9,10 +9,10 @@
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/placed_file.h"
 #include "io/files/system_call.h"
-#include "io/formats/open_volume.h"
+#include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/spooled.h"
 #include "io/volume/rows_of_slices.h"

@@ -12,8 +12,8 @@
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 #include "pipeline/ranks/ranks.h"
 #include "stages/grid/brick_rows.h"
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "io/bytes/checksum.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"

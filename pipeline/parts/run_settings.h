@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/volume/volume_info.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "io/bytes/memory_size.h"
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "io/formats/formats.h"
-#include "pipeline/memory/finished.h"
-#include "pipeline/memory/progress.h"
+#include "io/formats/table/formats.h"
+#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "io/bytes/byte_fields.h"
-#include "stages/volume/statistics.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 

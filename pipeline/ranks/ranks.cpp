@@ -8,8 +8,8 @@
 #include <string>
 #include <thread>
 
-#include "io/files/error_kinds.h"
-#include "io/files/errors.h"
+#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"

@@ -13,9 +13,9 @@
 #include "io/envelope/restored_files.h"
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"
-#include "pipeline/memory/finished.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

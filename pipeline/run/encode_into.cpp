@@ -3,12 +3,12 @@
 #include <utility>
 
 #include "io/envelope/memory.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
-#include "io/formats/open_volume.h"
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/spooled.h"
 #include "pipeline/memory/plan.h"

@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/unchanged_files.h"
-#include "io/formats/open_volume.h"
+#include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/decode_output.h"
@@ -16,7 +16,7 @@
 #include "pipeline/parts/parts_store.h"
 #include "pipeline/parts/verify_parts.h"
 #include "pipeline/parts/work_orders.h"
-#include "pipeline/region/decode_region.h"
+#include "pipeline/reading/decode_region.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/encode_into.h"
 #include "pipeline/verify/verifier.h"

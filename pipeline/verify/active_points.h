@@ -5,8 +5,8 @@
 
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/mesh/mesh_error.h"
 

@@ -6,7 +6,7 @@
 
 #include "pipeline/decode/decoded_rows.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/statistics.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 

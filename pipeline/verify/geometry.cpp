@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
-#include "io/files/text.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/spaces.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/spaces.h"
+#include "io/text/text.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {

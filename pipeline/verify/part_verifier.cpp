@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
 
 namespace tagrid {

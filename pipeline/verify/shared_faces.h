@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pipeline/decode/graph.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

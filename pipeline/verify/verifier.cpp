@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/decode/value_range.h"
 #include "pipeline/grid/derived_grid.h"

@@ -14,7 +14,7 @@
 #include "pipeline/verify/comparison.h"
 #include "pipeline/verify/shared_faces.h"
 #include "pipeline/verify/verify.h"
-#include "stages/volume/statistics.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 

@@ -8,8 +8,8 @@
 
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
-#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 #include "pipeline/verify/geometry.h"
 
 namespace tagrid {

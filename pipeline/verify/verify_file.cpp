@@ -1,6 +1,6 @@
 // Verifies against an original: the only part of verification that reads other formats of volumes.
 #include "io/envelope/memory.h"
-#include "io/formats/open_volume.h"
+#include "io/formats/table/open_volume.h"
 #include "io/samples/spooled.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"

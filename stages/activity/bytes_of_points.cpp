@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "stages/volume/instruction_sets.h"
+#include "stages/sample/instruction_sets.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {

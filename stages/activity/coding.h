@@ -11,7 +11,7 @@
 
 #include "stages/activity/forecast.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/status.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

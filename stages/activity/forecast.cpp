@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <vector>
 
-#include "stages/marks/curvature.h"
-#include "stages/marks/heights.h"
-#include "stages/marks/marking.h"
-#include "stages/marks/subdivide.h"
-#include "stages/volume/sample_type.h"
-#include "stages/volume/samples.h"
+#include "stages/criterion/curvature.h"
+#include "stages/criterion/heights.h"
+#include "stages/criterion/marking.h"
+#include "stages/criterion/subdivide.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 namespace {

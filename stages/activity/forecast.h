@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

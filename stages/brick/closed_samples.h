@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "stages/grid/brick_rows.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 

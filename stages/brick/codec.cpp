@@ -6,14 +6,14 @@
 
 #include "stages/activity/coding.h"
 #include "stages/activity/forecast.h"
+#include "stages/bound/bounds.h"
 #include "stages/brick/sample_statistics.h"
-#include "stages/points/coding.h"
-#include "stages/points/field.h"
-#include "stages/points/interpolation.h"
-#include "stages/points/wide_coding.h"
-#include "stages/volume/bound.h"
-#include "stages/voxels/codec.h"
-#include "stages/wide/codec.h"
+#include "stages/values/points/coding.h"
+#include "stages/values/points/field.h"
+#include "stages/values/points/interpolation.h"
+#include "stages/values/points/wide_coding.h"
+#include "stages/values/voxels/codec.h"
+#include "stages/values/wide/codec.h"
 
 namespace tagrid {
 namespace {

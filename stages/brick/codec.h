@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/samples.h"
-#include "stages/volume/statistics.h"
-#include "stages/volume/status.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/samples.h"
+#include "stages/sample/statistics.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

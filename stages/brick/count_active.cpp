@@ -3,7 +3,7 @@
 
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"
-#include "stages/volume/vector_code.h"
+#include "stages/sample/vector_code.h"
 
 namespace tagrid {
 

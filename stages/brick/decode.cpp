@@ -4,7 +4,7 @@
 #include <cassert>
 
 #include "stages/brick/codec.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/status.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/status.h"
 
 namespace tagrid {
 

@@ -8,9 +8,9 @@
 #include <span>
 #include <type_traits>
 
-#include "stages/volume/numbers.h"
-#include "stages/volume/statistics.h"
-#include "stages/volume/vector_code.h"
+#include "stages/sample/numbers.h"
+#include "stages/sample/statistics.h"
+#include "stages/sample/vector_code.h"
 
 namespace tagrid {
 

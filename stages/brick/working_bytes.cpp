@@ -5,11 +5,11 @@
 #include "stages/activity/forecast.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
-#include "stages/points/coding.h"
-#include "stages/points/field.h"
-#include "stages/points/wide_coding.h"
-#include "stages/voxels/codec.h"
-#include "stages/wide/codec.h"
+#include "stages/values/points/coding.h"
+#include "stages/values/points/field.h"
+#include "stages/values/points/wide_coding.h"
+#include "stages/values/voxels/codec.h"
+#include "stages/values/wide/codec.h"
 
 namespace tagrid {
 namespace {

@@ -4,9 +4,9 @@
 #include <cassert>
 
 #include "stages/coarsen/leaf_test.h"
+#include "stages/criterion/subdivide.h"
 #include "stages/grid/diamond.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/subdivide.h"
 
 namespace tagrid {
 namespace {

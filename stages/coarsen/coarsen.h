@@ -18,7 +18,7 @@
 #include <span>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -1,7 +1,7 @@
 // Tests whether the linear interpolation in a tetrahedron is near enough to all samples in it.
 //
 // The barycentric weights of lattice points in a tetrahedron whose base edge has the midpoint p are multiples
-// of 1/2u, where u is the unit of p (see stages/marks/diamond_samples.h). So 2u times the interpolation is a
+// of 1/2u, where u is the unit of p (see stages/criterion/diamond_samples.h). So 2u times the interpolation is a
 // whole number for integers, and is compared with 2u times the sample.
 #pragma once
 
@@ -19,8 +19,8 @@
 #include "stages/grid/tetrahedron.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/lattice_points.h"
-#include "stages/volume/numbers.h"
-#include "stages/volume/samples.h"
+#include "stages/sample/numbers.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

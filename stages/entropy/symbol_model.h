@@ -1,6 +1,6 @@
 // Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing,
 // searching and learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive
-// models for rANS of small alphabets); stages/wavefront does them.
+// models for rANS of small alphabets); stages/values/wavefront does them.
 #pragma once
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include "stages/mesh/cut.h"
 #include "stages/mesh/lattice_points.h"
 #include "stages/mesh/tetrahedra.h"
-#include "stages/points/field.h"
+#include "stages/values/points/field.h"
 
 namespace tagrid {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
-#include "stages/volume/sample_type.h"
-#include "stages/volume/samples.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

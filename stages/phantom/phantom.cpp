@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "stages/phantom/anatomy.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 namespace {

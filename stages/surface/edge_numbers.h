@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
+#include "stages/sample/vector_code.h"
 #include "stages/surface/brick_point.h"
-#include "stages/volume/vector_code.h"
 
 namespace tagrid {
 

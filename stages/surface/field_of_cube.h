@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/points/field.h"
+#include "stages/values/points/field.h"
 
 namespace tagrid {
 

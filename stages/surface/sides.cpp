@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "stages/volume/sample_type.h"
-#include "stages/volume/vector_code.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/vector_code.h"
 
 namespace tagrid {
 namespace survey {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "stages/volume/samples.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 

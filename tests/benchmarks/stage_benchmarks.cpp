@@ -15,10 +15,10 @@
 #include "stages/activity/coding.h"
 #include "stages/brick/codec.h"
 #include "stages/phantom/phantom.h"
-#include "stages/points/coding.h"
-#include "stages/points/interpolation.h"
-#include "stages/prediction/weights.h"
-#include "stages/voxels/codec.h"
+#include "stages/values/points/coding.h"
+#include "stages/values/points/interpolation.h"
+#include "stages/values/prediction/weights.h"
+#include "stages/values/voxels/codec.h"
 #include "tests/support/encode_volume.h"
 
 namespace tagrid {

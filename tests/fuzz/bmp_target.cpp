@@ -1,8 +1,8 @@
 // A BMP file.
 #include <vector>
 
-#include "io/bmp/image.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
+#include "io/formats/bmp/image.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 

@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/whole_bricks.h"
 #include "pipeline/decode/graph.h"

@@ -1,6 +1,6 @@
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/header.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/header.h"
 #include "io/tag/header.h"
 #include "tests/fuzz/targets.h"
 

@@ -2,9 +2,9 @@
 // bytes after its last line are then given as that file.
 #include <algorithm>
 
-#include "io/files/errors.h"
-#include "io/metaimage/header.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/metaimage/header.h"
+#include "io/formats/nrrd/geometry.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

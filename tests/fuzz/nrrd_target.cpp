@@ -2,8 +2,8 @@
 // once or several times: the bytes after its blank line are then given as that file.
 #include <algorithm>
 
-#include "io/files/errors.h"
-#include "io/nrrd/header.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/header.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

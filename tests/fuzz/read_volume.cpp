@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {

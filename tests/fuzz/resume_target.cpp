@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
 #include "tests/fuzz/memory_files.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "io/parts/part_file.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 
 namespace tagrid::fuzz {
 

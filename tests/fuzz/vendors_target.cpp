@@ -1,7 +1,7 @@
 // A description of a scanner's program, or a volume of one: VGStudio, Nikon, Scanco. The samples that the first two describe
 // are 48 bytes in a file beside them.
-#include "io/vendors/sections.h"
-#include "io/vendors/vendors.h"
+#include "io/formats/vendors/sections.h"
+#include "io/formats/vendors/vendors.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

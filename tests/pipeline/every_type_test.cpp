@@ -4,7 +4,7 @@
 #include <cstring>
 #include <iostream>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"
 #include "tests/support/sample_types.h"

@@ -14,7 +14,7 @@ def pvpython(unpacked):
         return installed, ""
     if not shutil.which("apt-get"):
         return None, "there is no pvpython, and no apt-get to download it"
-    done = subprocess.run([ROOT / "tools/unpack_paraview.sh", unpacked], text=True, capture_output=True)
+    done = subprocess.run([ROOT / "tools/research/unpack_paraview.sh", unpacked], text=True, capture_output=True)
     if done.returncode != 0:
         said = (done.stderr.strip() or "no message").splitlines()[-1]
         return None, "there is no pvpython, and its packages cannot be downloaded: " + said

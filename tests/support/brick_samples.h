@@ -7,7 +7,7 @@
 
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 #include "tests/support/oracle.h"
 
 namespace tagrid {

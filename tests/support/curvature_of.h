@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "stages/marks/curvature.h"
+#include "stages/criterion/curvature.h"
 #include "tests/support/oracle.h"
 
 namespace tagrid {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "stages/criterion/curvature.h"
+#include "stages/criterion/marking.h"
+#include "stages/criterion/subdivide.h"
 #include "stages/grid/domain.h"
-#include "stages/marks/curvature.h"
-#include "stages/marks/marking.h"
-#include "stages/marks/subdivide.h"
 #include "tests/support/oracle.h"
 
 namespace tagrid {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "stages/phantom/phantom.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 #include "tests/support/mesh_laws.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"

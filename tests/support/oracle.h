@@ -15,7 +15,7 @@
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/samples.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid::oracle {
 

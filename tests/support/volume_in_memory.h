@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/formats.h"
-#include "io/formats/open_volume.h"
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/formats.h"
+#include "io/formats/table/open_volume.h"
 #include "io/volume/volume_info.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 

@@ -7,14 +7,14 @@
 
 #include <cerrno>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "tools/archive/conversion.h"
+#include "tools/archive/find_volumes.h"
+#include "tools/archive/input_removal.h"
+#include "tools/archive/output_names.h"
 #include "tools/commands/commands.h"
-#include "tools/conversion/conversion.h"
-#include "tools/conversion/find_volumes.h"
-#include "tools/conversion/input_removal.h"
-#include "tools/conversion/output_names.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/run_report.h"

@@ -6,17 +6,17 @@
 #include <filesystem>
 #include <functional>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/files/unchanged_files.h"
-#include "io/formats/open_volume.h"
+#include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/run/run.h"
+#include "tools/archive/input_removal.h"
 #include "tools/commands/commands.h"
-#include "tools/conversion/input_removal.h"
 #include "tools/options/encoding_options.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/exit_codes.h"

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "io/files/errors.h"
-#include "io/files/printable.h"
+#include "io/errors/errors.h"
+#include "io/text/printable.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
 #include "tools/options/numbers.h"

@@ -1,6 +1,6 @@
 // tagrid formats: the formats of volumes that can be read and written.
 
-#include "io/formats/formats.h"
+#include "io/formats/table/formats.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "io/files/printable.h"
 #include "io/programs/find.h"
 #include "io/sandbox/sandbox.h"
+#include "io/text/printable.h"
 #include "tools/commands/commands.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line_error.h"
 #include "tools/options/shared_options.h"
@@ -20,7 +20,7 @@
 #ifdef TAGRID_MPI
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/mpi/mpi_ranks.h"
-#include "tools/conversion/conversion.h"
+#include "tools/archive/conversion.h"
 #endif
 
 namespace {

@@ -1,14 +1,14 @@
 // tagrid mesh: writes the tetrahedra of a .tag file.
 
-#include "pipeline/mesh/mesh.h"
+#include "pipeline/meshes/mesh.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "io/files/printable.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/text/printable.h"
 #include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"

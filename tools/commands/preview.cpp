@@ -1,6 +1,6 @@
 // tagrid preview: writes a picture of the volume in a .tag file.
 
-#include "pipeline/preview/read_preview.h"
+#include "pipeline/reading/read_preview.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/png/png_writer.h"
 #include "io/volume/lengths.h"
 #include "tools/commands/commands.h"

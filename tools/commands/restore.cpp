@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <functional>
 
+#include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"
-#include "io/files/errors.h"
-#include "io/files/printable.h"
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/text/printable.h"
 #include "pipeline/restore/restore.h"
+#include "tools/archive/removed_originals.h"
 #include "tools/commands/commands.h"
-#include "tools/conversion/removed_originals.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"

@@ -1,14 +1,14 @@
 // tagrid surface: writes the isosurface of a .tag file.
 
-#include "pipeline/surface/surface.h"
+#include "pipeline/meshes/surface.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"

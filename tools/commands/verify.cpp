@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/printable.h"
-#include "io/formats/open_volume.h"
+#include "io/formats/table/open_volume.h"
 #include "io/tag/whole_bricks.h"
+#include "io/text/printable.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/printable.h"
-#include "pipeline/encode/dims_order.h"
-#include "pipeline/encode/likelier_reading.h"
+#include "io/text/printable.h"
+#include "pipeline/raw/dims_order.h"
+#include "pipeline/raw/likelier_reading.h"
 #include "tools/options/encoding_rows.h"
 #include "tools/options/suggestion.h"
 

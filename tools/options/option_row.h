@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tools/options/shared_options.h"
 
 namespace tagrid {

@@ -8,8 +8,8 @@
 #include <charconv>
 #include <filesystem>
 
+#include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"
-#include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "tools/options/raw_rows.h"

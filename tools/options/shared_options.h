@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "io/files/errors.h"
-#include "io/formats/formats.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/formats.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"

@@ -7,12 +7,12 @@
 #include <optional>
 #include <string>
 
-#include "io/formats/formats.h"
+#include "io/formats/table/formats.h"
 #include "tools/options/shared_options.h"
 
 namespace tagrid {
 
-/// How a volume becomes a grid. See tools/writers/vdb/vdb_output.h for what is not given.
+/// How a volume becomes a grid. See tools/formats/vdb/writer/vdb_output.h for what is not given.
 struct VdbOptions {
   std::string grid;
   std::string type;  ///< "float" or "int32"

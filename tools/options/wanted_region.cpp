@@ -4,7 +4,7 @@
 
 #include <tuple>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tools/options/numbers.h"
 
 namespace tagrid {

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "io/files/printable.h"
-#include "io/nrrd/geometry.h"
-#include "io/nrrd/rescale.h"
-#include "io/nrrd/slice_positions.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/formats/nrrd/slice_positions.h"
+#include "io/text/printable.h"
 #include "io/volume/lengths.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"

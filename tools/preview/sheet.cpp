@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "io/files/printable.h"
+#include "io/text/printable.h"
 #include "stages/picture/image.h"
 #include "stages/picture/panel.h"
 #include "stages/picture/text.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/files/error_kinds.h"
+#include "io/errors/error_kinds.h"
 
 namespace tagrid {
 

@@ -4,8 +4,8 @@
 
 #include <exception>
 
-#include "io/files/error_kinds.h"
-#include "io/files/errors.h"
+#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 #include "tools/report/advice.h"
 #include "tools/report/exit_codes.h"
 

@@ -16,9 +16,9 @@
 #include <fstream>
 #include <string>
 
-#include "io/files/errors.h"
-#include "io/files/printable.h"
+#include "io/errors/errors.h"
 #include "io/files/temporaries.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 namespace {

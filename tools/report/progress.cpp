@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "io/files/printable.h"
+#include "io/text/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/files/error_kinds.h"
+#include "io/errors/error_kinds.h"
 
 namespace tagrid {
 namespace {

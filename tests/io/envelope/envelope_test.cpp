@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/samples/placed.h"
 #include "tests/support/temporary_folder.h"
 

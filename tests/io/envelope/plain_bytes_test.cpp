@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/gzipped.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <thread>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/files/temporaries.h"
 #include "tests/support/temporary_folder.h"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/png_reader.h"
 
 namespace tagrid {

@@ -14,7 +14,7 @@
 #include <memory>
 #include <thread>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

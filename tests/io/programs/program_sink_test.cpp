@@ -7,8 +7,8 @@
 
 #include <array>
 
-#include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <random>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 

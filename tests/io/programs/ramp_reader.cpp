@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/programs/serve_reader.h"
 
 namespace tagrid {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

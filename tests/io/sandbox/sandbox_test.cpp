@@ -12,7 +12,7 @@
 
 #include <array>
 
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/programs/program_source.h"
 #include "io/sandbox/landlock.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "io/nrrd/geometry.h"
+#include "io/formats/nrrd/geometry.h"
 
 namespace tagrid {
 namespace {

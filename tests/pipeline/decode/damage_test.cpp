@@ -3,7 +3,7 @@
 
 #include <iostream>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/frames.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"

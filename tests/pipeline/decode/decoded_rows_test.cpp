@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
 #include "tests/support/runs.h"

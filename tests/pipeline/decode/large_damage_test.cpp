@@ -8,7 +8,7 @@
 #include <cstring>
 #include <random>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
 #include "tests/support/frames.h"
 #include "tests/support/generous_budgets.h"

@@ -6,7 +6,7 @@
 
 #include "pipeline/encode/graph.h"
 #include "stages/activity/coding.h"
-#include "stages/marks/mesh_criterion.h"
+#include "stages/criterion/mesh_criterion.h"
 #include "tests/support/encode_volume.h"
 #include "tests/support/generous_budgets.h"
 

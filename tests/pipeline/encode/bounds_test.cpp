@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/header.h"
 #include "pipeline/job/options.h"
 

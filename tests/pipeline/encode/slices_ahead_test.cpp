@@ -7,7 +7,7 @@
 #include <cstring>
 #include <thread>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/of_bricks.h"

@@ -6,10 +6,10 @@
 #include <numeric>
 #include <random>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/mesh/mesh_bricks.h"
+#include "pipeline/meshes/mesh_bricks.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/verify/active_points.h"
 #include "pipeline/verify/part_verifier.h"

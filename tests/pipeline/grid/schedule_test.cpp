@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "stages/marks/subdivide.h"
+#include "stages/criterion/subdivide.h"
 
 namespace tagrid {
 namespace {

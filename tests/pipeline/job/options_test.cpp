@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"

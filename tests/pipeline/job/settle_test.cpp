@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "stages/grid/box.h"
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 #include "tagrid/tagrid.h"
 
 namespace tagrid {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "pipeline/memory/available_memory.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/temporary_folder.h"

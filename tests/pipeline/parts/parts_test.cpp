@@ -5,7 +5,7 @@
 #include <array>
 #include <filesystem>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/parts/part_file.h"
 #include "io/parts/part_folder.h"
 #include "io/parts/run_record.h"

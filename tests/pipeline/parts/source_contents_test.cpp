@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/fake_ranks.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"

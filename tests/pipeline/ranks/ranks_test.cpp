@@ -6,7 +6,7 @@
 #include <new>
 #include <set>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "tests/support/fake_ranks.h"
 
 namespace tagrid {

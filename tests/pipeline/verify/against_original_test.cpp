@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "pipeline/verify/verifier.h"
 #include "tests/support/rows_of_volume.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "io/files/errors.h"
+#include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/verify/part_verifier.h"

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <random>
 
-#include "io/files/errors.h"
-#include "io/formats/open_volume.h"
+#include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "io/files/errors.h"
-#include "io/formats/formats.h"
-#include "io/formats/open_volume.h"
-#include "io/nrrd/geometry.h"
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/formats.h"
+#include "io/formats/table/open_volume.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
 #include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "stages/grid/lattice.h"
-#include "stages/volume/instruction_sets.h"
+#include "stages/sample/instruction_sets.h"
 #include "tests/support/conforming_activity.h"
 
 namespace tagrid {

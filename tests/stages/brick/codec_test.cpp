@@ -7,7 +7,7 @@
 
 #include <map>
 
-#include "stages/points/coding.h"
+#include "stages/values/points/coding.h"
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "stages/criterion/mesh_criterion.h"
+#include "stages/criterion/subdivide.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/mesh_criterion.h"
-#include "stages/marks/subdivide.h"
 #include "tests/support/coarsest_grid.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/sanitized.h"

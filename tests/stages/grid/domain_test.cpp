@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "stages/volume/coding_parameters.h"
+#include "stages/sample/coding_parameters.h"
 #include "tests/support/conforming_activity.h"
 
 namespace tagrid {

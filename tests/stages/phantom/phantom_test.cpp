@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "stages/volume/sample_type.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice.h"
-#include "stages/points/field.h"
+#include "stages/values/points/field.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/surface_laws.h"
 

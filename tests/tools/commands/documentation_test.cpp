@@ -7,7 +7,7 @@
 #include <regex>
 #include <set>
 
-#include "io/formats/formats.h"
+#include "io/formats/table/formats.h"
 #include "tests/support/command_line.h"
 
 namespace tagrid {

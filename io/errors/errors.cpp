@@ -1,0 +1,88 @@
+#include "io/errors/errors.h"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+namespace tagrid {
+namespace {
+
+std::string_view advice(int error_number) {
+  switch (error_number) {
+    case ENOENT:
+    case ENOTDIR:
+      return "; check the name, and that its folder exists";
+    case EACCES:
+    case EPERM:
+      return "; check the permissions of the file and its folder";
+    case EROFS:
+      return "; choose another folder, or have this one made writable";
+    case ENOSPC:
+    case EDQUOT:
+      return "; free some space or choose another folder";
+    case EMFILE:
+    case ENFILE:
+      return "; raise the limit on open files (ulimit -n)";
+    case ENXIO:
+      return "; it is a socket, or a device that is not there; give a file or a pipe";
+    case EFBIG:
+      return "; raise the limit on the size of files (ulimit -f), or choose another file system";
+    case ENAMETOOLONG:
+      return "; choose a shorter name";
+    default:
+      return "";
+  }
+}
+
+constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
+
+std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
+
+Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
+  const std::string limit =
+      allowed < mebibyte ? fmt::format("{} B", allowed) : fmt::format("{} MiB", allowed / mebibyte);
+  return {"{} needs at least {} MiB of memory, but the limit is {}", {work, mebibytes(needed), limit}};
+}
+
+ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
+                      std::optional<std::uint64_t> needed_with_spool) {
+  ErrorDetail detail{Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed}};
+  // A setting is suggested only if it reduces the memory.
+  if (needed_with_spool && mebibytes(*needed_with_spool) < mebibytes(needed))
+    detail.numbers.push_back(*needed_with_spool);
+  return detail;
+}
+
+}  // namespace
+
+WorldError world_error(std::string_view what, std::string_view path, int error_number) {
+  return WorldError(fmt::format("{}: {}: {}{}", path, what, std::generic_category().message(error_number),
+                                advice(error_number)));
+}
+
+Term::Term(double value) : text(fmt::format("{}", value)) {}
+
+std::string text_of(const Sentence& sentence, std::string_view prefix) {
+  fmt::dynamic_format_arg_store<fmt::format_context> terms;
+  for (const Term& term : sentence.terms)
+    terms.push_back(prefix.empty() || term.setting.empty() ? term.text
+                                                           : fmt::format("{}{}", prefix, term.setting));
+  return fmt::vformat(sentence.text, terms);
+}
+
+MemoryLimit::MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
+                         std::optional<std::uint64_t> needed_with_spool)
+    : MemoryLimit(text_of(sentence_of(work, allowed, needed)),
+                  detail_of(work, allowed, needed, needed_with_spool)) {}
+
+MemoryLimit MemoryLimit::but_for(std::uint64_t bytes) const {
+  const auto less = [bytes](std::uint64_t number) { return number - std::min(number, bytes); };
+  std::optional<std::uint64_t> with_spool = needed_with_spool();
+  if (with_spool) with_spool = less(*with_spool);
+  return {detail().sentence.terms.at(0).text, less(detail().numbers.at(1)), less(needed()), with_spool};
+}
+
+}  // namespace tagrid

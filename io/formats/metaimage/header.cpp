@@ -1,0 +1,347 @@
+#include "io/formats/metaimage/header.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "io/errors/errors.h"
+#include "io/files/file_pattern.h"
+#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/text/foreign_numbers.h"
+#include "io/text/text.h"
+#include "io/text/text_changes.h"
+#include "io/volume/plain_form.h"
+
+namespace tagrid {
+namespace {
+
+/// Names in lower case, and values.
+using Fields = std::map<std::string, std::string_view>;
+
+/// Fields that are read here, or that say how samples are stored.
+constexpr std::array read_fields = {"objecttype",
+                                    "ndims",
+                                    "dimsize",
+                                    "elementtype",
+                                    "elementdatafile",
+                                    "binarydata",
+                                    "elementbyteordermsb",
+                                    "binarydatabyteordermsb",
+                                    "compresseddata",
+                                    "compresseddatasize",
+                                    "headersize",
+                                    "elementnumberofchannels",
+                                    "elementspacing",
+                                    "transformmatrix",
+                                    "offset",
+                                    "origin",
+                                    "position"};
+
+[[noreturn]] void refuse(std::string_view field, std::string_view value, std::string_view why) {
+  throw BrokenInput(fmt::format("MetaImage header: {} {}: {}", field, quoted(value), why));
+}
+
+struct Line {
+  std::string_view name, value;
+};
+
+std::optional<Line> parse_line(std::string_view line) {
+  const std::size_t sign = line.find_first_of("=:");
+  if (sign == line.npos) return std::nullopt;
+  return Line{trimmed(line.substr(0, sign)), trimmed(line.substr(sign + 1))};
+}
+
+std::string_view value_of(const Fields& fields, const char* name) {
+  const auto found = fields.find(name);
+  return found == fields.end() ? "" : found->second;
+}
+
+/// The value of the first of these fields that is there.
+std::string_view value_of_one(const Fields& fields, std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (const std::string_view value = value_of(fields, name); !value.empty()) return value;
+  return "";
+}
+
+std::int64_t integer_of(std::string_view field, std::string_view text) {
+  const auto number = whole_number_of(text);
+  if (!number) refuse(field, text, "must be a whole number");
+  return *number;
+}
+
+bool is_true(std::string_view field, std::string_view value) {
+  const std::string word = lower_case(value);
+  if (word.empty() || word == "false" || word == "0" || word == "f" || word == "no") return false;
+  if (word == "true" || word == "1" || word == "t" || word == "yes") return true;
+  refuse(field, value, "must be True or False");
+}
+
+/// MET_LONG has 4 bytes wherever MetaIO runs, and MET_LONG_LONG has 8.
+SampleType type_of(std::string_view value) {
+  static const std::map<std::string_view, SampleType> types = {
+      {"MET_UCHAR", SampleType::uint8},   {"MET_CHAR", SampleType::int8},
+      {"MET_USHORT", SampleType::uint16}, {"MET_SHORT", SampleType::int16},
+      {"MET_UINT", SampleType::uint32},   {"MET_INT", SampleType::int32},
+      {"MET_ULONG", SampleType::uint32},  {"MET_LONG", SampleType::int32},
+      {"MET_FLOAT", SampleType::float32}, {"MET_DOUBLE", SampleType::float64}};
+  const auto found = types.find(value);
+  if (found == types.end()) refuse("ElementType", value, "not supported");
+  return found->second;
+}
+
+/// The samples of one volume along x, y, z, and the number of volumes.
+std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
+  const std::int64_t axes = integer_of("NDims", value_of(fields, "ndims"));
+  const std::string_view value = value_of(fields, "dimsize");
+  if (axes < 2 || axes > 4) refuse("NDims", value_of(fields, "ndims"), "must be 2, 3 or 4");
+  const auto words = words_of(value);
+  if (words.size() != static_cast<std::size_t>(axes))
+    refuse("DimSize", value, fmt::format("must be {} numbers", axes));
+  std::array<std::int64_t, 4> sizes = {1, 1, 1, 1};
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    sizes[i] = integer_of("DimSize", words[i]);
+    if (sizes[i] < 1) refuse("DimSize", value, "must be positive");
+  }
+  return {{sizes[0], sizes[1], sizes[2]}, sizes[3]};
+}
+
+/// The numbers of the first of these fields that is there. Adds what is unusual about them to `warnings`.
+ForeignNumbers numbers_of(const Fields& fields, std::initializer_list<const char*> names,
+                          std::string_view name, std::size_t count, std::string_view consequence,
+                          std::vector<std::string>& warnings) {
+  for (const char* one : names)
+    if (const auto found = fields.find(one); found != fields.end()) {
+      ForeignNumbers numbers = foreign_numbers(found->second, count);
+      if (const std::string remark = remark_on(numbers, name, consequence); !remark.empty())
+        warnings.push_back("MetaImage header: " + remark);
+      return numbers;
+    }
+  return {};
+}
+
+/// Each row of the matrix is the direction of one axis, as ITK reads it.
+std::optional<std::array<std::array<double, 3>, 3>> directions_of(const Fields& fields, std::size_t axes,
+                                                                  std::vector<std::string>& warnings) {
+  const ForeignNumbers matrix =
+      numbers_of(fields, {"transformmatrix", "rotation", "orientation"}, "TransformMatrix", axes * axes,
+                 "directions are unknown", warnings);
+  if (!matrix.are_numbers()) return std::nullopt;
+  std::array<std::array<double, 3>, 3> directions = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis)
+    for (std::size_t row = 0; row < std::min<std::size_t>(axes, 3); ++row)
+      directions[axis][row] = matrix.numbers[axis * axes + row].value;
+  if (const double volume = determinant(directions); volume != 0 && std::isfinite(volume)) return directions;
+  warnings.push_back(
+      fmt::format("MetaImage header: TransformMatrix {} does not span a volume; directions are unknown",
+                  quoted(std::string_view(matrix.text))));
+  return std::nullopt;
+}
+
+void read_spacing(const Fields& fields, std::size_t axes, Geometry& geometry,
+                  std::vector<std::string>& warnings) {
+  std::vector<std::string> none;
+  const ForeignNumbers spacing =
+      numbers_of(fields, {"elementspacing", "elementsize"}, "ElementSpacing", axes, "", none);
+  if (spacing.is_absent) return;
+  if (spacing.numbers.empty())
+    warnings.push_back("MetaImage header: " + remark_on(spacing, "ElementSpacing", "spacing is unknown"));
+  else
+    set_spacing(
+        spacing.numbers,
+        {fmt::format("MetaImage header: of ElementSpacing {}, one", quoted(std::string_view(spacing.text)))},
+        NegativeSpacing::mirrors, geometry, warnings);
+}
+
+/// ITK then takes the axes for those of its world, and the first sample for the origin.
+bool has_no_place(const Fields& fields) {
+  return std::ranges::none_of(
+      std::array{"transformmatrix", "rotation", "orientation", "offset", "origin", "position"},
+      [&](const char* name) { return fields.contains(name); });
+}
+
+Geometry geometry_of_header(const Fields& fields, std::size_t axes, std::vector<std::string>& warnings) {
+  Geometry geometry;
+  read_spacing(fields, axes, geometry, warnings);
+  const ForeignNumbers offset = numbers_of(fields, {"offset", "origin", "position"}, "Offset", axes,
+                                           "where the volume lies is unknown", warnings);
+  if (offset.are_numbers()) {
+    for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis)
+      geometry.origin[axis] = offset.numbers[axis].value;
+    geometry.has_origin = true;
+  }
+  const auto directions = directions_of(fields, axes, warnings);
+  const bool is_plain = has_no_place(fields) && geometry.has_spacing && !has_unknown_spacing(geometry);
+  if (directions || geometry.has_origin || is_plain) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (directions)
+        geometry.directions[axis] = (*directions)[axis];
+      else
+        geometry.directions[axis][axis] = 1;
+      for (double& number : geometry.directions[axis]) number *= spacing_or_1(geometry, axis);
+    }
+    geometry.has_directions = true;
+    // Without an offset, ITK has 0.
+    geometry.has_origin = offset.is_absent || offset.are_numbers();
+    geometry.space = "left-posterior-superior";
+  }
+  geometry.units.fill(std::string(value_of(fields, "distanceunits")));
+  return geometry;
+}
+
+Rescale rescale_of(const Fields& fields, MetaImageHeader& header) {
+  const auto number = [&](const char* key, std::string_view name, double otherwise) {
+    const auto found = fields.find(key);
+    const ForeignNumber value =
+        foreign_number(found == fields.end() ? std::nullopt : std::optional(found->second));
+    const std::string remark = remark_on(value, name, "what values samples mean is unknown");
+    if (value.is_unreadable())
+      header.scale_doubt = "MetaImage header: " + remark;
+    else if (!remark.empty())
+      header.warnings.push_back("MetaImage header: " + remark);
+    return value.value_or(otherwise);
+  };
+  Rescale rescale;
+  rescale.slope = number("elementtointensityfunctionslope", "ElementToIntensityFunctionSlope", 1);
+  rescale.intercept = number("elementtointensityfunctionoffset", "ElementToIntensityFunctionOffset", 0);
+  if (rescale.slope != 0) return rescale;
+  header.warnings.emplace_back(
+      "MetaImage header: ElementToIntensityFunctionSlope is 0, which counts as no slope");
+  return {};
+}
+
+std::optional<FilePattern> pattern_of(std::string_view name) {
+  try {
+    return file_pattern(name);
+  } catch (const BrokenInput& error) {
+    refuse("ElementDataFile", name, error.what());
+  }
+}
+
+/// `list`: what follows "ElementDataFile = LIST".
+std::vector<std::string> data_files_of(std::string_view value, std::string_view list, std::int64_t slices) {
+  const auto words = words_of(value);
+  if (words.empty()) refuse("ElementDataFile", value, "must name a file");
+  std::vector<std::string> files;
+  if (value == "LOCAL" || value == "Local" || value == "local") return files;
+  if (words.size() >= 3 && pattern_of(words[0])) {
+    const std::int64_t step = words.size() > 3 ? integer_of("ElementDataFile", words[3]) : 1;
+    try {
+      files =
+          pattern_of(words[0])->names(integer_of("ElementDataFile", words[1]),
+                                      integer_of("ElementDataFile", words[2]), step, max_meta_image_files);
+    } catch (const BrokenInput& error) {
+      refuse("ElementDataFile", value, error.what());
+    }
+  } else if (words[0] == "LIST") {
+    while (!list.empty())
+      if (const std::string_view name = trimmed(take_line(list)); !name.empty()) files.emplace_back(name);
+  } else {
+    return {std::string(value)};
+  }
+  const auto count = static_cast<std::int64_t>(files.size());
+  if (count == 0 || count > max_meta_image_files || slices % count != 0)
+    refuse("ElementDataFile", value,
+           fmt::format("{} files cannot have equal parts of {} slices", count, slices));
+  return files;
+}
+
+/// Takes the lines up to ElementDataFile from `text`. Other fields than those that are read here go to
+/// `pairs`.
+Fields take_fields(std::string_view& text, KeyValues& pairs) {
+  Fields fields;
+  while (!text.empty()) {
+    const std::string_view whole = take_line(text);
+    if (trimmed(whole).empty()) continue;
+    const auto line = parse_line(whole);
+    if (!line)
+      throw BrokenInput("MetaImage header: the line " + quoted(whole) + " is not a name and a value");
+    const std::string name = lower_case(line->name);
+    if (!fields.emplace(name, line->value).second) refuse(line->name, line->value, "is given twice");
+    if (name == "elementdatafile") return fields;
+    if (std::ranges::find(read_fields, name) == read_fields.end())
+      pairs.emplace_back(fmt::format("metaimage_{}", line->name), line->value);
+  }
+  throw BrokenInput("MetaImage header: ElementDataFile is missing");
+}
+
+}  // namespace
+
+bool begins_meta_image(std::string_view bytes) {
+  for (const std::string_view name : {"ObjectType", "NDims"})
+    if (bytes.starts_with(name)) {
+      const std::size_t next = bytes.find_first_not_of(" \t", name.size());
+      return next == bytes.npos || bytes[next] == '=' || bytes[next] == ':';
+    }
+  return false;
+}
+
+bool is_read_meta_image_field(std::string_view name) {
+  const std::string lower = lower_case(name);
+  return std::ranges::find(read_fields, lower) != read_fields.end() || lower == "elementsize" ||
+         lower == "rotation" || lower == "orientation";
+}
+
+bool ends_meta_image_header(std::string_view line) {
+  const auto parsed = parse_line(line);
+  return parsed && lower_case(parsed->name) == "elementdatafile" && !parsed->value.starts_with("LIST");
+}
+
+std::string plain_meta_image_header(std::string_view text) {
+  TextChanges changes(text);
+  while (!text.empty()) {
+    const std::string_view rest = text;
+    const auto line = parse_line(take_line(text));
+    if (!line) continue;
+    const std::string name = lower_case(line->name);
+    if (name == "compresseddata") changes.replace(line->value, "False");
+    if (name == "compresseddatasize") changes.replace(rest.substr(0, rest.size() - text.size()), "");
+    if (name != "elementdatafile") continue;
+    changes.replace(line->value, plain_name(line->value));
+    break;
+  }
+  return changes.finish();
+}
+
+MetaImageHeader parse_meta_image_header(std::string_view text) {
+  KeyValues pairs;
+  const Fields fields = take_fields(text, pairs);
+  if (const auto type = value_of(fields, "objecttype"); !type.empty() && type != "Image")
+    refuse("ObjectType", type, "only images are supported");
+  if (const auto binary = value_of(fields, "binarydata"); !binary.empty() && !is_true("BinaryData", binary))
+    refuse("BinaryData", binary, "samples as text are not supported");
+  if (const auto channels = value_of(fields, "elementnumberofchannels"); !channels.empty() && channels != "1")
+    refuse("ElementNumberOfChannels", channels, "only one value a sample is supported");
+  const auto [dims, volumes] = dims_of(fields);
+  const SampleType type = type_of(value_of(fields, "elementtype"));
+  const auto volume_bytes = sample_bytes(dims, type);
+  std::uint64_t all = 0;
+  if (!volume_bytes || __builtin_mul_overflow(*volume_bytes, static_cast<std::uint64_t>(volumes), &all) ||
+      all > std::uint64_t{1} << 62)
+    refuse("DimSize", value_of(fields, "dimsize"), "is beyond all memory");
+  MetaImageHeader header;
+  const std::size_t axes = words_of(value_of(fields, "dimsize")).size();
+  header.rescale = rescale_of(fields, header);
+  add_rescale(header.rescale, pairs);
+  header.info =
+      volume_info(dims, type, nrrd_fields_of(geometry_of_header(fields, axes, header.warnings), pairs));
+  header.volumes = volumes;
+  header.big_endian =
+      is_true("ElementByteOrderMSB", value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}));
+  header.is_compressed = is_true("CompressedData", value_of(fields, "compresseddata"));
+  if (const auto size = value_of(fields, "headersize"); !size.empty())
+    header.header_size = integer_of("HeaderSize", size);
+  header.data_files = data_files_of(value_of(fields, "elementdatafile"), text, dims.z);
+  if (header.header_size < -1 || header.header_size > std::int64_t{1} << 62 ||
+      (header.header_size == -1 && (header.is_compressed || header.data_files.empty())))
+    refuse("HeaderSize", value_of(fields, "headersize"), "is not possible here");
+  if (header.data_files.size() > 1 && (header.is_compressed || volumes > 1))
+    refuse("ElementDataFile", value_of(fields, "elementdatafile"),
+           "several files can have neither compressed samples nor several volumes");
+  return header;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,224 @@
+#include "io/formats/nifti/header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "io/errors/errors.h"
+#include "io/formats/nifti/fields.h"
+#include "io/formats/nifti/geometry.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/text/foreign_number.h"
+
+namespace tagrid {
+namespace {
+
+using namespace std::string_view_literals;
+using namespace nifti;
+
+/// What is kept as pairs, in this order, unless all of it is 0.
+constexpr std::array kept = {Field{"descrip", {148, 'c'}, {240, 'c'}, 80},
+                             Field{"aux_file", {228, 'c'}, {320, 'c'}, 24},
+                             Field{"intent_name", {328, 'c'}, {508, 'c'}, 16},
+                             intent_code,
+                             Field{"intent_p1_p2_p3", {56, 'f'}, {80, 'd'}, 3},
+                             Field{"dim_info", {39, 'b'}, {524, 'b'}},
+                             pixdim,
+                             scl_slope,
+                             scl_inter,
+                             Field{"cal_min", {128, 'f'}, {200, 'd'}},
+                             Field{"cal_max", {124, 'f'}, {192, 'd'}},
+                             Field{"slice_start", {74, 's'}, {224, 'l'}},
+                             Field{"slice_end", {120, 's'}, {232, 'l'}},
+                             Field{"slice_code", {122, 'b'}, {496, 'i'}},
+                             Field{"slice_duration", {132, 'f'}, {208, 'd'}},
+                             Field{"toffset", {136, 'f'}, {216, 'd'}},
+                             xyzt_units,
+                             qform_code,
+                             quatern,
+                             qoffset,
+                             sform_code,
+                             srow[0],
+                             srow[1],
+                             srow[2]};
+
+enum class Magic { none, first, first_pair, second, second_pair };
+
+Magic magic_of(std::string_view bytes) {
+  if (bytes.size() >= 348 && (bytes.starts_with("\x5c\1\0\0"sv) || bytes.starts_with("\0\0\1\x5c"sv))) {
+    const std::string_view magic = bytes.substr(344, 4);
+    if (magic == "n+1\0"sv) return Magic::first;
+    if (magic == "ni1\0"sv) return Magic::first_pair;
+  }
+  if (bytes.size() >= 12 && (bytes.starts_with("\x1c\2\0\0"sv) || bytes.starts_with("\0\0\2\x1c"sv))) {
+    const std::string_view magic = bytes.substr(4, 8);
+    if (magic == "n+2\0\r\n\032\n"sv) return Magic::second;
+    if (magic == "ni2\0\r\n\032\n"sv) return Magic::second_pair;
+  }
+  return Magic::none;
+}
+
+SampleType type_of(std::int64_t code) {
+  switch (code) {
+    case 2:
+      return SampleType::uint8;
+    case 4:
+      return SampleType::int16;
+    case 8:
+      return SampleType::int32;
+    case 16:
+      return SampleType::float32;
+    case 64:
+      return SampleType::float64;
+    case 256:
+      return SampleType::int8;
+    case 512:
+      return SampleType::uint16;
+    case 768:
+      return SampleType::uint32;
+    default:
+      break;
+  }
+  const char* name = code == 1                                    ? "single bits"
+                     : code == 32 || code == 1792 || code == 2048 ? "complex numbers"
+                     : code == 128 || code == 2304                ? "colors"
+                     : code == 1024 || code == 1280               ? "integers of 64 bits"
+                     : code == 1536                               ? "floats of 128 bits"
+                                                                  : "of no known type";
+  throw BrokenInput(
+      fmt::format("NIfTI header: samples are {} (datatype {}), which are not supported", name, code));
+}
+
+/// The samples of one volume along x, y, z, and the number of volumes.
+std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
+  const std::int64_t axes = fields.integer(dim);
+  if (axes < 1 || axes > 7)
+    throw BrokenInput(fmt::format("NIfTI header: dim[0], the number of axes, is {}, not 1 to 7", axes));
+  std::array<std::int64_t, 8> sizes = {};
+  std::int64_t volumes = 1;
+  for (std::size_t i = 1; i < 8; ++i) {
+    sizes[i] = static_cast<std::int64_t>(i) <= axes ? fields.integer(dim, i) : 1;
+    if (sizes[i] < 1) throw BrokenInput(fmt::format("NIfTI header: dim[{}] is {}", i, sizes[i]));
+    if (i > 3 && __builtin_mul_overflow(volumes, sizes[i], &volumes))
+      throw BrokenInput("NIfTI header: there are too many volumes");
+  }
+  return {{sizes[1], sizes[2], sizes[3]}, volumes};
+}
+
+/// "If scl_slope is 0, there is no scaling"; files in use have NaN for that as well.
+Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
+  const double slope = fields.number(scl_slope), intercept = fields.number(scl_inter);
+  const bool has_none = slope == 0 || std::isnan(slope);
+  if (!std::isfinite(slope) && !(has_none && (intercept == 0 || std::isnan(intercept))))
+    header.scale_doubt = fmt::format(
+        "NIfTI header: scl_slope is {}, which is not a number, and scl_inter is {}; what values samples mean "
+        "is "
+        "unknown",
+        slope, intercept);
+  if (has_none || std::isinf(slope)) return {};
+  if (std::isinf(intercept))
+    header.scale_doubt = fmt::format(
+        "NIfTI header: scl_slope is {}, and scl_inter {}, which is not a number; what "
+        "values samples mean is unknown",
+        slope, intercept);
+  else if (const std::string remark = remark_on(foreign_number(intercept), "scl_inter", "it counts as 0");
+           !remark.empty())
+    header.warnings.push_back(fmt::format("NIfTI header: {}; scl_slope is {}", remark, slope));
+  return {slope, std::isfinite(intercept) ? intercept : 0, ""};
+}
+
+/// What samples are if they are not measurements; "" otherwise.
+std::string_view meaning_of(std::int64_t intent) {
+  switch (intent) {
+    case 1002:
+    case 1003:
+      return "labels";
+    case 1004:
+    case 1005:
+      return "parts of matrices";
+    case 1006:
+    case 1007:
+      return "parts of vectors";
+    case 1008:
+      return "points";
+    case 1009:
+      return "triangles";
+    case 1010:
+      return "parts of quaternions";
+    case 2003:
+    case 2004:
+      return "parts of colors";
+    default:
+      return "";
+  }
+}
+
+void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
+  const std::int64_t intent = fields.integer(intent_code), bits = fields.integer(bitpix);
+  if (const std::string_view meaning = meaning_of(intent); !meaning.empty())
+    header.not_understood.push_back(
+        fmt::format("NIfTI header: intent_code {} says that samples are {}; they are taken for measurements",
+                    intent, meaning));
+  const auto bits_of_type = static_cast<std::int64_t>(8 * size_of(type));
+  if (bits != bits_of_type)
+    header.not_understood.push_back(fmt::format(
+        "NIfTI header: bitpix is {}, but samples of datatype {} have {} bits; the datatype counts", bits,
+        fields.integer(datatype), bits_of_type));
+}
+
+std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_bytes) {
+  const double offset = fields.number(vox_offset);
+  // Four bytes that announce extensions follow the header of a file of one part. Without an offset, samples
+  // follow them.
+  const auto least = static_cast<double>(is_pair ? 0 : header_bytes + 4);
+  if (offset == 0) return is_pair ? 0 : header_bytes + 4;
+  if (!(offset >= least && offset <= 0x1p62) || offset != std::floor(offset))
+    throw BrokenInput(fmt::format(
+        "NIfTI header: vox_offset is {}, where no samples can begin: it must be a whole number from {} on",
+        offset, least));
+  return static_cast<std::uint64_t>(offset);
+}
+
+}  // namespace
+
+bool begins_nifti(std::string_view bytes) { return magic_of(bytes) != Magic::none; }
+
+NiftiHeader parse_nifti_header(std::string_view bytes) {
+  const Magic magic = magic_of(bytes);
+  const bool is_second = magic == Magic::second || magic == Magic::second_pair;
+  const std::size_t header_bytes = is_second ? 540 : 348;
+  if (magic == Magic::none || bytes.size() < header_bytes)
+    throw BrokenInput("the NIfTI header is not complete");
+  const Fields fields(bytes, is_second);
+  const auto [dims, volumes] = dims_of(fields);
+  NiftiHeader header;
+  header.big_endian = fields.is_big_endian();
+  header.is_pair = magic == Magic::first_pair || magic == Magic::second_pair;
+  header.offset = offset_of(fields, header.is_pair, header_bytes);
+  if (!header.is_pair && fields.number(vox_offset) == 0)
+    header.warnings.push_back(fmt::format(
+        "NIfTI header: vox_offset is 0, within the header; samples are read from byte {} on", header.offset));
+  header.volumes = volumes;
+  header.rescale = rescale_of(fields, header);
+  const SampleType type = type_of(fields.integer(datatype));
+  check_meaning(fields, type, header);
+  const auto volume_bytes = sample_bytes(dims, type);
+  std::uint64_t all = 0;
+  if (!volume_bytes || __builtin_mul_overflow(*volume_bytes, static_cast<std::uint64_t>(volumes), &all) ||
+      all > std::uint64_t{1} << 62)
+    throw BrokenInput(
+        fmt::format("NIfTI header: {} volumes of {} are beyond all memory", volumes, described(dims, type)));
+  KeyValues pairs;
+  for (const Field& field : kept)
+    if (std::string text = fields.text(field); !text.empty())
+      pairs.emplace_back(fmt::format("nifti_{}", field.name), std::move(text));
+  add_rescale(header.rescale, pairs);
+  header.info =
+      volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, dims, header.warnings), pairs));
+  return header;
+}
+
+}  // namespace tagrid

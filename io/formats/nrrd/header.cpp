@@ -1,0 +1,290 @@
+#include "io/formats/nrrd/header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "io/errors/errors.h"
+#include "io/files/file_pattern.h"
+#include "io/formats/nrrd/axes.h"
+#include "io/formats/nrrd/axis_ends.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/line.h"
+#include "io/text/text.h"
+#include "io/text/text_changes.h"
+#include "io/volume/plain_form.h"
+
+namespace tagrid {
+namespace {
+
+using Fields = std::map<std::string_view, std::string_view>;
+
+struct TypeName {
+  std::string_view spelling;
+  SampleType type;
+};
+
+constexpr std::array type_names = {TypeName{"signed char", SampleType::int8},
+                                   TypeName{"int8", SampleType::int8},
+                                   TypeName{"int8_t", SampleType::int8},
+                                   TypeName{"uchar", SampleType::uint8},
+                                   TypeName{"unsigned char", SampleType::uint8},
+                                   TypeName{"uint8", SampleType::uint8},
+                                   TypeName{"uint8_t", SampleType::uint8},
+                                   TypeName{"short", SampleType::int16},
+                                   TypeName{"short int", SampleType::int16},
+                                   TypeName{"signed short", SampleType::int16},
+                                   TypeName{"signed short int", SampleType::int16},
+                                   TypeName{"int16", SampleType::int16},
+                                   TypeName{"int16_t", SampleType::int16},
+                                   TypeName{"ushort", SampleType::uint16},
+                                   TypeName{"unsigned short", SampleType::uint16},
+                                   TypeName{"unsigned short int", SampleType::uint16},
+                                   TypeName{"uint16", SampleType::uint16},
+                                   TypeName{"uint16_t", SampleType::uint16},
+                                   TypeName{"int", SampleType::int32},
+                                   TypeName{"signed int", SampleType::int32},
+                                   TypeName{"int32", SampleType::int32},
+                                   TypeName{"int32_t", SampleType::int32},
+                                   TypeName{"uint", SampleType::uint32},
+                                   TypeName{"unsigned int", SampleType::uint32},
+                                   TypeName{"uint32", SampleType::uint32},
+                                   TypeName{"uint32_t", SampleType::uint32},
+                                   TypeName{"float", SampleType::float32},
+                                   TypeName{"double", SampleType::float64}};
+
+/// The name of a type in NRRD, which has no "float32".
+std::string_view nrrd_name_of(SampleType type) {
+  if (type == SampleType::float32) return "float";
+  if (type == SampleType::float64) return "double";
+  return name_of(type);
+}
+
+[[noreturn]] void refuse(std::string_view field, std::string_view value, std::string_view why) {
+  throw BrokenInput(fmt::format("NRRD header: {}: {}: {}", field, quoted(value), why));
+}
+
+std::string_view required(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  if (found == fields.end()) throw BrokenInput(fmt::format("NRRD header: the field \"{}\" is missing", name));
+  return found->second;
+}
+
+std::string_view optional(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  return found == fields.end() ? std::string_view() : found->second;
+}
+
+std::int64_t integer_of(std::string_view field, std::string_view text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) refuse(field, text, "not a whole number");
+  return number;
+}
+
+SampleType type_of(std::string_view value) {
+  const std::string name = lower_case(fmt::format("{}", fmt::join(words_of(value), " ")));
+  for (const TypeName& t : type_names)
+    if (t.spelling == name) return t.type;
+  refuse("type", value, "not supported; use integers of 8, 16 or 32 bits, float or double");
+}
+
+/// The sizes of all axes of the file, fastest first.
+std::vector<std::int64_t> sizes_of(const Fields& fields) {
+  const std::string_view dimension = required(fields, "dimension");
+  const std::int64_t axes = integer_of("dimension", dimension);
+  if (axes < 2 || axes > max_nrrd_axes)
+    refuse("dimension", dimension, fmt::format("a volume in a file has 2 to {} axes", max_nrrd_axes));
+  const std::string_view value = required(fields, "sizes");
+  std::vector<std::int64_t> sizes;
+  for (const std::string_view word : words_of(value)) sizes.push_back(integer_of("sizes", word));
+  if (static_cast<std::int64_t>(sizes.size()) != axes)
+    refuse("sizes", value, fmt::format("must be {} numbers", axes));
+  if (std::ranges::min(sizes) < 1) refuse("sizes", value, "must be positive");
+  return sizes;
+}
+
+NrrdHeader::Encoding encoding_of(std::string_view value) {
+  const std::string name = lower_case(value);
+  if (name == "raw") return NrrdHeader::Encoding::raw;
+  if (name == "gzip" || name == "gz") return NrrdHeader::Encoding::gzip;
+  if (name == "bzip2" || name == "bz2") return NrrdHeader::Encoding::bzip2;
+  refuse("encoding", value, "not supported; use raw, gzip or bzip2");
+}
+
+bool big_endian_of(const Fields& fields, SampleType type) {
+  const std::string name =
+      lower_case(size_of(type) > 1 ? required(fields, "endian") : optional(fields, "endian"));
+  if (!name.empty() && name != "little" && name != "big") refuse("endian", name, "must be little or big");
+  return name == "big";
+}
+
+/// "LIST 2": one name a line follows; the number of axes of a file is optional.
+bool is_list(const std::vector<std::string_view>& words) { return !words.empty() && words[0] == "LIST"; }
+
+std::optional<FilePattern> pattern_of(std::string_view name) {
+  try {
+    return file_pattern(name);
+  } catch (const BrokenInput& error) {
+    refuse("data file", name, error.what());
+  }
+}
+
+/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of a file.
+/// A line like this without numbers is a plain name.
+bool is_numbered(const std::vector<std::string_view>& words) {
+  return words.size() >= 4 && pattern_of(words[0]);
+}
+
+std::vector<std::string> numbered_files(std::string_view value, const std::vector<std::string_view>& words) {
+  const std::int64_t first = integer_of("data file", words[1]), last = integer_of("data file", words[2]),
+                     step = integer_of("data file", words[3]);
+  try {
+    return pattern_of(words[0])->names(first, last, step, max_nrrd_data_files);
+  } catch (const BrokenInput& error) {
+    refuse("data file", value, error.what());
+  }
+}
+
+/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all axes.
+std::vector<std::string> data_files_of(const Fields& fields, std::string_view list,
+                                       const std::vector<std::int64_t>& sizes, Index3 dims) {
+  if (!fields.contains("data file")) return {};
+  const std::string_view value = required(fields, "data file");
+  const auto words = words_of(value);
+  if (words.empty()) refuse("data file", value, "must name a file");
+  if (!is_list(words) && !is_numbered(words)) return {std::string(value)};
+  std::vector<std::string> names;
+  if (is_list(words))
+    for (std::string_view line = take_line(list); !line.empty(); line = take_line(list))
+      names.emplace_back(line);
+  else
+    names = numbered_files(value, words);
+  const std::size_t numbers = is_list(words) ? 1 : 4;
+  if (words.size() > numbers + 1) refuse("data file", value, "more follows than the number of axes");
+  const auto all = static_cast<std::int64_t>(sizes.size());
+  const std::int64_t axes = words.size() > numbers ? integer_of("data file", words[numbers]) : all - 1;
+  // A file holds whole slices.
+  if (axes < 2 || axes > all)
+    refuse("data file", value, fmt::format("a file must have 2 to {} axes of the volume", all));
+  const auto count = static_cast<std::int64_t>(names.size());
+  if (count == 0) refuse("data file", value, "no file is named");
+  if (count > max_nrrd_data_files)
+    refuse("data file", value, fmt::format("more than {} files", max_nrrd_data_files));
+  if ((axes < all &&
+       count != std::accumulate(sizes.begin() + axes, sizes.end(), std::int64_t{1}, std::multiplies())) ||
+      dims.z % count != 0)
+    refuse("data file", value,
+           fmt::format("{} files cannot hold the {} slices of the volume, {}", count, dims.z,
+                       axes < all ? "one in each" : "equally many in each"));
+  return names;
+}
+
+void read_skips(const Fields& fields, NrrdHeader& header) {
+  if (fields.contains("line skip")) header.line_skip = integer_of("line skip", optional(fields, "line skip"));
+  if (fields.contains("byte skip")) header.byte_skip = integer_of("byte skip", optional(fields, "byte skip"));
+  if (header.line_skip < 0) refuse("line skip", optional(fields, "line skip"), "must not be negative");
+  if (header.byte_skip < -1 || (header.byte_skip == -1 && header.encoding != NrrdHeader::Encoding::raw))
+    refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
+}
+
+/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What follows "data
+/// file: LIST" goes to `list`.
+Fields storage_fields_of(std::string_view text, std::string& others, std::string_view& list) {
+  Fields fields;
+  while (!text.empty()) {
+    const std::string_view line = take_line(text);
+    if (line.empty()) break;
+    const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
+      others.append(line).append("\n");
+    } else if (!fields.emplace(parsed.field, parsed.value).second) {
+      throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", parsed.field));
+    }
+    if (parsed.field == "data file" && is_list(words_of(parsed.value))) {
+      list = text;
+      break;
+    }
+  }
+  return fields;
+}
+
+}  // namespace
+
+bool begins_nrrd(std::string_view bytes) {
+  return bytes.starts_with("NRRD") && bytes.size() >= 9 &&
+         std::all_of(bytes.begin() + 4, bytes.begin() + 8, [](char c) { return c >= '0' && c <= '9'; }) &&
+         (bytes[8] == '\n' || bytes[8] == '\r');
+}
+
+NrrdHeader parse_nrrd_header(std::string_view text) {
+  const std::string_view magic = take_line(text);
+  if (!magic.starts_with("NRRD000") || magic.size() != 8 || magic[7] < '1' || magic[7] > '5')
+    throw BrokenInput("NRRD header: " + quoted(magic) +
+                      " is not a supported version; use NRRD0001 to NRRD0005");
+  NrrdHeader header;
+  std::string_view list;
+  const Fields fields = storage_fields_of(text, header.info.nrrd_fields, list);
+  header.info.type = type_of(required(fields, "type"));
+  const std::vector<std::int64_t> sizes = sizes_of(fields);
+  ThreeAxes axes = three_axes(sizes, header.info.nrrd_fields);
+  header.info.dims = axes.dims;
+  header.info.nrrd_fields = std::move(axes.nrrd_fields);
+  if (!sample_bytes(header.info.dims, header.info.type))
+    refuse("sizes", required(fields, "sizes"),
+           "must be positive, and the volume must be smaller than 2^62 bytes");
+  header.encoding = encoding_of(required(fields, "encoding"));
+  header.big_endian = big_endian_of(fields, header.info.type);
+  header.data_files = data_files_of(fields, list, sizes, header.info.dims);
+  read_skips(fields, header);
+  header.info.nrrd_fields = with_spacing_of_ends(header.info.nrrd_fields, header.info.dims);
+  header.info.geometry = geometry_of(header.info.nrrd_fields);
+  return header;
+}
+
+std::string plain_nrrd_header(std::string_view text) {
+  TextChanges changes(text);
+  bool is_in_list = false;
+  take_line(text);
+  while (!text.empty()) {
+    const std::string_view line = take_line(text);
+    if (line.empty()) break;
+    if (is_in_list) {
+      changes.replace(line, plain_name(line));
+      continue;
+    }
+    const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.field == "encoding") changes.replace(parsed.value, "raw");
+    if (parsed.field != "data file") continue;
+    const auto words = words_of(parsed.value);
+    is_in_list = is_list(words);
+    if (!is_in_list) {
+      const std::string_view name = is_numbered(words) ? words[0] : parsed.value;
+      changes.replace(name, plain_name(name));
+    }
+  }
+  return changes.finish();
+}
+
+std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {
+  bool needs_version_5 = false;
+  for (std::string_view rest = info.nrrd_fields; !rest.empty();)
+    needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
+  // Fields with a value for each axis must come after the dimension, so the source's lines come last.
+  std::string text =
+      fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
+                  needs_version_5 ? 5 : 4, nrrd_name_of(info.type), info.dims.x, info.dims.y, info.dims.z);
+  if (size_of(info.type) > 1) text += "endian: little\n";
+  text += info.nrrd_fields;
+  if (!text.ends_with('\n')) text += '\n';
+  if (data_file.empty()) return text + "\n";
+  return text + fmt::format("data file: {}\n", data_file);
+}
+
+}  // namespace tagrid

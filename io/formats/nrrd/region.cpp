@@ -1,0 +1,240 @@
+#include "io/formats/nrrd/region.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/line.h"
+#include "io/formats/nrrd/slice_positions.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+/// Lists that mean nothing if they do not have an entry for each slice.
+constexpr std::array lists_of_slices = {slice_positions_key, std::string_view("slice_slopes"),
+                                        std::string_view("slice_intercepts"),
+                                        std::string_view("slice_sop_instance_uids")};
+/// Steps that differ by less, relative to their mean, are equal: positions are rounded texts.
+constexpr double same_step = 0.01;
+
+// In NRRD's spelling: an unknown number, or one that a reader would refuse, is NaN.
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "nan"; }
+std::string vector(const Vector& v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); }
+
+bool is_finite(const Vector& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+
+Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
+Vector scaled(const Vector& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
+
+class RegionLines {
+ public:
+  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices)
+      : fields_(fields),
+        whole_(geometry_of(fields)),
+        low_(low),
+        step_(step),
+        slices_(slices),
+        all_slices_(all_slices),
+        origin_(to_world(whole_, low)) {
+    // If the spacing is unknown, so is the distance to any other sample.
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (is_moved(axis) && std::isnan(whole_.spacing[axis])) origin_[axis] = Geometry::unknown;
+  }
+
+  std::string lines() {
+    find_centers();
+    find_places_of_slices();
+    std::string result;
+    for (std::string_view rest = fields_; !rest.empty();) {
+      const std::string_view line = take_line(rest);
+      result += changed(line, parse_nrrd_line(line));
+    }
+    return result + missing_origin();
+  }
+
+ private:
+  std::string changed(std::string_view line, const NrrdLine& parsed) {
+    if (parsed.kind == NrrdLine::Kind::key_value) {
+      const std::string_view key = line.substr(0, line.find(":="));
+      return key.starts_with("slice_") || key == "dicom_added_intercept" ? of_slices(line, key)
+                                                                         : fmt::format("{}\n", line);
+    }
+    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
+    if (is_same) return fmt::format("{}\n", line);
+    if (parsed.field == "spacings") return spacings();
+    if (parsed.field == "space directions") return directions();
+    if (parsed.field == "space origin") {
+      has_origin_line_ = true;
+      return whole_.has_origin ? space_origin() : fmt::format("{}\n", line);
+    }
+    if (parsed.field == "axis mins" && !whole_.has_directions) {
+      has_origin_line_ = true;
+      return axis_mins(words_of(parsed.value));
+    }
+    // They would be wrong in the region, and nothing else depends on them.
+    if (parsed.field == "axis mins" || parsed.field == "axis maxs") return "";
+    return fmt::format("{}\n", line);
+  }
+
+  // The entries of the slices that are kept, of a list with one for each slice of the whole volume.
+  std::string of_slices(std::string_view line, std::string_view key) const {
+    const bool is_places = key == slice_positions_key;
+    const std::string_view list = line.substr(key.size() + 2);
+    const std::vector<std::string_view> all = is_places ? positions_in(list) : words_of(list);
+    if (static_cast<std::int64_t>(all.size()) != all_slices_) {
+      const bool is_list = std::ranges::find(lists_of_slices, key) != lists_of_slices.end();
+      return is_list ? "" : fmt::format("{}\n", line);
+    }
+    if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line);
+    if (is_places && even_step_) return "";
+    std::string kept;
+    for (std::int64_t z = 0; z < slices_; ++z) {
+      const std::string_view entry = all[index_of(z)];
+      if (z > 0) kept += is_places ? "; " : " ";
+      kept += is_places ? moved_position(entry) : std::string(entry);
+    }
+    return fmt::format("{}:={}\n", key, kept);
+  }
+  // The slice of the whole volume that is kept as number z.
+  std::size_t index_of(std::int64_t z) const { return static_cast<std::size_t>(low_.z + z * step_.z); }
+  // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
+  std::optional<Vector> moved(std::string_view position) const {
+    const auto words = words_of(position);
+    Vector place;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto coordinate = words.size() == 3 ? number_of(words[axis]) : std::nullopt;
+      if (!coordinate) return std::nullopt;
+      place[axis] = *coordinate + static_cast<double>(low_.x) * whole_.directions[0][axis] +
+                    static_cast<double>(low_.y) * whole_.directions[1][axis];
+    }
+    return place;
+  }
+  std::string moved_position(std::string_view position) const {
+    if (low_.x == 0 && low_.y == 0) return std::string(position);
+    const auto place = moved(position);
+    return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
+  }
+  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those that are kept
+  // may lie at equal ones.
+  void find_places_of_slices() {
+    if (!whole_.has_directions || !whole_.has_origin) return;
+    for (const auto& [key, value] : key_values_of(fields_)) {
+      if (key != slice_positions_key) continue;
+      const auto all = positions_in(value);
+      if (static_cast<std::int64_t>(all.size()) != all_slices_) return;
+      std::vector<Vector> places;
+      for (std::int64_t z = 0; z < slices_; ++z)
+        if (const auto place = moved(all[index_of(z)]))
+          places.push_back(*place);
+        else
+          return;
+      origin_ = places.front();
+      if (slices_ < all_slices_) even_step_ = even_step_of(places);
+    }
+  }
+  // From one slice to the next one, if all steps are equal. A single slice is as thick as it was.
+  std::optional<Vector> even_step_of(const std::vector<Vector>& places) const {
+    if (places.size() == 1) return scaled(whole_.directions[2], static_cast<double>(step_.z));
+    const Vector step =
+        scaled(difference(places.back(), places.front()), 1 / static_cast<double>(places.size() - 1));
+    const auto& directions = whole_.directions;
+    const double volume = determinant({directions[0], directions[1], step});
+    if (!std::isfinite(volume) || volume == 0) return std::nullopt;
+    for (std::size_t z = 1; z < places.size(); ++z)
+      if (length(difference(difference(places[z], places[z - 1]), step)) > same_step * length(step))
+        return std::nullopt;
+    return step;
+  }
+
+  std::string spacings() const {
+    std::string line = "spacings:";
+    for (int axis = 0; axis < 3; ++axis)
+      line += ' ' + number(whole_.spacing[static_cast<std::size_t>(axis)] * static_cast<double>(step_[axis]));
+    return line + '\n';
+  }
+  // NRRD has no notation for an unknown vector.
+  std::string directions() const {
+    std::string line = "space directions:";
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Vector along =
+          axis == 2 && even_step_
+              ? *even_step_
+              : scaled(whole_.directions[axis], static_cast<double>(step_[static_cast<int>(axis)]));
+      if (!is_finite(along)) return "";
+      line += ' ' + vector(along);
+    }
+    return line + '\n';
+  }
+  std::string space_origin() const {
+    return is_finite(origin_) ? fmt::format("space origin: {}\n", vector(origin_)) : "";
+  }
+  // `whole` are the axis mins of the whole volume, if it has them.
+  std::string axis_mins(const std::vector<std::string_view>& whole = {}) const {
+    std::string line = "axis mins:";
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      line += ' ' + (axis < whole.size() ? changed_min(axis, whole[axis]) : number(axis_min(axis)));
+    return line + '\n';
+  }
+  std::string changed_min(std::size_t axis, std::string_view of_whole) const {
+    const bool is_known = !std::isnan(number_of(of_whole).value_or(Geometry::unknown));
+    // The origin is the same sample, and its extent is unknown.
+    if (is_known && !is_moved(axis) && std::isnan(whole_.spacing[axis])) return std::string(of_whole);
+    return number(is_known ? axis_min(axis) : Geometry::unknown);
+  }
+  // The low edge of the first sample that is kept, or its position if samples are points. Only without
+  // directions.
+  double axis_min(std::size_t axis) const {
+    if (at_point_[axis]) return origin_[axis];
+    return origin_[axis] - static_cast<double>(step_[static_cast<int>(axis)]) * whole_.spacing[axis] / 2;
+  }
+  bool is_moved(std::size_t axis) const { return low_[static_cast<int>(axis)] != 0; }
+
+  // Without an origin in its header, the first sample of the whole volume was at (0, 0, 0). A region must
+  // state the position of its first sample.
+  std::string missing_origin() const {
+    if (has_origin_line_) return "";
+    bool is_elsewhere = false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      is_elsewhere |= is_moved(axis) && !std::isnan(whole_.spacing[axis]);
+    if (!is_elsewhere) return "";
+    return whole_.has_directions ? space_origin() : axis_mins();
+  }
+
+  void find_centers() {
+    for (std::string_view rest = fields_; !rest.empty();) {
+      const NrrdLine line = parse_nrrd_line(take_line(rest));
+      if (line.field != "centers") continue;
+      const auto words = words_of(line.value);
+      for (std::size_t axis = 0; axis < 3 && axis < words.size(); ++axis)
+        at_point_[axis] = lower_case(words[axis]) == "node";
+    }
+  }
+
+  std::string_view fields_;
+  Geometry whole_;
+  Index3 low_, step_;
+  std::int64_t slices_, all_slices_;
+  Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is unknown
+  std::optional<Vector>
+      even_step_;  ///< of slices whose positions are known, if they are kept at equal distances
+  std::array<bool, 3> at_point_ = {};
+  bool has_origin_line_ = false;
+};
+
+}  // namespace
+
+std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
+                             std::int64_t all_slices) {
+  return RegionLines(nrrd_fields, low, step, slices, all_slices).lines();
+}
+
+}  // namespace tagrid

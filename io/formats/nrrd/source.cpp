@@ -1,0 +1,183 @@
+#include "io/formats/nrrd/source.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <set>
+
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/foreign_header.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/header.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/samples/data_file.h"
+#include "io/samples/file_samples.h"
+#include "io/samples/joined.h"
+
+namespace tagrid {
+namespace {
+
+std::string read_header_text(FileBytes& file) {
+  std::string text;
+  for (std::size_t line_start = 0;; line_start = text.size()) {
+    if (!file.read_line(text, max_nrrd_header_bytes - text.size()))
+      throw BrokenInput(fmt::format("{}: the NRRD header does not end within {} bytes", file.name(),
+                                    max_nrrd_header_bytes));
+    const std::string_view line = std::string_view(text).substr(line_start);
+    if (line.empty() || line == "\n" || line == "\r\n") return text;
+  }
+}
+
+/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the
+/// file.
+PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
+  FileBytes file(path);
+  const std::string text = read_header_text(file);
+  return {path,
+          true,
+          {PlainPiece::given(plain_nrrd_header(text)),
+           PlainPiece::stretch(0, file.position(), end.value_or(file.size().value_or(0)))}};
+}
+
+/// Adds what is unusual about the header to `facts`.
+NrrdHeader read_header(FileBytes& file, SourceFacts& facts) {
+  const std::string text = read_header_text(file);
+  try {
+    ForeignNrrdHeader header = foreign_nrrd_header(text);
+    const auto said = [&](const std::string& sentence) {
+      return fmt::format("{}: {}", file.name(), sentence);
+    };
+    for (const std::string& sentence : header.warnings) facts.warnings.push_back(said(sentence));
+    for (const std::string& sentence : header.not_understood) facts.not_understood.push_back(said(sentence));
+    return parse_nrrd_header(header.text);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(file.name() + ": " + broken.what());
+  }
+}
+
+/// Checks the user's description of an NRRD file against its header.
+void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) {
+  const VolumeInfo& info = header.info;
+  const std::string both = fmt::format("{}: its NRRD header says {}, but its description says {}", name,
+                                       described(info.dims, info.type), described(raw.dims, raw.type));
+  if (raw.dims != info.dims) throw BrokenInput(both);
+  if (raw.type != info.type) throw UsageError(both);
+  if (raw.big_endian && size_of(info.type) > 1 && *raw.big_endian != header.big_endian)
+    throw UsageError(
+        fmt::format("{}: its NRRD header says endian {}", name, header.big_endian ? "big" : "little"),
+        Problem::endian_differs);
+  if (raw.spacing && *raw.spacing != info.geometry.spacing) {
+    const auto& [x, y, z] = info.geometry.spacing;
+    if (!info.geometry.has_spacing)
+      throw UsageError(name + ": its NRRD header gives no spacing", Problem::spacing_not_in_header);
+    throw UsageError(fmt::format("{}: its NRRD header gives the spacing {}, {}, {}", name, x, y, z),
+                     Problem::spacing_differs);
+  }
+}
+
+void skip_lines(FileBytes& file, std::int64_t count) {
+  for (std::int64_t i = 0; i < count; ++i) {
+    std::string line;
+    if (!file.read_line(line, max_nrrd_header_bytes) || line.empty())
+      throw BrokenInput(
+          fmt::format("{}: its header says to skip {} lines, but it has fewer", file.name(), count));
+  }
+}
+
+/// The byte at which uncompressed samples of `info` begin, after the lines that are skipped.
+std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header, const VolumeInfo& info) {
+  if (header.byte_skip >= 0) return file.position() + static_cast<std::uint64_t>(header.byte_skip);
+  if (!file.size())
+    throw BrokenInput(file.name() + ": byte skip -1 (samples at the end) cannot be read from a pipe");
+  const std::uint64_t bytes = *sample_bytes(info.dims, info.type);
+  return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
+}
+
+/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin.
+/// `header_path` is the file with the header; "" if `facts` are those of one of several files.
+std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const NrrdHeader& header,
+                                           SourceFacts facts, std::uint64_t header_bytes,
+                                           const std::string& header_path) {
+  SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = header_bytes};
+  skip_lines(*file, header.line_skip);
+  if (header.encoding != NrrdHeader::Encoding::raw) {
+    place.start = file->position();
+    PlainHeader plain;
+    if (!header_path.empty())
+      plain = [header_path, end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt] {
+        return plain_header(header_path, end);
+      };
+    return compressed_samples(
+        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip), plain,
+        header.encoding == NrrdHeader::Encoding::bzip2 ? Compression::bzip2 : Compression::gzip);
+  }
+  place.start = start_of_samples(*file, header, facts.info);
+  allow_more(*file, place, facts);
+  return plain_samples(std::move(facts), std::move(file), place);
+}
+
+/// The samples in all the files that the header names.
+std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::string& path,
+                                         const std::string& header_name, SourceFacts facts,
+                                         std::uint64_t header_bytes) {
+  const auto count = static_cast<std::int64_t>(header.data_files.size());
+  VolumeInfo part = header.info;
+  part.dims.z /= count;
+  const auto open = [=](std::int64_t i) {
+    const std::string& name = header.data_files[static_cast<std::size_t>(i)];
+    const std::string file = path_of_data_file(path, name);
+    return open_samples(open_data_file(file, name, header_name, "NRRD"), header,
+                        {.info = part, .files = {file}}, i == 0 ? header_bytes : 0, "");
+  };
+  std::set<std::string> known;  // a file may be named twice
+  for (const std::string& name : header.data_files)
+    if (const std::string file = path_of_data_file(path, name); known.insert(file).second)
+      facts.files.push_back(file);
+  // Two copies of the header, and two of each path.
+  for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
+  if (count > 1) {
+    if (header.encoding != NrrdHeader::Encoding::raw)
+      facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
+        return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, std::nullopt)}, {}, ""};
+      };
+    return joined(std::move(facts), count, open);
+  }
+  auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name, "NRRD");
+  return open_samples(std::move(file), header, std::move(facts), header_bytes, path);
+}
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
+                                        const SourceDescription& source) {
+  const std::string header_name = file->name();
+  SourceFacts facts;
+  facts.files = {path};
+  const NrrdHeader header = read_header(*file, facts);
+  if (source.raw) check_against(*source.raw, header, header_name);
+  facts.info = header.info;
+  if (const std::string doubt = doubt_of_rescale(facts.info.nrrd_fields, facts.info.dims.z); !doubt.empty())
+    facts.scale_doubt = fmt::format("{}: NRRD header: {}", header_name, doubt);
+  facts.rescale = rescale_of_bounds(facts.info.nrrd_fields);
+  facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
+  if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);
+  if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header
+  return open_files(header, path, header_name, std::move(facts), file->position());
+}
+
+std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription& source) {
+  const RawDescription& raw = source.raw.value();
+  if (!sample_bytes(raw.dims, raw.type))
+    throw UsageError(described(raw.dims, raw.type) +
+                     ": sizes must be positive, and the volume must be smaller than 2^62 bytes");
+  SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
+                    .files = {path},
+                    .traits = {},
+                    .holds_other_bytes = raw.offset > 0,
+                    .headerless = true};
+  return plain_samples(std::move(facts), std::move(file),
+                       SamplesPlace{raw.offset, raw.big_endian.value_or(false), 0});
+}
+
+}  // namespace tagrid

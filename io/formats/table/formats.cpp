@@ -1,0 +1,493 @@
+#include "io/formats/table/formats.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+
+#include "io/formats/bmp/image.h"
+#include "io/formats/metaimage/header.h"
+#include "io/formats/metaimage/sink.h"
+#include "io/formats/metaimage/source.h"
+#include "io/formats/nifti/header.h"
+#include "io/formats/nifti/sink.h"
+#include "io/formats/nifti/source.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/header.h"
+#include "io/formats/nrrd/line.h"
+#include "io/formats/nrrd/sink.h"
+#include "io/formats/nrrd/source.h"
+#include "io/formats/table/lost_attributes.h"
+#include "io/formats/table/other_formats.h"
+#include "io/formats/tiff/sink.h"
+#include "io/formats/vendors/vendors.h"
+#include "io/formats/vti/sink.h"
+#include "io/programs/find.h"
+#include "io/programs/program_sink.h"
+#include "io/text/text.h"
+#include "io/volume/vtk_geometry.h"
+
+namespace tagrid {
+namespace {
+
+using Sink = std::unique_ptr<VolumeSink>;
+
+bool begins_tiff(std::string_view b) {
+  using namespace std::string_view_literals;
+  // Of 32 and of 64 bits, in either byte order.
+  for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
+    if (b.starts_with(magic)) return true;
+  return false;
+}
+
+bool begins_jpeg2000(std::string_view b) {
+  using namespace std::string_view_literals;
+  // A code stream, or a file with boxes.
+  return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
+}
+
+bool begins_hdf5(std::string_view b) {
+  constexpr std::string_view magic = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t user_block = 512;  // that of MATLAB
+  return b.starts_with(magic) || (b.size() > user_block && b.substr(user_block).starts_with(magic));
+}
+
+std::vector<std::string> lost_in_vdb(const VolumeInfo& info) {
+  if (!has_unknown_spacing(info.geometry)) return {};
+  return {"OpenVDB cannot say that a spacing is not known; 1 is written"};
+}
+
+std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
+  std::vector<std::string> lost = lost_in_image_data(info);
+  // Seen with the library: it overruns its memory for the first, and forgets to use the second.
+  if (info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1)
+    lost.emplace_back("VTK 9.1 fails to read VTKHDF images of one sample along an axis; it reads .vti files");
+  if (vtk_geometry_of(info.geometry).direction != vtk_geometry_of({}).direction)
+    lost.emplace_back(
+        "VTK 9.1 does not turn VTKHDF images as their directions say; it turns those of .vti files");
+  return lost;
+}
+
+std::vector<Format> all_formats() {
+  std::vector<Format> rows = {
+      {.name = "nrrd",
+       .extensions = {".nrrd"},
+       .help = "header and samples",
+       .what = "an NRRD volume",
+       .peek = 9,
+       .is_mine = begins_nrrd,
+       .open = open_nrrd,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nrrd(path, info, options.files);
+       },
+       .any_order = true,
+       .keeps_header = true},
+      {.name = "nhdr",
+       .extensions = {".nhdr"},
+       .help = "header, with samples in a .raw file beside it",
+       .read_as = "nrrd",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nhdr(path, samples_path(path, format_named("nhdr")), info, options.files);
+       },
+       .any_order = true,
+       .samples_extension = ".raw",
+       .keeps_header = true},
+      {.name = "raw",
+       .extensions = {".raw"},
+       .help = "samples alone",
+       .open = open_raw,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_raw(path, info, options.files);
+       },
+       .any_order = true},
+      {.name = "vdb",
+       .extensions = {".vdb"},
+       .help = "OpenVDB",
+       .what = "an OpenVDB file",
+       .peek = 8,
+       .is_mine = [](std::string_view b) { return b.starts_with(std::string_view(" BDV\0\0\0\0", 8)); },
+       .reader = "vdb",
+       .writer = "vdb",
+       .writer_keeps_volume = true,
+       .has_grids = true,
+       .slices_are_alike = true,
+       .keeps_header = true,
+       .lost = lost_in_vdb},
+      {.name = "nifti",
+       .extensions = {".nii"},
+       .help = "NIfTI",
+       .what = "a NIfTI file",
+       .peek = 348,
+       .is_mine = begins_nifti,
+       .in_gzip = true,
+       .open = open_nifti,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nifti(path, info, options.files);
+       },
+       .any_order = true,
+       .slices_are_alike = true,
+       .applies_rescale = true,
+       .own_pairs = "nifti_",
+       .lost = lost_in_nifti},
+      {.name = "nifti.gz",
+       .extensions = {".nii.gz"},
+       .help = "NIfTI in gzip",
+       .read_as = "nifti",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nifti_gz(path, info, options.files);
+       },
+       .slices_are_alike = true,
+       .applies_rescale = true,
+       .own_pairs = "nifti_",
+       .lost = lost_in_nifti},
+      {.name = "metaimage",
+       .extensions = {".mha"},
+       .help = "MetaImage",
+       .what = "a MetaImage file",
+       .peek = 14,
+       .is_mine = begins_meta_image,
+       .open = open_meta_image,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_mha(path, info, options.files);
+       },
+       .any_order = true,
+       .slices_are_alike = true,
+       .own_pairs = "metaimage_",
+       .lost = lost_in_meta_image},
+      {.name = "mhd",
+       .extensions = {".mhd"},
+       .help = "MetaImage header, with samples in a .raw file beside it",
+       .read_as = "metaimage",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_mhd(path, samples_path(path, format_named("mhd")), info, options.files);
+       },
+       .any_order = true,
+       .samples_extension = ".raw",
+       .slices_are_alike = true,
+       .own_pairs = "metaimage_",
+       .lost = lost_in_meta_image},
+      // Before TIFF: a DICOM file may begin as one of TIFF does.
+      {.name = "dicom",
+       .extensions = {".dcm", ".ima"},
+       .help = "DICOM",
+       .what = "a DICOM file",
+       .peek = 132,
+       .is_mine = [](std::string_view b) { return b.size() >= 132 && b.substr(128, 4) == "DICM"; },
+       .reader = "dicom",
+       .has_folders = true},
+      {.name = "tiff",
+       .extensions = {".tif", ".tiff"},
+       .help = "TIFF",
+       .what = "a TIFF file",
+       .peek = 4,
+       .is_mine = begins_tiff,
+       .reader = "tiff",
+       .has_folders = true,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_tiff(path, info, options.files);
+       },
+       .any_order = true,
+       .slices_are_alike = true,
+       .keeps_units = keeps_values_in_tiff,
+       .lost = lost_in_tiff,
+       .memory = memory_of_tiff},
+      {.name = "vti",
+       .extensions = {".vti"},
+       .help = "VTK image data",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_vti(path, info, options.files);
+       },
+       .any_order = true,
+       .slices_are_alike = true,
+       .lost = lost_in_vti},
+      {.name = "vtkhdf",
+       .extensions = {".vtkhdf"},
+       .help = "VTK image data in HDF5",
+       .read_as = "hdf5",
+       .writer = "hdf5",
+       .slices_are_alike = true,
+       .keeps_header = true,
+       .lost = lost_in_vtkhdf},
+      {.name = "vgi",
+       .extensions = {".vgi"},
+       .help = "VGStudio, with samples in a .vol file",
+       .what = "a VGStudio file",
+       .peek = 64,
+       .is_mine = begins_vgi,
+       .open = open_vgi},
+      {.name = "xtekct",
+       .extensions = {".xtekct"},
+       .help = "Nikon, with samples in a .vol file",
+       .what = "a Nikon file",
+       .peek = 16,
+       .is_mine = begins_xtekct,
+       .open = open_xtekct},
+      {.name = "isq",
+       .extensions = {".isq"},
+       .help = "Scanco",
+       .what = "a Scanco file",
+       .peek = 16,
+       .is_mine = begins_isq,
+       .open = open_isq},
+      {.name = "hdf5",
+       .extensions = {".h5", ".hdf5"},
+       .help = "HDF5",
+       .what = "an HDF5 file",
+       .peek = 512 + 8,
+       .is_mine = begins_hdf5,
+       .reader = "hdf5",
+       .writer = "hdf5",
+       .applies_rescale = true,
+       .keeps_header = true},
+      // A row of its own, as what is written is not NeXus.
+      {.name = "nexus",
+       .extensions = {".nxs"},
+       .help = "NeXus, which is HDF5",
+       .what = "a NeXus file",
+       .reader = "hdf5"},
+      {.name = "jp2",
+       .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
+       .help = "JPEG 2000",
+       .what = "a JPEG 2000 file",
+       .peek = 12,
+       .is_mine = begins_jpeg2000,
+       .reader = "jp2",
+       .has_folders = true},
+      {.name = "bmp",
+       .extensions = {".bmp"},
+       .help = "BMP",
+       .what = "a BMP file",
+       .peek = 18,
+       .is_mine = begins_bmp,
+       .reader = "bmp",
+       .has_folders = true},
+  };
+  for (Format& other : other_formats()) rows.push_back(std::move(other));
+  return rows;
+}
+
+}  // namespace
+
+const std::vector<Format>& formats() {
+  static const std::vector<Format> table = all_formats();
+  return table;
+}
+
+namespace {
+
+/// The format of a program that somebody added; nullptr if there is none.
+const Format* added_format(std::string_view name) {
+  struct Added {
+    std::string name, extension, help;
+    Format format;
+  };
+  static std::map<std::string, Added, std::less<>> known;
+  if (const auto found = known.find(name); found != known.end()) return &found->second.format;
+  if (read_format_named(name) != nullptr || !find_writer(name)) return nullptr;
+  Added& added = known[std::string(name)];
+  added.name = name;
+  added.extension = "." + added.name;
+  added.help = "written by tagrid-write-" + added.name;
+  added.format.name = added.format.writer = added.name;
+  added.format.extensions = {added.extension};
+  added.format.help = added.help;
+  return &added.format;
+}
+
+}  // namespace
+
+std::vector<const Format*> written_formats() {
+  std::vector<const Format*> written;
+  for (const Format& format : formats())
+    if (format.is_written()) written.push_back(&format);
+  return written;
+}
+
+const Format& format_named(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const Format* format : written_formats()) {
+    if (format->name == name) return *format;
+    names.push_back(format->name);
+  }
+  for (const Format* format : written_formats())
+    for (const std::string_view extension : format->extensions)
+      if (!extension.empty() && extension.substr(1) == name) return *format;
+  if (const Format* added = added_format(name)) return *added;
+  throw UsageError(fmt::format("{}: must be one of {}", name, fmt::join(names, ", ")));
+}
+
+const Format* format_with_extension(const std::string& path) {
+  const std::string name = lower_case(std::filesystem::path(path).filename().string());
+  for (const Format* format : written_formats())
+    for (const std::string_view extension : format->extensions)
+      if (name.size() > extension.size() && name.ends_with(extension)) return format;
+  const std::size_t dot = name.rfind('.');
+  return dot == name.npos || dot == 0 ? nullptr : added_format(std::string_view(name).substr(dot + 1));
+}
+
+const Format& format_from_name(const std::string& path) {
+  if (path == "-") return format_named("raw");
+  if (const Format* format = format_with_extension(path)) return *format;
+  std::string endings;
+  const auto written = written_formats();
+  for (const Format* format : written)
+    endings += fmt::format("{}{} ({})",
+                           format == written.front()  ? ""
+                           : format == written.back() ? " or "
+                                                      : ", ",
+                           format->extensions.front(), format->help);
+  throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
+}
+
+std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
+                                          const VolumeInfo& info, const WriteOptions& options) {
+  if (format.create != nullptr) return format.create(path, info, options);
+  const std::string program = writer_for(path, format.help, format.writer);
+  auto wishes = options.wishes;
+  wishes["format"] = format.name;
+  return create_with_writer(program, path, info, options.files, wishes, options.first_memory);
+}
+
+const Format* read_format_named(std::string_view name) {
+  for (const Format& format : formats())
+    if (format.name == name && format.is_read()) return &format;
+  return nullptr;
+}
+
+std::vector<std::string> read_format_names() {
+  std::set<std::string> names;
+  for (const Format& format : formats())
+    if (format.is_read()) names.emplace(format.name);
+  for (const FoundProgram& reader : all_readers()) names.insert(reader.name);
+  return {names.begin(), names.end()};
+}
+
+std::size_t bytes_to_recognise() { return std::ranges::max(formats(), {}, &Format::peek).peek; }
+
+const Format* format_of(std::string_view beginning, bool is_read) {
+  for (const Format& format : formats())
+    if (format.is_mine != nullptr && format.is_read() == is_read && format.is_mine(beginning)) return &format;
+  return nullptr;
+}
+
+namespace {
+
+/// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
+/// one kind of files.
+bool is_said_otherwise(std::string_view key, std::string_view value, const Format& format) {
+  constexpr std::array<std::string_view, 17> said = {"rescale_",
+                                                     "applied_",
+                                                     "slice_applied_",
+                                                     "slice_positions",
+                                                     "slice_slopes",
+                                                     "slice_intercepts",
+                                                     "dicom_added_intercept",
+                                                     "hdf5_dataset",
+                                                     "hdf5_element_size_um",
+                                                     "metaimage_AnatomicalOrientation",
+                                                     "nifti_pixdim",
+                                                     "nifti_scl_",
+                                                     "nifti_qoffset_",
+                                                     "nifti_quatern_",
+                                                     "nifti_qform_",
+                                                     "nifti_sform_",
+                                                     "nifti_srow_"};
+  const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
+  // ITK writes it into every file.
+  if (key == "metaimage_CenterOfRotation" &&
+      std::ranges::all_of(words_of(value), [](auto word) { return number_of(word) == 0.0; }))
+    return true;
+  return begins("vdb_") || std::ranges::any_of(said, begins) ||
+         (!format.own_pairs.empty() && begins(format.own_pairs));
+}
+
+/// False for the two lines that NRRD's own library puts into every header.
+bool is_remark(std::string_view comment) {
+  return !trimmed(comment).empty() && comment.find("NRRD file format specification") == comment.npos &&
+         comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
+}
+
+/// True for what the reader of DICOM notes for each series.
+bool is_of_dicom(std::string_view key) {
+  return key.starts_with("dicom_") || key == "slice_sop_instance_uids";
+}
+
+/// "2 key/value pairs ("owner", "year")"
+std::string in_words(const std::vector<std::string>& keys, std::string_view one, std::string_view several) {
+  constexpr std::size_t most = 3;
+  std::vector<std::string> shown;
+  for (std::size_t i = 0; i < std::min(keys.size(), most); ++i)
+    shown.push_back(quoted(std::string_view(keys[i])));
+  return fmt::format("{} {} ({}{})", keys.size(), keys.size() == 1 ? one : several, fmt::join(shown, ", "),
+                     keys.size() > most ? ", ..." : "");
+}
+
+std::string no_place_for(const Format& format, const std::string& what) {
+  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
+                     what);
+}
+
+/// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.
+std::string lost_texts(const Format& format, const VolumeInfo& info) {
+  std::vector<std::string> keys, others;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (!is_said_otherwise(key, value, format) && !is_of_dicom(key)) keys.push_back(key);
+  bool has_comments = false;
+  for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
+    const std::string_view text = take_line(rest);
+    const NrrdLine line = parse_nrrd_line(text);
+    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(text.substr(1)));
+    for (const std::string_view field :
+         {"content", "labels", "thicknesses", "sample units", "measurement frame"})
+      if (line.kind == NrrdLine::Kind::field && line.field == field)
+        others.push_back(fmt::format("the field {}", quoted(field)));
+  }
+  if (has_comments) others.emplace_back("comments");
+  if (!keys.empty()) others.insert(others.begin(), in_words(keys, "key/value pair", "key/value pairs"));
+  return others.empty() ? "" : no_place_for(format, fmt::format("{}", fmt::join(others, ", ")));
+}
+
+}  // namespace
+
+std::string lost_attributes(const Format& format, const VolumeInfo& info) {
+  if (!format.slices_are_alike || format.keeps_header) return "";
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
+  return keys.empty() ? ""
+                      : no_place_for(format, in_words(keys, "attribute of DICOM", "attributes of DICOM"));
+}
+
+std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
+  std::vector<std::string> all = format.lost(info);
+  if (!format.slices_are_alike) return all;
+  if (!format.keeps_header)
+    if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
+  std::vector<std::string> differences;
+  bool has_slopes = false;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+    if (key == "slice_positions")
+      differences.emplace_back("slices lie at unequal distances (slice_positions)");
+    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
+    has_slopes = has_slopes || key == "slice_slopes";
+    if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
+      differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
+  }
+  if (!differences.empty())
+    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them{}",
+                              fmt::join(differences, ", and "), format.name,
+                              has_slopes ? "; the values in this file are the stored samples" : ""));
+  return all;
+}
+
+std::string samples_path(const std::string& path, const Format& format) {
+  if (format.samples_extension.empty()) return path;
+  return std::filesystem::path(path).replace_extension(format.samples_extension).string();
+}
+
+}  // namespace tagrid

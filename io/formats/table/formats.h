@@ -1,0 +1,128 @@
+// The formats of volumes, as a table. A format is one row, and has a room of its own. File names, messages,
+// help and the handling of a file follow from the row.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/errors/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/volume/volume_sink.h"
+#include "io/volume/volume_source.h"
+
+namespace tagrid {
+
+/// How a volume is written.
+struct WriteOptions {
+  SinkOptions files = {};
+  /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have
+  /// are ignored.
+  std::map<std::string, std::string> wishes = {};
+  /// Bytes of memory that such a program may take until it has said how much it needs.
+  std::uint64_t first_memory = most_first_memory;
+};
+
+/// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be
+/// written. A format with none of them is only recognized, so that a message can say what to do with the
+/// file.
+struct Format {
+  std::string_view name;  ///< "nrrd"
+  /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
+  std::vector<std::string_view> extensions;
+  std::string_view help;       ///< One line: "header and samples".
+  std::string_view what = "";  ///< "an NRRD volume"; "is a DICOM file" and what to do, if it is not read.
+  Problem problem = Problem::none;  ///< Why a file is not read.
+
+  /// Returns true if a file that begins like this has the format. It gets the first `peek` bytes, or the
+  /// whole file if that is shorter. Formats without this function are read only if the user says what the
+  /// file is.
+  std::size_t peek = 0;
+  bool (*is_mine)(std::string_view beginning) = nullptr;
+  bool in_gzip = false;  ///< The whole file may be in gzip; then `is_mine` gets what is in it.
+  /// Reads `file`, which was opened at `path` and is at its beginning.
+  std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
+                                        const SourceDescription& source) = nullptr;
+
+  /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
+  std::string_view reader = "";
+  bool has_folders = false;  ///< A folder of such files can be one volume, or hold several.
+
+  /// The format whose row reads such files, too; "" for this one.
+  std::string_view read_as = "";
+
+  bool is_read() const { return open != nullptr || !reader.empty(); }
+
+  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if
+  /// a file exists and may not be overwritten, or if the format cannot be written there; WorldError if it
+  /// cannot be created.
+  std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
+                                        const WriteOptions& options) = nullptr;
+  /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
+  std::string_view writer = "";
+  bool writer_keeps_volume = false;  ///< in memory, as a whole
+  bool is_written() const { return create != nullptr || !writer.empty(); }
+  bool any_order = false;  ///< A file can be written in any order, even by several processes.
+  bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
+  /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
+  std::string_view samples_extension = "";
+  /// A file says one distance between slices, and one slope and intercept for all samples.
+  bool slices_are_alike = false;
+  /// Programs that read this format apply the slope and the intercept in a file to its samples.
+  bool applies_rescale = false;
+  /// A file has every line of the header, or everything that follows from them.
+  bool keeps_header = false;
+  /// Without the header, a file of this volume has the unit of values.
+  bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
+  /// The prefix of key-value pairs that this format stores in its own fields; "" if there are none.
+  std::string_view own_pairs = "";
+  /// What else this format loses of the volume, one sentence for each loss.
+  std::vector<std::string> (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) {
+    return std::vector<std::string>();
+  };
+  /// Bytes of memory that writing takes, besides the samples that are passed in, and besides
+  /// VolumeSink::memory().
+  std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
+};
+
+/// All known formats. Those that can be written come in the order in which help lists them.
+const std::vector<Format>& formats();
+
+/// The formats that can be written, but for those of programs that somebody added.
+std::vector<const Format*> written_formats();
+/// The format with this name: of the table, also one of its endings without the dot, or of a program
+/// tagrid-write-NAME that somebody added. Throws UsageError if no format with this name can be written.
+const Format& format_named(std::string_view name);
+/// The format that is written to files with this extension, as above; nullptr if there is none.
+const Format* format_with_extension(const std::string& path);
+/// The same, but raw for "-". Throws UsageError if there is none.
+const Format& format_from_name(const std::string& path);
+
+/// Begins a volume of this format at `path`, or on the standard output for "-". Throws UsageError if a file
+/// exists and may not be overwritten, or if the format cannot be written there; WorldError if it cannot be
+/// created, or if the program that writes the format is missing.
+std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
+                                          const VolumeInfo& info, const WriteOptions& options);
+
+/// The format with this name, if it can be read; nullptr if there is none.
+const Format* read_format_named(std::string_view name);
+/// The names of all formats that can be read, by tagrid itself or by a program that is there.
+std::vector<std::string> read_format_names();
+
+/// The number of bytes of a file that format_of() needs.
+std::size_t bytes_to_recognise();
+/// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
+/// there is none.
+const Format* format_of(std::string_view beginning, bool is_read);
+
+/// What a file of this format cannot say of the volume: sentences for users.
+std::vector<std::string> losses(const Format& format, const VolumeInfo& info);
+
+/// The file that holds the samples of a volume at `path`: the one beside a detached header, or `path` itself.
+std::string samples_path(const std::string& path, const Format& format);
+
+}  // namespace tagrid

@@ -1,0 +1,359 @@
+#include "io/formats/table/open_volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <vector>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/gzip_bytes.h"
+#include "io/files/system_call.h"
+#include "io/files/visible_files.h"
+#include "io/formats/nrrd/doubts.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/formats.h"
+#include "io/programs/find.h"
+#include "io/programs/program_source.h"
+#include "io/samples/file_samples.h"
+#include "io/samples/placed.h"
+#include "io/text/numbered_names.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How a volume will be read: by tagrid itself, or by a program.
+struct Way {
+  const Format* format = nullptr;  ///< nullptr: a program that somebody added
+  std::string program;             ///< "": tagrid itself
+};
+
+Way way_of(const Format& format, const std::string& name) {
+  if (format.reader.empty()) return {&format, ""};
+  if (const auto program = find_reader(format.reader)) return {&format, *program};
+  throw WorldError(
+      fmt::format("{}: is {}, which tagrid-read-{} reads; that program is not installed (looked for in {})",
+                  name, format.what, format.reader, fmt::join(program_folders(), ", ")));
+}
+
+Way way_named(const std::string& from, const std::string& name) {
+  if (const Format* format = read_format_named(from)) return way_of(*format, name);
+  if (const auto program = find_reader(from)) return {nullptr, *program};
+  throw UsageError(Sentence{
+      "{}: \"{}\" is not a format that can be read; known are {}",
+      {Setting{"from", "its format"}, from, fmt::format("{}", fmt::join(read_format_names(), ", "))}});
+}
+
+/// What a volume is that a program reads.
+std::string in_words(const Way& way) {
+  return way.format != nullptr ? std::string(way.format->what) : "read by " + way.program;
+}
+
+ReaderOptions options_of(const SourceDescription& source) {
+  ReaderOptions options;
+  for (const auto& [name, value] :
+       {std::pair("series", source.series), {"dataset", source.dataset}, {"grid", source.vdb_grid}})
+    if (!value.empty()) options.emplace(name, value);
+  if (source.gaps_ok) options.emplace("gaps-ok", "yes");
+  return options;
+}
+
+std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source);
+
+std::string known_formats() {
+  std::vector<std::string_view> known;
+  for (const Format& format : formats())
+    if (format.is_read() && format.is_mine != nullptr) known.push_back(format.what);
+  const std::string_view last = known.back();
+  known.pop_back();
+  return fmt::format("{} or {}", fmt::join(known, ", "), last);
+}
+
+/// `path` without the extension of compression, and with another extension, in capitals if its own is.
+fs::path beside(const std::string& path, std::string_view ending) {
+  fs::path other = plain_name(path);
+  const std::string own = other.extension().string();
+  std::string wanted(ending);
+  if (!own.empty() && own != lower_case(own))
+    std::ranges::transform(wanted, wanted.begin(),
+                           [](char c) { return c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c; });
+  return other.replace_extension(wanted);
+}
+
+/// What to do about a file of samples whose header lies beside it; "" if none does.
+std::string advice_of_header_beside(const std::string& path) {
+  if (path == "-") return "";
+  for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct"}) {
+    const std::string header = beside(path, ending).string();
+    if (const auto status = status_of(header); header == path || !status || !S_ISREG(status->st_mode))
+      continue;
+    const Format* known = readable_format(header);
+    if (known == nullptr) {
+      const Format* other = format_of(FileBytes(header).peek(bytes_to_recognise()), false);
+      if (other != nullptr) return fmt::format("{} beside it {}", header, other->what);
+      continue;
+    }
+    try {
+      std::error_code error;
+      const auto volume = open_file(header, {});
+      for (const std::string& file : volume->files())
+        if (fs::equivalent(file, path, error)) return header + " describes its samples; give that file";
+    } catch (const UsageError&) {
+      return header + " describes its samples, of several volumes; give that file";
+    } catch (const Error& error) {
+      return fmt::format("{} beside it cannot be read: {}", header, error.what());
+    }
+  }
+  return "";
+}
+
+/// What is wrong with a file whose extension belongs to a self-describing format; "" for other extensions.
+std::string contradicts_its_name(const std::string& path) {
+  const std::string name = lower_case(fs::path(path).filename().string());
+  for (const Format& format : formats()) {
+    const std::string_view what =
+        format.read_as.empty() ? format.what : read_format_named(format.read_as)->what;
+    const bool is_recognised = format.is_mine != nullptr || !format.read_as.empty();
+    for (const std::string_view ending : format.extensions)
+      if (is_recognised && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
+          name.ends_with(ending))
+        return fmt::format(
+            "its name says that it is {}, but it does not begin as one does; it may be cut short or damaged",
+            what);
+  }
+  return "";
+}
+
+BrokenInput no_volume(FileBytes& file, const std::string& path) {
+  const std::string_view beginning = file.peek(bytes_to_recognise());
+  if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
+  if (const std::string advice = advice_of_header_beside(path); !advice.empty())
+    return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
+  // Users know that a .nii.gz file is a gzip file.
+  const bool says_gzip = lower_case(path).ends_with(".nii.gz");
+  if (const Format* other = says_gzip ? nullptr : format_of(beginning, false))
+    return BrokenInput(Sentence{"{}: {}", {file.name(), other->what}}, other->problem);
+  if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
+    return BrokenInput(fmt::format("{}: {}", file.name(), contradiction));
+  if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
+      ending == ".img")
+    return BrokenInput(
+        fmt::format("{}: has no header of its own; the header of a NIfTI pair would be {}, which is missing",
+                    file.name(), beside(path, ".hdr").string()),
+        Problem::no_known_format);
+  return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
+}
+
+/// The format that a program reads from files with the extension of `path`; nullptr if there is none.
+const Format* format_of_name(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  for (const Format& format : formats())
+    if (!format.reader.empty() && std::ranges::find(format.extensions, extension) != format.extensions.end())
+      return &format;
+  return nullptr;
+}
+
+/// The program that somebody added for files with the extension of `path`.
+std::optional<std::string> reader_of_extension(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  return extension.empty() ? std::nullopt : find_reader(extension.substr(1));
+}
+
+/// The format that the content of a file says, if it can be read; otherwise nullptr.
+const Format* recognised(FileBytes& file) {
+  if (const Format* format = format_of(file.peek(bytes_to_recognise()), true)) return format;
+  if (!begins_gzip(file)) return nullptr;
+  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognise()), true);
+  return format != nullptr && format->in_gzip ? format : nullptr;
+}
+
+Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
+  if (!source.from.empty()) return way_named(source.from, file.name());
+  const bool is_described = source.raw && source.raw->offset > 0;
+  if (const Format* format = is_described ? nullptr : recognised(file)) return way_of(*format, file.name());
+  if (source.raw) return {&format_named("raw"), ""};
+  if (!file.peek(1).empty()) {
+    if (const Format* format = format_of_name(path)) return way_of(*format, file.name());
+    if (const auto program = reader_of_extension(path)) return {nullptr, *program};
+  }
+  throw no_volume(file, path);
+}
+
+/// Throws UsageError for a name that means another file, or none, to another program.
+void require_name_for_all(const std::string& path, const Way& way) {
+  const bool is_own = path == "/dev/stdin" || path.starts_with("/dev/fd/") || path.starts_with("/proc/self/");
+  if (is_own)
+    throw UsageError(fmt::format(
+        "{}: is {}, which a separate program reads; to that program, this name means something else; give "
+        "the name of the file itself",
+        path, in_words(way)));
+}
+
+std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
+  auto file = std::make_unique<FileBytes>(path);
+  const Way way = way_of_file(*file, path, source);
+  if (!source.vdb_grid.empty() && (way.format == nullptr || !way.format->has_grids))
+    throw UsageError(file->name() + ": is not an OpenVDB file", Problem::not_openvdb);
+  if (way.program.empty()) {
+    if (way.format->name == "raw" && !source.raw)
+      throw UsageError(
+          Sentence{"{}: samples without a header need {} and {}",
+                   {file->name(), Setting{"dims", "their size"}, Setting{"type", "their type"}}});
+    const bool has_series = way.format->name == "nifti" || way.format->name == "metaimage";
+    if ((!source.series.empty() && !has_series) || !source.dataset.empty())
+      throw UsageError(Sentence{"{}: is one volume; leave out {}",
+                                {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
+                                                                      : Setting{"dataset", "the data set"}}});
+    return way.format->open(std::move(file), path, source);
+  }
+  if (source.raw)
+    throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);
+  if (path == "-" || !file->size())
+    throw UsageError(fmt::format("{}: is {}, which can only be read from a file; save it to one first",
+                                 file->name(), in_words(way)));
+  require_name_for_all(path, way);
+  file.reset();
+  return open_with_reader(way.program, path, options_of(source), source.reader_memory);
+} catch (const WrongSize& wrong) {
+  const Format* other = format_of(wrong.beginning, false);
+  if (other == nullptr) throw;
+  throw BrokenInput(fmt::format("{}; it {}", wrong.what(), other->what), other->problem);
+}
+
+bool has_folders(const std::string& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (!entry->path().filename().string().starts_with('.') && entry->is_directory(error)) return true;
+  return false;
+}
+
+BrokenInput no_files_in(const std::string& folder) {
+  if (!has_folders(folder)) return BrokenInput(folder + ": is an empty folder");
+  return BrokenInput(Sentence{"{}: has no files, only folders; {} lists the volumes in them",
+                              {folder, Setting{"find", "a search"}}});
+}
+
+/// The format of which a folder holds files. Looks into the first ones only, as there may be very many.
+Way way_of_folder(const std::string& folder, const SourceDescription& source) {
+  constexpr std::size_t most_looks = 100;
+  if (!source.from.empty()) return way_named(source.from, folder);
+  std::vector<std::string> files = visible_files(folder);
+  if (files.empty()) throw no_files_in(folder);
+  if (files.size() > most_looks) files.resize(most_looks);
+  for (const std::string& file : files) {
+    if (!status_of(file)) continue;  // a link that leads nowhere
+    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognise()), true);
+    if (format == nullptr) format = format_of_name(file);
+    if (format != nullptr && format->has_folders) return way_of(*format, folder);
+  }
+  std::string known;
+  for (const Format& format : formats())
+    if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
+  throw BrokenInput(
+      Sentence{"{}: is a folder, but its first files are not slices of {}; give a file or a folder of "
+               "slices; {} lists the volumes "
+               "in it",
+               {folder, known, Setting{"find", "a search"}}});
+}
+
+/// A folder of samples without headers: equally many slices in each file.
+std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
+  const RawDescription& raw = *source.raw;
+  std::vector<NumberedFiles> series = numbered_files(visible_files(folder));
+  if (series.empty()) throw BrokenInput(folder + ": has no files");
+  if (!source.series.empty()) {
+    std::vector<NumberedFiles> meant;
+    for (std::size_t i = 0; i < series.size(); ++i)
+      if (series[i].pattern == source.series || std::to_string(i + 1) == source.series) meant = {series[i]};
+    if (meant.empty())
+      throw UsageError(Sentence{"{}: has no series {}; without {}, those that it has are listed",
+                                {folder, source.series, Setting{"series", "this setting"}}});
+    series = std::move(meant);
+  }
+  if (series.size() != 1) {
+    std::vector<Choice> choices;
+    for (const NumberedFiles& files : series)
+      choices.push_back({files.pattern, fmt::format("{} files", files.paths.size())});
+    const Sentence sentence{"{}: holds {} series of files; choose one with {}, by its number or its name:",
+                            {folder, choices.size(), Setting{"series", "the series"}}};
+    throw UsageError(sentence, std::move(choices));
+  }
+  NumberedFiles& files = series.front();
+  if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
+  const auto count = static_cast<std::int64_t>(files.paths.size());
+  if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
+    throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,
+                                  described(raw.dims, raw.type),
+                                  files.gap ? "; " + gap_in_words(files) : ""));
+  // Checked last: if the parts are unequal, accepting gaps does not help.
+  if (files.gap && !source.gaps_ok)
+    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
+  const std::int64_t slices = raw.dims.z / count;
+  const std::uint64_t slice = *sample_bytes({raw.dims.x, raw.dims.y, 1}, raw.type);
+  std::vector<SliceRun> runs;
+  for (std::size_t i = 0; i < files.paths.size(); ++i) {
+    const auto status = status_of(files.paths[i]);
+    const std::uint64_t wanted = raw.offset + slice * static_cast<std::uint64_t>(slices);
+    if (status && static_cast<std::uint64_t>(status->st_size) != wanted)
+      throw BrokenInput(fmt::format("{}: has {} bytes, but {} are expected ({} of {} slices)", files.paths[i],
+                                    status->st_size, wanted, slices, described(raw.dims, raw.type)));
+    runs.push_back({i, raw.offset, slices, slice, raw.big_endian.value_or(false)});
+  }
+  std::vector<std::string> warnings;
+  if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
+  SourceFacts facts;
+  facts.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : "");
+  facts.files = std::move(files.paths);
+  facts.warnings = std::move(warnings);
+  facts.holds_other_bytes = raw.offset > 0;
+  facts.headerless = true;
+  return placed_samples(std::move(facts), std::move(runs));
+}
+
+std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {
+  if (source.raw) return open_raw_folder(folder, source);
+  const Way way = way_of_folder(folder, source);
+  if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
+    throw UsageError(fmt::format("{}: is a folder, not {}", folder, way.format->what));
+  require_name_for_all(folder, way);
+  return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
+}
+
+/// A .tag file tells of the doubts of its source, and so do volumes that are decoded from it.
+void keep_doubts(VolumeSource& volume, const std::string& path) {
+  const SourceFacts& facts = volume.facts();
+  const std::string& fields = facts.info.nrrd_fields;
+  std::string scale_doubt = facts.scale_doubt;
+  if (const std::string kept = text_of_key(fields, scale_doubt_key); scale_doubt.empty() && !kept.empty())
+    scale_doubt = fmt::format("{}: {}", volume.name(), kept);
+  std::vector<std::string> not_understood = facts.not_understood;
+  if (const std::string kept = text_of_key(fields, not_understood_key);
+      not_understood.empty() && !kept.empty())
+    not_understood = {fmt::format("{}: {}", volume.name(), kept)};
+  volume.keep_in_header(lines_of_doubts(
+      facts, {path, fs::path(path).filename().string(), volume.files().back(), volume.name()}));
+  volume.set_doubts(std::move(scale_doubt), std::move(not_understood));
+}
+
+}  // namespace
+
+const Format* readable_format(const std::string& path) {
+  FileBytes file(path);
+  if (const Format* format = recognised(file)) return format;
+  return file.peek(1).empty() ? nullptr : format_of_name(path);
+}
+
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
+  auto volume = is_folder(path) ? open_folder(path, source) : open_file(path, source);
+  volume->set_name(path);
+  keep_doubts(*volume, path);
+  return volume;
+}
+
+}  // namespace tagrid

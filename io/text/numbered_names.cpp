@@ -1,0 +1,130 @@
+#include "io/text/numbered_names.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+
+#include "io/text/natural_order.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+/// A name as texts and numbers: "a12b.tif" is "a", "12", "b.tif". Texts have even places, numbers odd ones.
+std::vector<std::string> pieces_of(std::string_view name) {
+  std::vector<std::string> pieces = {""};
+  for (const char c : name) {
+    if (is_digit(c) != (pieces.size() % 2 == 0)) pieces.emplace_back();
+    pieces.back() += c;
+  }
+  return pieces;
+}
+
+std::string name_of_path(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+/// What all names of a series have in common, if piece `at` is the number of the slice.
+std::string joined(std::vector<std::string> pieces, std::size_t at, const std::string& instead) {
+  if (at < pieces.size()) pieces[at] = instead;
+  std::string name;
+  for (const std::string& piece : pieces) name += piece;
+  return name;
+}
+
+/// The last number that differs among names of the same texts. 0, which is a text, if none does.
+std::size_t last_that_differs(const std::vector<std::vector<std::string>>& names) {
+  std::size_t last = 0;
+  for (const auto& name : names)
+    for (std::size_t at = 1; at < name.size(); at += 2)
+      if (name[at] != names.front()[at]) last = std::max(last, at);
+  return last;
+}
+
+/// The difference of two numbers of any length; 0 if it is not small.
+std::int64_t step_between(std::string_view a, std::string_view b) {
+  constexpr std::size_t most_digits = 18;
+  if (a.size() > most_digits || b.size() > most_digits) return 0;
+  return std::stoll(std::string(b)) - std::stoll(std::string(a));
+}
+
+bool is_same_number(std::string_view a, std::string_view b) {
+  a.remove_prefix(std::min(a.find_first_not_of('0'), a.size()));
+  b.remove_prefix(std::min(b.find_first_not_of('0'), b.size()));
+  return a == b;
+}
+
+void find_gap(NumberedFiles& files, std::size_t at) {
+  std::vector<std::int64_t> steps;
+  const auto number = [&](std::size_t i) { return pieces_of(name_of_path(files.paths[i]))[at]; };
+  for (std::size_t i = 1; i < files.paths.size(); ++i)
+    steps.push_back(step_between(number(i - 1), number(i)));
+  if (steps.empty()) return;
+  for (std::size_t i = 0; i < steps.size() && !files.same; ++i)
+    if (is_same_number(number(i), number(i + 1))) files.same = {files.paths[i], files.paths[i + 1]};
+  if (files.same) return;
+  const std::int64_t least = std::ranges::min(steps);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i] == least) continue;
+    if (!files.gap) files.gap = {files.paths[i], files.paths[i + 1]};
+    // Numbers that are too long, or that are the same, have no steps.
+    if (least < 1 || steps[i] < 1) continue;
+    const std::int64_t from = std::stoll(number(i)) + least, to = std::stoll(number(i + 1)) - least;
+    if (from <= to)
+      files.missing += (files.missing.empty() ? "" : ", ") + std::to_string(from) +
+                       (from == to ? "" : " to " + std::to_string(to));
+  }
+}
+
+}  // namespace
+
+bool is_preview(const std::string& path) {
+  return lower_case(std::filesystem::path(path).stem().string()).ends_with("_spr");
+}
+
+std::string gap_in_words(const NumberedFiles& files) {
+  return "between " + name_of_path(files.gap->first) + " and " + name_of_path(files.gap->second) +
+         ", slices are missing by their numbers" + (files.missing.empty() ? "" : ": " + files.missing);
+}
+
+std::string same_in_words(const NumberedFiles& files) {
+  return name_of_path(files.same->first) + " and " + name_of_path(files.same->second) +
+         " have the same number, so which of them is the slice is not known; move one of them into another "
+         "folder";
+}
+
+std::string number_pattern(std::string_view name) {
+  std::string pattern;
+  const std::vector<std::string> pieces = pieces_of(name);
+  for (std::size_t at = 0; at < pieces.size(); ++at) pattern += at % 2 == 0 ? pieces[at] : "#";
+  return pattern;
+}
+
+std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
+  std::ranges::sort(paths, comes_before);
+  // Names with the same texts between their numbers.
+  std::map<std::string, std::vector<std::string>> alike;
+  for (std::string& path : paths) {
+    std::string texts = number_pattern(name_of_path(path));
+    alike[std::move(texts)].push_back(std::move(path));
+  }
+  std::vector<NumberedFiles> series;
+  for (const auto& [texts, members] : alike) {
+    std::vector<std::vector<std::string>> names;
+    for (const std::string& path : members) names.push_back(pieces_of(name_of_path(path)));
+    const std::size_t at = last_that_differs(names);
+    std::map<std::string, NumberedFiles> by_rest;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      NumberedFiles& files = by_rest[joined(names[i], at > 0 ? at : names[i].size(), "#")];
+      files.paths.push_back(members[i]);
+    }
+    for (auto& [pattern, files] : by_rest) {
+      files.pattern = pattern;
+      if (at > 0) find_gap(files, at);
+      series.push_back(std::move(files));
+    }
+  }
+  std::ranges::sort(series, comes_before, &NumberedFiles::pattern);
+  return series;
+}
+
+}  // namespace tagrid

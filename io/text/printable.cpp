@@ -1,0 +1,110 @@
+#include "io/text/printable.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+
+namespace tagrid {
+namespace {
+
+struct Character {
+  std::size_t bytes = 1;
+  std::uint32_t code = 0;
+  bool good = false;
+};
+
+std::uint32_t byte_at(std::string_view text, std::size_t i) { return static_cast<unsigned char>(text[i]); }
+
+/// The first character of UTF-8, or one byte if it is not UTF-8.
+Character first_character(std::string_view text) {
+  const std::uint32_t first = byte_at(text, 0);
+  if (first < 0x80) return {1, first, true};
+  const std::size_t bytes = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  constexpr std::array<std::uint32_t, 5> least = {0, 0, 0x80, 0x800, 0x10000};
+  if (first < 0xC2 || first > 0xF4 || text.size() < bytes) return {};
+  std::uint32_t code = first & (0x7FU >> bytes);
+  for (std::size_t i = 1; i < bytes; ++i) {
+    const std::uint32_t next = byte_at(text, i);
+    if ((next & 0xC0) != 0x80) return {};
+    code = code << 6 | (next & 0x3F);
+  }
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < least[bytes] || code > 0x10FFFF || surrogate) return {};
+  return {bytes, code, true};
+}
+
+bool is_control(std::uint32_t code) {
+  const bool turns = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) ||
+                     code == 0x200E || code == 0x200F || code == 0x061C;
+  const bool ends_line = code == 0x2028 || code == 0x2029;
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || turns || ends_line;
+}
+
+std::string escaped(std::string_view bytes) {
+  if (bytes == "\n") return "\\n";
+  if (bytes == "\t") return "\\t";
+  if (bytes == "\r") return "\\r";
+  std::string text;
+  for (const char c : bytes) text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  return text;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    const std::string_view bytes = text.substr(0, c.bytes);
+    if (c.good && !is_control(c.code))
+      result += bytes;
+    else
+      result += escaped(bytes);
+    text.remove_prefix(c.bytes);
+  }
+  return result;
+}
+
+namespace {
+
+constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
+
+}  // namespace
+
+std::string text_of_name(std::string_view name) {
+  std::string text;
+  while (!name.empty()) {
+    const Character c = first_character(name);
+    const std::string_view bytes = name.substr(0, c.bytes);
+    if (c.good && bytes != replacement)
+      text += bytes;
+    else
+      for (const char byte : bytes)
+        text += fmt::format("{}{:02X}", replacement, static_cast<unsigned char>(byte));
+    name.remove_prefix(c.bytes);
+  }
+  return text;
+}
+
+std::string name_of_text(std::string_view text) {
+  std::string name;
+  while (!text.empty()) {
+    unsigned byte = 0;
+    const std::string_view digits = text.substr(std::min(text.size(), replacement.size())).substr(0, 2);
+    if (text.starts_with(replacement) && digits.size() == 2 &&
+        std::from_chars(digits.data(), digits.data() + 2, byte, 16).ptr == digits.data() + 2) {
+      name += static_cast<char>(byte);
+      text.remove_prefix(replacement.size() + 2);
+    } else {
+      name += text.front();
+      text.remove_prefix(1);
+    }
+  }
+  return name;
+}
+
+}  // namespace tagrid

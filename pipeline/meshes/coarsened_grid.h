@@ -1,0 +1,75 @@
+// The coarsest grid whose mesh is within a bound of all decoded voxels, found brick by brick.
+//
+// A brick is refined by itself (stages/coarsen/coarsen.h) and again whenever a neighbour has made a point active that both
+// contain, until nothing changes. What is found is the one smallest grid, so the order of the bricks, their size and the
+// number of threads have no influence on it. Samples and activity of bricks wait in nameless temporary files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/files/spool_file.h"
+#include "pipeline/decode/decoded_rows.h"
+#include "pipeline/grid/slices.h"
+#include "stages/coarsen/coarsen.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/sample/coding_parameters.h"
+
+namespace tagrid {
+
+/// A brick of the coarsened grid.
+struct CoarsenedBrick {
+  LatticeBits active;  ///< of its closed box
+  std::vector<std::byte>
+      samples;  ///< at all points of this box, x fastest; outside the volume those of the nearest voxel
+};
+
+class CoarsenedGrid {
+ public:
+  /// `parameters` must outlive the object. `path`: the temporary files are in its folder, and messages name it.
+  CoarsenedGrid(const CodingParameters& parameters, const MeshBound& bound, const std::string& path);
+
+  /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each brick, and the
+  /// samples and activity of the bricks on which threads work.
+  static std::uint64_t working_bytes(const CodingParameters& parameters, std::int64_t threads);
+  /// The heap of a CoarsenedBrick.
+  static std::uint64_t bytes_of_brick(const CodingParameters& parameters);
+
+  /// Takes the samples of the next layer of bricks, and refines each of them, on the threads of the caller's arena.
+  /// REQUIRES: layer.complete(), with all rows of bricks of the layer.
+  void add_layer(const DecodedRows& layer);
+  /// Refines bricks again until nothing changes, on the threads of the caller's arena. Call it once, after the last layer.
+  void settle();
+  /// REQUIRES: settle() was called.
+  CoarsenedBrick brick(Index3 position);
+
+ private:
+  using Samples = std::vector<std::byte>;
+
+  void add_brick(std::int64_t id, const SliceRange& slices);
+  void refine_again(std::int64_t id);
+  LatticeBits with_news(std::int64_t id, LatticeBits active);
+  void refine(std::int64_t id, const Samples& samples, LatticeBits expanded, LatticeBits active);
+  std::uint32_t concerned(std::int64_t id, const LatticeBits& known, const LatticeBits& active) const;
+
+  LatticeBits read_bits(std::int64_t id);
+  void write_bits(std::int64_t id, const LatticeBits& bits);
+  Box box_of(std::int64_t id) const { return bricks_.closed_box(bricks_.position(id)); }
+
+  const CodingParameters& parameters_;
+  MeshBound bound_;
+  BrickGrid bricks_;
+  Box all_;  ///< positions of bricks
+  SliceWindow window_;
+  std::int64_t next_layer_ = 0;
+  std::mutex mutex_;  ///< for all below
+  SpoolFile samples_, bits_;
+  std::vector<std::uint32_t>
+      news_;  ///< for each brick, a bit for every neighbour that has points that are new to it
+};
+
+}  // namespace tagrid

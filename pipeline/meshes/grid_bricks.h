@@ -1,0 +1,66 @@
+// Passes the bricks of a .tag file's grid, with the values of their points, to whatever makes something of them: a
+// mesh, or a surface.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "io/errors/errors.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
+#include "stages/grid/lattice_bits.h"
+
+namespace tagrid {
+
+/// Returns a pointer to the value of a lattice point of a brick, as the sample type lies in memory; valid until the
+/// next call. A point outside the volume has the value of the nearest decoded sample, or the stored value.
+using ValueOf = std::function<const std::byte*(Index3)>;
+
+/// The level up to which the grid is used: `wanted`, or all levels. Throws UsageError if the grid cannot have it.
+int checked_level(std::optional<int> wanted, int cube_size);
+
+/// Throws UsageError, with this code, if the volume is at most one slice, so that it fills no space. `name`: of the file.
+void refuse_flat(const CodingParameters& parameters, const std::string& name, Problem problem);
+
+class GridTaker {
+ public:
+  virtual ~GridTaker() = default;
+
+  /// Takes the next brick, in the order of their numbers. `active`: the activity of its closed box.
+  virtual void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) = 0;
+};
+
+/// The plan of take_all() with a taker that has up to `taker_bytes` on the heap. Throws MemoryLimit.
+DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_bytes,
+                       const Resources& resources);
+
+/// Passes all bricks of a file that has not been read yet, front to back. Memory: that of decoding, the activity of one
+/// layer of bricks, and that of the taker. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of `taker`
+/// and `progress`.
+void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
+              const Progress& progress = {});
+
+/// The bricks whose closed boxes contain a point of `box`, as a box of their positions.
+Box bricks_that_meet(const Box& box, const BrickGrid& bricks);
+
+/// The memory of take_some() with a number of threads.
+std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& positions,
+                               std::uint64_t taker_bytes, int threads);
+
+/// The most threads that may decode in take_some(). Throws MemoryLimit if not even one may.
+int threads_for_taking(const CodingParameters& parameters, const Box& positions, std::uint64_t taker_bytes,
+                       const Resources& resources);
+
+/// Passes the bricks at `positions`. Reads them and the bricks below them, which own the samples on their low faces.
+/// Memory: these bricks of two layers, and that of the taker. Progress counts layers of bricks. Throws as take_all()
+/// does.
+void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_bytes,
+               const Resources& resources, GridTaker& taker, const Progress& progress = {});
+
+}  // namespace tagrid

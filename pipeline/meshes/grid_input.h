@@ -1,0 +1,44 @@
+// A .tag file whose grid is passed on, whole or in part.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/meshes/grid_bricks.h"
+#include "pipeline/progress/progress.h"
+
+namespace tagrid {
+
+/// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all bricks come.
+class GridInput {
+ public:
+  /// `is_part`: a region is wanted. Throws BrokenInput and WorldError.
+  GridInput(const std::string& path, bool is_part);
+
+  const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }
+  const std::string& name() const { return bricks_ ? bricks_->name() : stream_->name(); }
+  const TagIndex& index() const { return bricks_ ? bricks_->index() : stream_->index(); }
+  std::uint64_t bytes() const { return bricks_ ? bricks_->sizes().file : stream_->sizes().file; }
+
+  /// The bricks that will be passed, for this box of samples.
+  Box positions(const std::optional<Box>& box) const;
+  /// Throws MemoryLimit if pass_to() with a taker of so many bytes would exceed the limit.
+  void check_memory(const Box& positions, std::uint64_t taker_bytes, const Resources& resources) const;
+  /// See take_all() and take_some(). To be called once.
+  void pass_to(GridTaker& taker, const Box& positions, std::uint64_t taker_bytes, const Resources& resources,
+               const Progress& progress);
+
+  /// The file, which has not been read yet. REQUIRES: no region is wanted.
+  TagReader& stream() { return *stream_; }
+
+ private:
+  std::unique_ptr<TagBricks> bricks_;
+  std::unique_ptr<TagReader> stream_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,42 @@
+#include "pipeline/meshes/mesh_bricks.h"
+
+#include "pipeline/meshes/grid_bricks.h"
+
+namespace tagrid {
+namespace {
+
+std::uint64_t bytes_of_builder(const CodingParameters& parameters, const MeshPart& part) {
+  return MeshBuilder::working_bytes(parameters, bricks_of(part, parameters.bricks()));
+}
+
+}  // namespace
+
+bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
+  const Index3& n = parameters.dims;
+  return !part.padded && (n.x == 1 || n.y == 1 || n.z == 1);
+}
+
+DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resources) {
+  return plan_taking(parameters, bytes_of_builder(parameters, {}), resources);
+}
+
+void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
+              const Progress& progress) {
+  MeshBuilder mesh(reader.header(), bricks_of(part, reader.parameters().bricks()), part, sink);
+  take_all(reader, bytes_of_builder(reader.parameters(), part), resources, mesh, progress);
+}
+
+std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshPart& part, int threads) {
+  return memory_of_taking(parameters, bricks_of(part, parameters.bricks()),
+                          bytes_of_builder(parameters, part), threads);
+}
+
+void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
+              const Progress& progress) {
+  const CodingParameters& parameters = file.parameters();
+  const Box positions = bricks_of(part, parameters.bricks());
+  MeshBuilder mesh(file.header(), positions, part, sink);
+  take_some(file, positions, bytes_of_builder(parameters, part), resources, mesh, progress);
+}
+
+}  // namespace tagrid

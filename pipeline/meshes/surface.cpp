@@ -1,0 +1,45 @@
+#include "pipeline/meshes/surface.h"
+
+#include <memory>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/meshes/surface_file.h"
+#include "pipeline/meshes/grid_input.h"
+#include "pipeline/meshes/notes.h"
+#include "pipeline/meshes/surface_bricks.h"
+#include "pipeline/reading/decode_region.h"
+
+namespace tagrid {
+
+Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
+  const SurfaceOptions& options = run.options;
+  const SurfaceFormat& format = surface_format_of(run.output);
+  refuse_same_file(run.input, run.output);
+  check_output(run.output, options.overwrite);
+  GridInput input(run.input, !options.region.is_all());
+  const CodingParameters& parameters = input.header().parameters;
+  SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close,
+                   options.area};
+  if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;
+  refuse_flat(parameters, input.name(), Problem::none);
+  const SurfaceLevel level = options.of_samples ? SurfaceLevel{options.iso, false}
+                                                : surface_level(options.iso, input.header(), input.name());
+  const Box positions = input.positions(part.box);
+  const std::uint64_t builder_bytes = SurfaceBuilder::working_bytes(parameters, positions);
+  // Checked before anything is written.
+  input.check_memory(positions, builder_bytes, run.resources);
+
+  const std::shared_ptr<SurfaceFile> file = format.create(run.output, options.overwrite);
+  file->set_notes(notes_of(input.header()));
+  SurfaceBuilder builder(input.header(), positions, part, level, *file);
+  input.pass_to(builder, positions, builder_bytes, run.resources, run.progress);
+  const SurfaceCounts& counts = builder.counts();
+  file->finish();
+  SurfaceResult result{input.header(),  input.index(), input.bytes(), file->file_bytes(), counts, {},
+                       file->warnings()};
+  if (!part.box && !counts.has_gaps) result.boundary_edges = counts.border_edges;
+  return {std::move(result), file};
+}
+
+}  // namespace tagrid

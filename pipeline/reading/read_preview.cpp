@@ -1,0 +1,264 @@
+#include "pipeline/reading/read_preview.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <mutex>
+
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/volume/lengths.h"
+#include "pipeline/decode/block.h"
+#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/within.h"
+#include "pipeline/reading/read_region.h"
+#include "pipeline/threads/threads.h"
+#include "stages/mesh/leaf_at.h"
+
+namespace tagrid {
+namespace {
+
+// The slice across an axis that was asked for, or the one in the middle.
+std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
+  const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
+  if (slice < 0 || slice >= dims[axis])
+    throw UsageError(fmt::format("slice {} = {} is outside the volume, whose slices along {} are 0 to {}",
+                                 "xyz"[axis], slice, "xyz"[axis], dims[axis] - 1));
+  return slice;
+}
+
+// The first slice of a layer of bricks that is nearest to the middle, or the middle, if that is far away.
+std::int64_t quick_slice(const BrickGrid& bricks) {
+  const std::int64_t slices = bricks.domain.dims.z, middle = slices / 2;
+  std::int64_t best = 0;
+  for (std::int64_t layer = bricks.owner(middle); layer <= bricks.owner(middle) + 1; ++layer) {
+    const std::int64_t first = bricks.owned_box({0, 0, layer}).low.z;
+    if (std::abs(first - middle) < std::abs(best - middle)) best = first;
+  }
+  return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
+}
+
+// The samples of a panel.
+Region region_of(const Panel& panel) {
+  Region region;
+  region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice;
+  for (const PanelAxis& a : {panel.across, panel.down}) {
+    region.box.low[a.axis] = a.first;
+    region.box.high[a.axis] = a.first + a.samples - 1;
+    region.step[a.axis] = a.step();
+  }
+  return region;
+}
+
+Strides strides_of(const Panel& panel, std::int64_t size) {
+  Strides strides = {0, 0, 0};
+  strides[static_cast<std::size_t>(panel.across.axis)] = size;
+  strides[static_cast<std::size_t>(panel.down.axis)] = size * panel.across.count();
+  return strides;
+}
+
+std::uint64_t sample_count(const Panel& panel) {
+  return static_cast<std::uint64_t>(panel.across.count() * panel.down.count());
+}
+
+std::uint64_t leaf_number(const BisectionStep& leaf) {
+  Index3 sum;
+  for (const Index3& v : leaf.vertices) sum = sum + v;
+  const auto mix = [](std::uint64_t hash, std::int64_t n) {
+    hash = (hash ^ static_cast<std::uint64_t>(n)) * 0x9e3779b97f4a7c15U;
+    return hash ^ (hash >> 29);
+  };
+  return mix(mix(mix(1, sum.x), sum.y), sum.z);
+}
+
+// The leaves in the plane of a slice across z.
+class LeafMap {
+ public:
+  LeafMap(const Panel& panel, const CodingParameters& parameters, std::vector<LeafPixel>& pixels)
+      : panel_(panel), bricks_(parameters.bricks()), pixels_(pixels) {
+    // Faces of tetrahedra lie in a slice, so the plane is moved a little into the bricks that own its
+    // samples.
+    z_ = panel.slice * PanelAxis::parts + (panel.slice > 0 ? -1 : 1);
+  }
+
+  // Sets the pixels whose places the brick owns.
+  void add(const DecodedBrick& brick) const {
+    const Box owned = bricks_.owned_box(bricks_.position(brick.id));
+    const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
+    const int cube_size = bricks_.domain.cube_size;
+    for (int v = y.first; v < y.end; ++v)
+      for (int u = x.first; u < x.end; ++u) {
+        const Place place = {{panel_.across.place(u), panel_.down.place(v), z_}, PanelAxis::parts};
+        const BisectionStep leaf = leaf_at(brick.active, place, cube_size);
+        pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
+                static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
+      }
+  }
+
+ private:
+  struct Pixels {
+    int first, end;
+  };
+  // Places do not decrease from pixel to pixel, and neither axis of the panel of z is reversed.
+  static Pixels pixels_in(const PanelAxis& axis, const Box& owned) {
+    const auto first_after = [&](std::int64_t place) {
+      int low = 0, high = axis.pixels;
+      while (low < high) {
+        const int middle = (low + high) / 2;
+        if (axis.place(middle) > place)
+          high = middle;
+        else
+          low = middle + 1;
+      }
+      return low;
+    };
+    // The sample before the first one belongs to another brick, and so do places up to it.
+    const std::int64_t low = owned.low[axis.axis];
+    return {low == 0 ? 0 : first_after((low - 1) * PanelAxis::parts),
+            first_after(owned.high[axis.axis] * PanelAxis::parts)};
+  }
+
+  const Panel& panel_;
+  BrickGrid bricks_;
+  std::vector<LeafPixel>& pixels_;
+  std::int64_t z_;
+};
+
+// A brick that slices meet: whether its grid is needed, and how many of its slices across z.
+struct WantedBrick {
+  std::int64_t id;
+  bool with_grid;
+  std::int64_t slices;
+};
+
+// All parts of the volume that are read: the slices, and what the levels are drawn over if they are drawn.
+std::vector<PreviewSlice*> parts_of(PreviewContent& content, const CodingParameters& p) {
+  std::vector<PreviewSlice*> parts;
+  for (PreviewSlice& slice : content.slices) parts.push_back(&slice);
+  if (p.stores_grid()) parts.push_back(&content.levels);
+  return parts;
+}
+
+// The bricks of all parts, each once.
+std::vector<WantedBrick> wanted_bricks(PreviewContent& content, const CodingParameters& p) {
+  const BrickGrid bricks = p.bricks();
+  std::vector<WantedBrick> wanted;
+  for (const PreviewSlice* part : parts_of(content, p)) {
+    const Region region = region_of(part->panel);
+    const bool with_grid = part == &content.levels;
+    for (const std::int64_t id : bricks_of(region, bricks))
+      wanted.push_back(
+          {id, with_grid,
+           with_grid ? all_slices : slices_until(region, bricks.owned_box(bricks.position(id)))});
+  }
+  std::ranges::sort(wanted, {}, &WantedBrick::id);
+  std::size_t count = 0;
+  for (const WantedBrick& brick : wanted) {
+    if (count == 0 || wanted[count - 1].id != brick.id) {
+      wanted[count++] = brick;
+      continue;
+    }
+    WantedBrick& before = wanted[count - 1];
+    before.with_grid |= brick.with_grid;
+    before.slices = std::max(before.slices, brick.slices);
+  }
+  wanted.resize(count);
+  return wanted;
+}
+
+struct Plan {
+  int threads = 1;
+  std::uint64_t memory = 0;
+};
+
+Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Resources& resources,
+                  std::uint64_t besides) {
+  const Panel& levels = content.levels.panel;
+  std::uint64_t fixed = besides;
+  // Bricks are counted as if none was met twice, in a list that grows by copying.
+  for (const PreviewSlice* part : parts_of(content, p)) {
+    const Panel& panel = part->panel;
+    fixed += sample_count(panel) * (size_of(p.type) + sizeof(double));
+    fixed += static_cast<std::uint64_t>(p.bricks().bricks(panel.across.axis) *
+                                        p.bricks().bricks(panel.down.axis)) *
+             (3 * sizeof(WantedBrick) + sizeof(std::int64_t));
+  }
+  if (p.stores_grid())
+    fixed += static_cast<std::uint64_t>(levels.across.pixels) *
+             static_cast<std::uint64_t>(levels.down.pixels) * sizeof(LeafPixel);
+  const auto needed = [&](int threads) { return memory_of_reading(p, threads, p.stores_grid()) + fixed; };
+  const auto best = [&](std::uint64_t limit) -> std::optional<Plan> {
+    for (int threads = resources.threads; threads >= 1; --threads)
+      if (needed(threads) <= limit) return Plan{threads, needed(threads)};
+    return std::nullopt;
+  };
+  const Plan plan = within(resources, best, Plan{1, needed(1)});
+  if (resources.memory && plan.memory > *resources.memory)
+    throw MemoryLimit("a preview of " + described(p.dims, p.type), *resources.memory, plan.memory, {});
+  return plan;
+}
+
+}  // namespace
+
+std::vector<double> values_of(const PreviewSlice& slice, SampleType type) {
+  return with_sample_type(type, [&](auto sample) {
+    const auto* first = reinterpret_cast<const decltype(sample)*>(slice.samples.data());
+    return std::vector<double>(first, first + slice.samples.size() / sizeof(sample));
+  });
+}
+
+PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
+                            std::uint64_t besides, const Progress& progress) {
+  const CodingParameters& p = file.parameters();
+  const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
+  PreviewContent content;
+  for (int axis = 0; axis < 3; ++axis) {
+    Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
+    panel = panel_of(p.dims, geometry.spacing, axis, chosen_slice(wishes, p.dims, axis), wishes.largest,
+                     wishes.least);
+  }
+  Panel& of_z = content.slices[2].panel;
+  // Without voxels, bricks are decoded as a whole.
+  if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)
+    of_z.slice = quick_slice(p.bricks());
+  const Index3 crossing{content.slices[0].panel.slice, content.slices[1].panel.slice, of_z.slice};
+  content.levels.panel = of_z.leaves_out() && p.stores_grid() ? detail_of(of_z, crossing) : of_z;
+  const Plan plan = plan_preview(content, p, resources, besides);
+  content.memory = plan.memory;
+  const std::vector<PreviewSlice*> parts = parts_of(content, p);
+  std::uint64_t total = 0;
+  for (PreviewSlice* part : parts) {
+    part->samples.resize(sample_count(part->panel) * size_of(p.type));
+    total += part->samples.size();
+  }
+  const Panel& of_levels = content.levels.panel;
+  if (p.stores_grid())
+    content.leaves.resize(static_cast<std::size_t>(of_levels.across.pixels) *
+                          static_cast<std::size_t>(of_levels.down.pixels));
+  const LeafMap leaves(of_levels, p, content.leaves);
+
+  const std::vector<WantedBrick> wanted = wanted_bricks(content, p);
+  content.bricks = static_cast<std::int64_t>(wanted.size());
+  std::mutex telling;
+  std::uint64_t done = 0;
+  Threads(plan.threads).run([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
+      const auto [id, with_grid, slices] = wanted[i];
+      const DecodedBrick brick = decode_block(file.read(id), p, file.name(),
+                                              with_grid ? Wanted::samples_and_grid : Wanted::samples, slices);
+      std::uint64_t bytes = 0;
+      for (PreviewSlice* part : parts)
+        bytes += copy_samples(brick, p, region_of(part->panel), part->samples.data(),
+                              strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
+      if (with_grid) leaves.add(brick);
+      if (!progress) return;
+      const std::lock_guard lock(telling);
+      progress(done += bytes, total);
+    });
+  });
+  return content;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,91 @@
+// Reads samples of a part of a volume from the bricks that hold them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/tag/bricks.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
+#include "stages/brick/decode.h"
+#include "stages/grid/box.h"
+#include "stages/sample/samples.h"
+
+namespace tagrid {
+
+/// The samples of `box` (both ends included) at low, low + step, low + 2 * step, ... along each axis.
+struct Region {
+  Box box;
+  Index3 step = {1, 1, 1};
+
+  /// The number of samples along each axis.
+  constexpr Index3 shape() const {
+    Index3 shape;
+    for (int axis = 0; axis < 3; ++axis) shape[axis] = (box.high[axis] - box.low[axis]) / step[axis] + 1;
+    return shape;
+  }
+  /// The samples of the region that lie in `part`, as a box of their numbers along each axis; may be empty.
+  constexpr Box numbers_in(const Box& part) const {
+    Box numbers;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int64_t low = std::max(part.low[axis] - box.low[axis], std::int64_t{0});
+      numbers.low[axis] = low > 0 ? (low - 1) / step[axis] + 1 : 0;
+      const std::int64_t high = std::min(part.high[axis], box.high[axis]) - box.low[axis];
+      numbers.high[axis] = high < 0 ? -1 : high / step[axis];
+    }
+    return numbers;
+  }
+  constexpr Index3 sample(Index3 number) const {
+    return {box.low.x + number.x * step.x, box.low.y + number.y * step.y, box.low.z + number.z * step.z};
+  }
+};
+
+/// The numbers of the bricks that own a sample of the region, in increasing order.
+std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks);
+
+/// How many slices of the samples that a brick owns, from its first one, reach the last one of the region in
+/// it; at least one.
+std::int64_t slices_until(const Region& region, const Box& owned);
+
+/// The number of threads, at most `resources.threads`, that fit into the limit on memory, if there is one.
+/// Throws MemoryLimit if not even one does.
+int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
+
+/// Stores the samples of the region that a brick owns, according to `out` and `strides`, and returns the
+/// number of their bytes.
+std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
+                           const Region& region, std::byte* out, const Strides& strides);
+
+/// Reads only the bricks of the region, decodes them no further than needed, and stores its samples, in the
+/// machine's byte order, according to `out` and `strides`. Other threads may read `file` at the same time.
+/// Throws BrokenInput, WorldError, and the exceptions of `progress`; some of the samples may then have been
+/// written. REQUIRES: the volume contains the region's box; steps are positive.
+void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
+                 int threads, const Progress& progress = {});
+
+/// Blocks that come in order.
+struct BlocksInOrder {
+  std::string name;  ///< of the file, for messages
+  /// Called by one thread at a time, for the blocks in the order of bricks_of(). Nothing: the samples of this
+  /// brick stay as they are.
+  std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
+  /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of
+  /// ending with an error, and its samples stay as they are.
+  std::function<bool(const DecodedBrick& brick)> accepts = {};
+  std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
+  /// Changes the samples of a brick to those of `type`, which are stored. Called by several threads at once.
+  /// May be empty.
+  std::function<void(DecodedBrick& brick)> change_samples = {};
+  SampleType type = SampleType::uint8;  ///< without an effect if change_samples is empty
+};
+
+/// The same for such blocks. At most `threads` of them are in memory.
+void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
+                   std::byte* out, const Strides& strides, int threads);
+
+}  // namespace tagrid

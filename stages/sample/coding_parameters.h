@@ -1,0 +1,88 @@
+// The parameters in the header of a .tag file that say how its bricks are coded. Every brick is a function of
+// these parameters and the samples around it.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "stages/grid/domain.h"
+#include "stages/sample/sample_type.h"
+
+namespace tagrid {
+
+/// Numbers are part of the file format: never renumber.
+enum class FileMode : std::uint8_t {
+  voxels = 0,  ///< activity, and every voxel within a bound
+  grid = 1,    ///< activity, and the values of the active points; voxels are interpolated
+};
+
+/// Where the grid of a file with voxels is. The numbers are part of the file format, as above.
+enum class GridOrigin : std::uint8_t {
+  stored = 0,   ///< in the file: the grid of the original samples
+  derived = 1,  ///< nowhere: whoever needs it computes that of the decoded samples
+};
+inline constexpr std::array<std::string_view, 2> grid_origin_names = {"stored", "derived"};
+inline std::string_view name_of(GridOrigin origin) {
+  return grid_origin_names[static_cast<std::size_t>(origin)];
+}
+
+/// How much time may be spent on making voxels of 8 or 16 bits small; it affects nothing else. The numbers
+/// are part of the file format, as above.
+enum class Effort : std::uint8_t { normal = 0, fast = 1, best = 2 };
+inline constexpr std::array<std::string_view, 3> effort_names = {"default", "fast", "best"};
+inline std::string_view name_of(Effort effort) { return effort_names[static_cast<std::size_t>(effort)]; }
+
+inline constexpr int max_accuracy = 1'000'000;
+
+/// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
+/// number of bytes fits for every type.
+constexpr bool is_volume_size(const Index3& dims) {
+  constexpr std::int64_t largest = std::int64_t{1} << 31;
+  constexpr std::int64_t most = std::int64_t{1} << 58;
+  for (int axis = 0; axis < 3; ++axis)
+    if (dims[axis] < 1 || dims[axis] > largest) return false;
+  return dims.x * dims.y <= most / dims.z;
+}
+
+struct CodingParameters {
+  Index3 dims;
+  SampleType type = SampleType::uint8;
+  FileMode mode = FileMode::voxels;
+  Effort effort = Effort::normal;
+  GridOrigin grid = GridOrigin::stored;
+  int cube_size = 32;    ///< S, a power of two, 4 .. 256
+  int brick_edge = 2;    ///< root cubes along the edge of a brick
+  int max_level = 15;    ///< no point of a higher level is marked; 3K if the run is not limited
+  int accuracy = 20;     ///< m of the curvature criterion
+  double range_low = 0;  ///< the value range that the field scale was derived from; low == high: none
+  double range_high = 0;
+  double field_scale = 0;  ///< lambda: voxels per unit of field value
+
+  /// Largest |decoded - original| of any voxel; negative: no bound (grid mode only).
+  double max_error = 0;
+  /// In voxels mode: the tighter bound of active voxels; negative: none.
+  double surface_error = -1;
+  /// M: no sample is further than this from the piecewise linear field of the mesh; negative: no such bound.
+  double mesh_error = -1;
+  /// E_n: largest error of a stored point value in grid mode.
+  double point_error = 0;
+
+  /// True if the interpolation has a bound, so that the mesh criterion marks points.
+  bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }
+  /// True if the values of the mesh at voxels differ from the original ones, so that a brick must be coded to
+  /// know them.
+  bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
+
+  /// True if every sample is decoded exactly. Fractions of a bound have no effect on integers.
+  bool is_exact() const { return (is_float_type(type) ? max_error : std::floor(max_error)) == 0; }
+
+  bool stores_grid() const { return grid == GridOrigin::stored; }
+
+  Domain domain() const { return {dims, cube_size}; }
+  BrickGrid bricks() const { return {domain(), brick_edge}; }
+};
+
+}  // namespace tagrid

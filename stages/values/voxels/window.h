@@ -1,0 +1,117 @@
+// The voxels already coded that the coder of a brick's values keeps: the latest slices of values and
+// residuals, padded so that the innermost loop needs no border tests.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "stages/grid/box.h"
+#include "stages/values/prediction/parameters.h"
+#include "stages/values/voxels/residual_model.h"
+
+namespace tagrid {
+
+/// The neighbours to the left of a voxel in its row. They are in registers, since every voxel waits for the
+/// one before.
+struct LeftVoxels {
+  std::int32_t value, second_value;        ///< of the voxels x - 1, x - 2
+  std::int32_t residual, second_residual;  ///< as stored in the window
+};
+
+class VoxelWindow {
+ public:
+  using Value = std::int16_t;
+
+  /// `error` is for windows that adapt: the smallest bound of any voxel.
+  VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
+
+  /// The heap of the window for a box of `size` voxels.
+  static constexpr std::uint64_t working_bytes(Index3 size) {
+    const auto slice = static_cast<std::uint64_t>((size.x + 2 * pad) * (size.y + 3));
+    return 5 * slice * sizeof(Value) + static_cast<std::uint64_t>(size.x) * row_bytes;
+  }
+
+  void begin_slice(std::int64_t z);
+  void begin_row(std::int64_t y);
+  void end_row();
+
+  /// True if all neighbours of the voxels first .. last - 1 are equal, and stay so as long as these voxels
+  /// are equal, too. REQUIRES: all voxels before `first` are committed.
+  bool is_flat(std::int64_t first, std::int64_t last) const;
+  /// Commits the value of the neighbours for the voxels of such a segment. For other segments, call prepare()
+  /// first.
+  void fill(std::int64_t first, std::int64_t last);
+  /// Prepares what the functions below need of the rows before. Call it at least once per row.
+  void prepare();
+
+  /// REQUIRES: all voxels before x are committed.
+  LeftVoxels left_of(std::int64_t x) const {
+    return {here_[x - 1], here_[x - 2], residual_[x - 1], residual_[x - 2]};
+  }
+  const Value* row() const { return here_; }
+
+ protected:
+  static constexpr std::int64_t pad = 2;
+  static constexpr std::int32_t residual_limit = 4095;
+  /// The values stored for each voxel of a row: largest_ to class_.
+  static constexpr std::uint64_t row_bytes =
+      2 * sizeof(Value) + sizeof(std::int32_t) + sizeof(std::uint16_t) + sizeof(std::uint8_t);
+  static constexpr int textures = 24;
+
+  /// The average error of predictions in one context: by texture, within a class of the size of the residuals
+  /// around. Without the class, the bias of rough regions would spoil smooth ones.
+  struct Bias {
+    std::int32_t value = 0;  ///< 2^-weight_bits
+    std::uint32_t seen = 0;
+
+    void learn(std::int64_t error) {
+      const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
+      // Keeps the sums of a prediction within 32 bits, whatever a damaged stream contains.
+      value = std::clamp(value + step, -(1 << 27), 1 << 27);
+      seen += seen < 128;
+    }
+  };
+
+  /// Row y, -2 .. size.y, of slice z or one of the two slices before it (for residuals: one slice). Rows
+  /// outside the brick exist as far as a voxel inside can need them.
+  Value* value_row(std::int64_t y, std::int64_t z) {
+    return values_.data() + (z % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  Value* residual_row(std::int64_t y, std::int64_t z) {
+    return residuals_.data() + ((z + 1) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  [[gnu::always_inline]] void keep(std::int64_t x, LeftVoxels& left, std::int32_t value,
+                                   std::int32_t residual) {
+    const std::int32_t limited = std::clamp(residual, -residual_limit, residual_limit);
+    here_[x] = static_cast<Value>(value);
+    residual_[x] = static_cast<Value>(limited);
+    left = {value, left.value, limited, left.residual};
+  }
+  void sum_neighbours();
+  void measure_spread();
+  void measure_residuals();
+
+  Index3 size_;
+  VoxelParameters parameters_;
+  std::int64_t stride_;
+  std::uint32_t level_scale_;  ///< converts a value to one of 64 parts of the range, in 2^-16
+  std::int64_t y_ = 0, z_ = 0;
+
+  std::vector<Value> values_, residuals_;
+  Value* here_ = nullptr;  ///< the row being coded
+  const Value *above_ = nullptr, *behind_ = nullptr;
+  Value* residual_ = nullptr;
+  std::vector<Value> largest_, smallest_;  ///< of the neighbours in the rows before
+  bool prepared_ = false;                  ///< whether the members below are those of the row
+  std::int32_t left_weight_ = 0, second_weight_ = 0;
+  std::vector<std::int32_t> sum_;      ///< weighted sum of all taps except those in the row
+  std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
+  std::vector<std::uint8_t> class_;    ///< of the energy, times textures
+};
+
+}  // namespace tagrid

@@ -1,0 +1,7 @@
+// The coder of lanes for machines with AVX-512.
+#include <hwy/detect_targets.h>
+
+#if (HWY_TARGETS & HWY_AVX3 & ~HWY_STATIC_TARGET) != 0
+#define TAGRID_TARGET HWY_AVX3
+#include "stages/values/wavefront/target.h"
+#endif

@@ -1,0 +1,292 @@
+#include "stages/values/wide/codec.h"
+
+#include <algorithm>
+#include <cassert>
+#include <memory>
+#include <numeric>
+
+#include "stages/entropy/rans_coder.h"
+#include "stages/values/voxels/constant_brick.h"
+#include "stages/values/wide/narrow.h"
+#include "stages/values/wide/parameters.h"
+#include "stages/values/wide/residual_model.h"
+#include "stages/values/wide/window.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::uint8_t narrow_brick = 2;
+
+// The difference of two numbers as sign and magnitude; for keys of float64 it needs 65 bits.
+WideResidual difference(std::int64_t a, std::int64_t b) {
+  if (a < b) return {static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a), true};
+  return {static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b), false};
+}
+
+std::int64_t signed_residual(const WideResidual& r) {
+  const auto limited = static_cast<std::int64_t>(std::min(r.magnitude, std::uint64_t{1} << 62));
+  return r.negative ? -limited : limited;
+}
+
+/// Codes every voxel in raster order. Sum holds weighted sums of numbers. When encoding, `original` and
+/// `numbers` are the input; `result` receives the decoded samples.
+template <class T, class Sum, class Coder>
+class WidePass {
+ public:
+  WidePass(Coder& coder, const WideBrick& brick, const WideParameters& parameters)
+      : coder_(coder),
+        owned_(brick.owned),
+        activity_(brick.activity),
+        bounds_(brick.bounds),
+        p_(parameters),
+        unit_(parameters.fixed ? power_of_two(parameters.exponent) : 1),
+        window_(owned_.size(), parameters.reference, parameters.low, parameters.high),
+        residuals_(std::make_unique<WideResidualModel>()),
+        corrections_(std::make_unique<WideResidualModel>()) {
+    const std::uint64_t span = static_cast<std::uint64_t>(p_.high) - static_cast<std::uint64_t>(p_.low);
+    for (std::size_t i = 0; i < 2; ++i) {
+      step_[i] = 2 * p_.error[i] + 1;
+      largest_[i] = span / static_cast<std::uint64_t>(step_[i]);
+      if (largest_[i] < ~std::uint64_t{0}) ++largest_[i];
+    }
+  }
+
+  /// Returns false if the decoder has run out of bytes, or if a sample needs an escape in a brick without
+  /// escapes.
+  bool run(const T* original, const WideNumbers* numbers, T* result, std::int64_t slices) {
+    const Index3 size = owned_.size();
+    std::size_t i = 0;
+    for (std::int64_t z = 0; z < slices; ++z) {
+      window_.begin_slice(z, z == 0 ? p_.first_slice : p_.others);
+      for (std::int64_t y = 0; y < size.y; ++y) {
+        window_.begin_row(y);
+        if (bounds_.surface_error >= 0) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
+        for (std::int64_t x = 0; x < size.x; ++x, ++i) {
+          if constexpr (Coder::encoding) {
+            if (!encode(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i]))
+              return false;
+          } else {
+            decode(x, result[i]);
+          }
+        }
+        window_.end_row();
+        if (coder_.exhausted()) return false;
+      }
+      window_.end_slice();
+    }
+    return true;
+  }
+
+ private:
+  bool active(std::int64_t x) const {
+    if (bounds_.surface_error < 0) return false;
+    const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_->box().low.x);
+    return (bits_[bit / 64] >> (bit % 64)) & 1;
+  }
+
+  T sample_of(std::int64_t number) const {
+    if constexpr (std::is_floating_point_v<T>)
+      if (p_.fixed) return from_fixed_point<T>(number, unit_);
+    return from_key<T>(number);
+  }
+
+  std::int64_t decoded(const WidePrediction& p, const WideResidual& r, std::size_t which) const {
+    const auto steps = static_cast<Sum>(std::min(r.magnitude, largest_[which])) * Sum{step_[which]};
+    const Sum number = r.negative ? Sum{p.value} - steps : Sum{p.value} + steps;
+    return static_cast<std::int64_t>(std::clamp<Sum>(number, p_.low, p_.high));
+  }
+
+  bool is_within(T sample, T original, bool is_active) const {
+    const double bound = is_active ? bounds_.surface_error : bounds_.max_error;
+    if (bound <= 0) return identical(sample, original);
+    return within(static_cast<double>(sample), static_cast<double>(original), bound);
+  }
+
+  bool encode(std::int64_t x, T original, std::int64_t number, bool escaped, T& result) {
+    const WidePrediction prediction = window_.predict(x);
+    const bool is_active = active(x);
+    const std::size_t which = is_active;
+    const auto error = static_cast<std::uint64_t>(p_.error[which]);
+    WideResidual r = difference(number, prediction.value);
+    r.magnitude = (r.magnitude + std::min(error, ~r.magnitude)) / static_cast<std::uint64_t>(step_[which]);
+    r.negative = r.negative && r.magnitude != 0;
+    const std::int64_t v = decoded(prediction, r, which);
+    result = sample_of(v);
+    const bool corrected = p_.corrected && is_active;
+    if constexpr (std::is_floating_point_v<T>) {
+      escaped = escaped || !(corrected || is_within(result, original, is_active));
+      if (escaped && !p_.escapes) return false;
+      if (p_.escapes && code_adaptive(coder_, escaped, escape_[window_.escape_context(x)], 1000)) {
+        result = code_escaped(original);
+        window_.commit_escape(x, prediction);
+        return true;
+      }
+    }
+    residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
+    if (corrected) result = code_correction(original, result);
+    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
+    return true;
+  }
+
+  void decode(std::int64_t x, T& result) {
+    const WidePrediction prediction = window_.predict(x);
+    if constexpr (std::is_floating_point_v<T>)
+      if (p_.escapes && code_adaptive(coder_, false, escape_[window_.escape_context(x)], 1000)) {
+        result = code_escaped(T{});
+        window_.commit_escape(x, prediction);
+        return;
+      }
+    const std::size_t which = active(x);
+    const WideResidual r = residuals_->code(coder_, {}, window_.context(x, prediction, p_.error[which]));
+    const std::int64_t v = decoded(prediction, r, which);
+    result = sample_of(v);
+    if (p_.corrected && which == 1) result = code_correction(T{}, result);
+    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
+  }
+
+  // Codes the bits of a sample that has no number. Often they are those of the escaped sample before.
+  T code_escaped(T original) {
+    if (code_adaptive(coder_, bits_of(original) == last_escaped_, repeats_, 250))
+      return std::bit_cast<T>(last_escaped_);
+    last_escaped_ = static_cast<BitsOf<T>>(code_raw_bits(coder_, bits_of(original), 8 * sizeof(T)));
+    return std::bit_cast<T>(last_escaped_);
+  }
+
+  // Leads from a sample on the lattice of fixed-point numbers to the exact one, by the difference of their
+  // keys.
+  T code_correction(T original, T lattice) {
+    const WideResidual d = corrections_->code(coder_, difference(key_of(original), key_of(lattice)),
+                                              {log_steps<2>(last_correction_), {}, {}});
+    last_correction_ = d.magnitude;
+    using Limits = std::numeric_limits<std::make_signed_t<BitsOf<T>>>;
+    const Int128 key = Int128{key_of(lattice)} + (d.negative ? -Int128{d.magnitude} : Int128{d.magnitude});
+    return from_key<T>(static_cast<std::int64_t>(std::clamp<Int128>(key, Limits::min(), Limits::max())));
+  }
+
+  Coder& coder_;
+  Box owned_;
+  const LatticeBits* activity_;
+  WideBounds bounds_;
+  const WideParameters& p_;
+  double unit_;
+  std::array<std::int64_t, 2> step_{};
+  std::array<std::uint64_t, 2> largest_{};
+  WideWindow<Sum> window_;
+  std::unique_ptr<WideResidualModel> residuals_, corrections_;
+  std::array<AdaptiveBit, 8> escape_{};
+  AdaptiveBit repeats_;
+  BitsOf<T> last_escaped_ = 0;
+  std::uint64_t last_correction_ = 0;
+  const std::uint64_t* bits_ = nullptr;
+};
+
+template <class T, class Coder>
+bool run_pass(Coder& coder, const WideBrick& brick, const WideParameters& p, const T* original,
+              const WideNumbers* numbers, T* result, std::int64_t slices) {
+  if constexpr (sizeof(T) == 8)
+    if (!p.fixed) return WidePass<T, Int128, Coder>(coder, brick, p).run(original, numbers, result, slices);
+  return WidePass<T, std::int64_t, Coder>(coder, brick, p).run(original, numbers, result, slices);
+}
+
+// A sample that is within the tightest bound of all others, if there is one.
+template <class T>
+bool constant_of(std::span<const T> samples, const WideBounds& bounds, T& constant) {
+  constant = samples[0];
+  if (std::all_of(samples.begin(), samples.end(), [&](T v) { return identical(v, samples[0]); })) return true;
+  const double bound =
+      bounds.surface_error < 0 ? bounds.max_error : std::min(bounds.max_error, bounds.surface_error);
+  if (bound <= 0 || !std::all_of(samples.begin(), samples.end(), is_finite<T>)) return false;
+  const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+  constant = std::midpoint(*low, *high);
+  return within(static_cast<double>(*low), static_cast<double>(constant), bound) &&
+         within(static_cast<double>(*high), static_cast<double>(constant), bound);
+}
+
+/// The window and the models.
+std::uint64_t working_bytes_of_pass(Index3 size) {
+  return WideWindow<std::int64_t>::working_bytes(size) + 2 * sizeof(WideResidualModel);
+}
+
+}  // namespace
+
+template <class T>
+PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
+  assert(reconstruction.size() == samples.size());
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
+  T constant;
+  if (constant_of(samples, brick.bounds, constant)) {
+    append_constant_brick(constant, out);
+    std::fill(reconstruction.begin(), reconstruction.end(), constant);
+    return {};
+  }
+  if (const auto form = narrow_form(samples, brick.bounds)) {
+    out.push_back(narrow_brick);
+    return encode_narrow(samples, *form, brick, reconstruction, out);
+  }
+  WideNumbers numbers;
+  WideParameters parameters = choose_parameters(samples, brick.owned.size(), brick.bounds, numbers);
+  const std::size_t start = out.size();
+  for (;; parameters.escapes = true) {
+    out.resize(start);
+    out.push_back(coded_brick);
+    RansEncoder coder(out);
+    code_wide_parameters<T>(coder, brick.bounds.surface_error >= 0, parameters);
+    if (!run_pass(coder, brick, parameters, samples.data(), &numbers, reconstruction.data(),
+                  brick.owned.size().z))
+      continue;
+    coder.finish();
+    return {};
+  }
+}
+
+template <class T>
+Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+                          std::vector<std::uint8_t>& carried) {
+  const std::int64_t slices = slices_in(brick.owned, samples.size());
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
+  if (!bytes.empty() && bytes[0] == narrow_brick)
+    return decode_narrow(bytes.subspan(1), brick, samples, carried);
+  const auto count = static_cast<std::size_t>(brick.owned.count());
+  return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
+    WideParameters parameters;
+    if (!code_wide_parameters<T>(coder, brick.bounds.surface_error >= 0, parameters))
+      return Status::broken("values with impossible parameters");
+    const T* const no_original = nullptr;
+    if (!run_pass(coder, brick, parameters, no_original, nullptr, samples.data(), slices))
+      return Status::broken("values end too soon");
+    return Status();
+  });
+}
+
+std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
+                                                    Effort effort) {
+  const auto voxels = static_cast<std::uint64_t>(size.x * size.y * size.z);
+  const bool floats = is_float_type(type);
+  // Differences of keys, which have a bit more than samples, or of numbers on a lattice, which have 48.
+  const int bits = static_cast<int>(8 * size_of(type)) + 1;
+  std::uint64_t events = WideResidualModel::most_events(floats ? std::max(bits, 48) : bits);
+  if (floats) ++events;                                                                     // escaped?
+  if (floats && bounds.surface_error == 0) events += WideResidualModel::most_events(bits);  // corrected
+  const std::uint64_t numbers = voxels * (sizeof(std::int64_t) + sizeof(std::uint8_t));
+  // Before the first voxel a few hundred say the parameters.
+  const std::uint64_t wide =
+      numbers + std::max(floats ? numbers : 0,
+                         working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));
+  return std::max(wide, working_bytes_of_encoding_narrow(size, effort));
+}
+
+std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) {
+  return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                       \
+  template PendingWide encode_wide_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
+                                          std::vector<std::uint8_t>&);                              \
+  template Status decode_wide_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
+                                     std::vector<std::uint8_t>&);
+TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
+
+}  // namespace tagrid

@@ -1,0 +1,58 @@
+// Codes the values of all voxels of one brick of uint32, int32, float32 or float64, each within a bound of
+// the original, as bytes and back; voxels/codec.h does the same for the narrow types.
+//
+// Every sample becomes a number (numbers.h): an integer is its own number; a float becomes its key if nothing
+// may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow
+// samples codes them (narrow.h); others are coded closed loop in the same way. A float escapes if it is not
+// finite, or if its number would not lead back to it within its bound: its bits are stored.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stages/bound/bounds.h"
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/status.h"
+#include "stages/values/voxels/codec.h"
+
+namespace tagrid {
+
+using WideBrick = BrickOfVoxels<WideBounds>;
+
+/// The rest of the code of a brick; see PendingVoxels.
+struct [[nodiscard]] PendingWide {
+  std::vector<std::uint16_t> numbers;  ///< of narrow samples, until the code is complete
+  PendingVoxels<std::uint16_t> code;
+
+  /// Numbers replace each other when they are coded: if they are stored, the reconstruction does not change.
+  std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {}) {
+    return code.finish(to_carry);
+  }
+};
+
+/// Appends the coded values of a brick to `out`, except for what finish() appends; see encode_voxels(). A
+/// sample that is not finite is restored bit by bit, whatever the bound.
+template <class T>
+PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out);
+
+/// The inverse. Safe on any bytes: see decode_voxels().
+template <class T>
+Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+                          std::vector<std::uint8_t>& carried);
+
+/// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that
+/// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,
+/// the models and the largest possible number of events.
+std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
+                                                    Effort effort);
+/// The same for decode_wide_voxels(): the window and the models.
+std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort);
+
+}  // namespace tagrid

@@ -1,0 +1,91 @@
+// One place decides what an exception means, and the meaning survives being sent.
+#include "io/errors/error_kinds.h"
+
+#include <gtest/gtest.h>
+
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+#include "io/errors/errors.h"
+
+namespace tagrid {
+namespace {
+
+template <class Thrown>
+SortedError sorted(const Thrown& thrown) {
+  return sorted_error(std::make_exception_ptr(thrown));
+}
+
+TEST(ErrorKinds, EveryExceptionHasOne) {
+  EXPECT_EQ(sorted(UsageError("x")), (SortedError{ErrorKind::usage, "x"}));
+  EXPECT_EQ(sorted(BrokenInput("x")), (SortedError{ErrorKind::broken_input, "x"}));
+  EXPECT_EQ(sorted(ClosedPipe("x")), (SortedError{ErrorKind::closed_pipe, "x"}));
+  EXPECT_EQ(sorted(WorldError("x")), (SortedError{ErrorKind::world, "x"}));
+  EXPECT_EQ(sorted(std::logic_error("x")), (SortedError{ErrorKind::bug, "x"}));
+  EXPECT_EQ(sorted(std::out_of_range("x")), (SortedError{ErrorKind::bug, "x"}));
+  EXPECT_EQ(sorted(std::system_error(std::make_error_code(std::errc::io_error))).kind, ErrorKind::world);
+  EXPECT_EQ(sorted(std::bad_alloc()).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(std::bad_array_new_length()).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(std::length_error("x")).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(42).kind, ErrorKind::bug);
+}
+
+TEST(ErrorKinds, ThatThereAreNoMoreThreadsIsTheWorldsFaultAndSaysWhatHelps) {
+  const SortedError error =
+      sorted(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)));
+  EXPECT_EQ(error.kind, ErrorKind::world);
+  EXPECT_NE(error.message.find("no more threads"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("ulimit -u"), std::string::npos) << error.message;
+}
+
+TEST(ErrorKinds, WhatIsThrownAgainIsOfTheSameKind) {
+  for (const ErrorKind kind : {ErrorKind::usage, ErrorKind::broken_input, ErrorKind::closed_pipe,
+                               ErrorKind::world, ErrorKind::memory, ErrorKind::bug}) {
+    try {
+      throw_sorted({kind, "x", {}});
+    } catch (...) {
+      const SortedError again = sorted_error(std::current_exception());
+      EXPECT_EQ(again.kind, kind);
+      EXPECT_TRUE(again.message == "x" || kind == ErrorKind::memory) << again.message;
+    }
+  }
+}
+
+TEST(ErrorKinds, CodeAndValuesAreThrownAgain) {
+  const SortedError refused = sorted(UsageError(
+      Sentence{"{} {}: is a {}", {Setting{"level", "the level"}, 0.5, "fraction"}}, Problem::output_exists));
+  EXPECT_EQ(refused.message, "the level 0.5: is a fraction");
+  EXPECT_EQ(text_of(refused.detail.sentence, "--"), "--level 0.5: is a fraction");
+  const SortedError broken = sorted(BrokenInput("a.gz: is compressed", Problem::compressed_file));
+  const SortedError world = sorted(WorldError("x", Problem::no_known_format));
+  for (const SortedError& error : {refused, broken, world}) {
+    EXPECT_NE(error.detail.problem, Problem::none);
+    try {
+      throw_sorted(error);
+    } catch (...) {
+      EXPECT_EQ(sorted_error(std::current_exception()), error);
+    }
+  }
+}
+
+TEST(ErrorKinds, ALimitOnMemoryIsThrownAgainAsOneWithItsNumbers) {
+  try {
+    throw_sorted(sorted(MemoryLimit("encoding", 7, 3'000'000'001, 5)));
+  } catch (const MemoryLimit& again) {
+    EXPECT_EQ(again.needed(), 3'000'000'001U);
+    EXPECT_EQ(again.needed_with_spool(), 5U);
+  }
+  try {
+    throw_sorted(sorted(MemoryLimit("encoding", 7, 8, {})));
+  } catch (const MemoryLimit& again) {
+    EXPECT_FALSE(again.needed_with_spool());
+  }
+}
+
+TEST(ErrorKinds, TextInASentenceIsTakenAsItIs) {
+  EXPECT_EQ(text_of({"{}: is no {}", {"a{0}{b.raw", "{}"}}), "a{0}{b.raw: is no {}");
+}
+
+}  // namespace
+}  // namespace tagrid

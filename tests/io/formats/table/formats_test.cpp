@@ -1,0 +1,158 @@
+// The table of formats: all that it says of a format is so.
+#include "io/formats/table/formats.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "io/formats/table/open_volume.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+using namespace std::string_literals;
+
+std::string at(std::size_t place, const std::string& magic) { return std::string(place, ' ') + magic; }
+
+/// How files of each format may begin.
+std::map<std::string, std::vector<std::string>> beginnings() {
+  return {
+      {"nrrd", {"NRRD0001\n", "NRRD0005\r\n"}},
+      {"vdb", {" BDV\0\0\0\0"s}},
+      {"tag", {"\x89TAG\r\n"}},
+      {"gzip", {"\x1f\x8b\b"}},
+      {"zstd", {"\x28\xb5\x2f\xfd"}},
+      {"xz", {"\xfd\x37zXZ"}},
+      {"bzip2", {"BZh9"}},
+      {"zip", {"PK\x03\x04"}},
+      {"tar", {std::string(257, 'a') + "ustar"}},
+      {"dicom", {at(128, "DICM")}},
+      {"analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
+      {"nifti",
+       {"\x5c\1\0\0"s + at(344, "n+1\0"s).substr(4), "\0\0\1\x5c"s + at(344, "ni1\0"s).substr(4),
+        "\x1c\2\0\0n+2\0\r\n\032\n"s, "\0\0\2\x1cni2\0\r\n\032\n"s}},
+      {"metaimage", {"ObjectType = Image\n", "NDims = 3\n"}},
+      {"hdf5", {"\x89HDF\r\n\x1a\n", "MATLAB 7.3" + at(502, "\x89HDF\r\n\x1a\n")}},
+      {"matlab", {"MATLAB 5.0 MAT-file"}},
+      {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
+      {"bmp", {"BM" + std::string(12, '\x7') + "\x28\0\0\0"s, "BM" + std::string(12, '\0') + "\x7c\0\0\0"s}},
+      {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
+      {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
+      {"isq", {"CTDATA-HEADER_V1"}},
+      {"tiff", {"II*\0"s, "MM\0*"s}}};
+}
+
+TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
+  const auto all = beginnings();
+  for (const Format& format : formats()) {
+    ASSERT_EQ(format.is_mine != nullptr, all.contains(std::string(format.name))) << format.name;
+    if (format.is_mine == nullptr) continue;
+    for (const auto& [name, texts] : all)
+      for (const std::string& text : texts) {
+        const std::string longer = text + std::string(400, '\n');
+        EXPECT_EQ(format.is_mine(longer), name == format.name) << format.name << ", " << text;
+        if (name != format.name) continue;
+        EXPECT_TRUE(format.is_mine(longer.substr(0, format.peek))) << "its peek is enough: " << format.name;
+        EXPECT_LE(format.peek, bytes_to_recognise());
+        EXPECT_EQ(format_of(longer, format.is_read()), &format);
+        EXPECT_EQ(format_of(longer, !format.is_read()), nullptr);
+        for (std::size_t size = 0; size < 2; ++size)
+          EXPECT_FALSE(format.is_mine(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
+      }
+  }
+}
+
+TEST(Formats, NamesAndExtensionsAreOfOneRowEach) {
+  std::map<std::string_view, int> names, extensions;
+  for (const Format& format : formats()) {
+    ++names[format.name];
+    EXPECT_FALSE(format.extensions.empty() || format.help.empty()) << format.name;
+    for (const std::string_view extension : format.extensions) {
+      ++extensions[extension];
+      EXPECT_TRUE(extension.starts_with('.')) << extension;
+    }
+  }
+  for (const auto& [name, count] : names) EXPECT_EQ(count, 1) << name;
+  for (const auto& [extension, count] : extensions) EXPECT_EQ(count, 1) << extension;
+}
+
+TEST(Formats, TheNameOfAFileSaysTheFormatThatIsWritten) {
+  for (const Format& format : formats())
+    for (const std::string_view extension : format.extensions) {
+      const Format* expected = format.is_written() ? &format : nullptr;
+      for (const std::string folder : {"", "a/b.c/", "/x.nrrd/"}) {
+        EXPECT_EQ(format_with_extension(folder + "volume" + std::string(extension)), expected) << extension;
+        EXPECT_EQ(format_with_extension(folder + std::string(extension)), nullptr) << "only an extension";
+      }
+      if (expected == nullptr) continue;
+      EXPECT_EQ(&format_from_name("volume" + std::string(extension)), expected) << extension;
+    }
+  EXPECT_EQ(format_from_name("b.NHDR").name, "nhdr");
+  EXPECT_EQ(format_from_name("-").name, "raw");
+}
+
+TEST(Formats, AreNamedByTheirEndingsToo) {
+  const std::pair<const char*, const char*> names[] = {
+      {"nii", "nifti"}, {"nii.gz", "nifti.gz"}, {"h5", "hdf5"}, {"tif", "tiff"}, {"vti", "vti"}};
+  for (const auto& [ending, name] : names) EXPECT_EQ(format_named(ending).name, name) << ending;
+  EXPECT_THROW(format_named(".nii"), UsageError);
+  EXPECT_THROW(format_named(""), UsageError);
+}
+
+TEST(Formats, UnknownNamesListWhatThereIs) {
+  const std::string file = message_of<UsageError>([] { format_from_name("b.jpg"); }),
+                    name = message_of<UsageError>([] { format_named("jpg"); });
+  for (const Format* format : written_formats()) {
+    EXPECT_NE(file.find(format->extensions.front()), file.npos) << file;
+    EXPECT_NE(file.find(format->help), file.npos) << file;
+    EXPECT_NE(name.find(format->name), name.npos) << name;
+  }
+}
+
+class FormatFiles : public TemporaryFolder {
+ protected:
+  FormatFiles() { setenv("TAGRID_READER_PATH", TAGRID_READERS, 1); }
+  ~FormatFiles() override { unsetenv("TAGRID_READER_PATH"); }
+};
+
+TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
+  const VolumeInfo info{{2, 3, 4}, SampleType::int16, {}, ""};
+  const std::vector<std::byte> samples(48, std::byte{1});
+  for (const Format* format : written_formats()) {
+    if (sanitized && format->name == "vdb") continue;  // its programs take minutes to compile with sanitizers
+    const std::string name = path(std::string(format->name) + std::string(format->extensions.front()));
+    const auto sink = create_volume(*format, name, info, {});
+    EXPECT_EQ(sink->any_order(), format->any_order) << name;
+    sink->write_slices(samples);
+    sink->commit();
+    EXPECT_TRUE(std::filesystem::exists(samples_path(name, *format))) << name;
+    SourceDescription description;
+    if (format->name == "raw") description.raw = RawDescription{info.dims, info.type, {}, {}, 0};
+    if (format->name == "vti") continue;  // only written
+    const auto source = open_volume(name, description);
+    std::vector<std::byte> read(48);
+    source->read_slices(read.data(), 4);
+    source->finish();
+    EXPECT_EQ(read, samples) << name;
+  }
+}
+
+TEST_F(FormatFiles, WhatIsNotReadIsNamed) {
+  for (const auto& [name, texts] : beginnings())
+    for (const std::string& text : texts) {
+      const Format* format = format_of(text, false);
+      if (format == nullptr) continue;
+      const std::string file_name = file("volume", text + std::string(60, ' '));
+      RawDescription raw{{9, 9, 9}, SampleType::uint8, {}, {}, 0};
+      for (const SourceDescription& source : {SourceDescription(), SourceDescription(raw)}) {
+        const std::string message = message_of<BrokenInput>([&] { open_volume(file_name, source); });
+        EXPECT_NE(message.find(format->what), message.npos) << message;
+      }
+    }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,207 @@
+#include <gtest/gtest.h>
+
+#include "io/errors/errors.h"
+#include "io/files/output_file.h"
+#include "tests/support/meshed_volume.h"
+#include "tests/support/runs.h"
+
+namespace tagrid {
+namespace {
+
+class MeshFile : public MeshedVolume {
+ protected:
+  MeshFile() {
+    options_.cube_size = 8;
+    options_.brick_edge = 1;
+    options_.mesh_error = 50;
+  }
+
+  // The points and six volumes of the tetrahedra of a volume with this header, in the world.
+  void mesh_with(const std::string& fields, std::vector<double>& xyz, std::vector<double>& six) {
+    const Index3& d = volume_.dims;
+    const std::string header = "NRRD0004\ntype: int16\ndimension: 3\nsizes: " + std::to_string(d.x) + " " +
+                               std::to_string(d.y) + " " + std::to_string(d.z) +
+                               "\nencoding: raw\nendian: little\n" + fields + "\n";
+    encode_volume(write_samples(volume_, header), {}, path("w.tag"), true, options_, Resources(2));
+    write_mesh(path("w.tag"), path("w.vtu"), {{}, true, true}, Resources(2));
+    Vtu vtu(path("w.vtu"));
+    xyz = vtu.array<double>("Float64", "Points");
+    const auto ids = vtu.array<std::int64_t>("Int64", "connectivity");
+    six.clear();
+    for (std::size_t t = 0; t < ids.size(); t += 4) {
+      double e[3][3];
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          e[i][axis] = xyz[3 * static_cast<std::size_t>(ids[t + i + 1]) + axis] -
+                       xyz[3 * static_cast<std::size_t>(ids[t]) + axis];
+      six.push_back(e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
+                    e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
+                    e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]));
+    }
+  }
+
+  TestVolume volume_ = spiky_volume({11, 18, 9}, 3);
+  EncodeOptions options_;
+};
+
+struct World {
+  const char* fields;
+  double axes[3][3];  // the step to the next sample, by axis
+  double origin[3];
+  double determinant;  // its absolute value
+};
+
+TEST_F(MeshFile, PointsLieWhereTheHeaderSaysAndVolumesArePositiveThere) {
+  const World worlds[] = {
+      {"spacings: 0.5 2 4\n", {{0.5, 0, 0}, {0, 2, 0}, {0, 0, 4}}, {0, 0, 0}, 4},
+      {"space dimension: 3\nspace directions: (0.5,0,0) (0,2,0) (0,1,4)\nspace origin: (-3,1,8)\n",
+       {{0.5, 0, 0}, {0, 2, 0}, {0, 1, 4}},
+       {-3, 1, 8},
+       4},
+      {"space dimension: 3\nspace directions: (-0.5,0,0) (0,2,0) (0,1,4)\nspace origin: (-3,1,8)\n",
+       {{-0.5, 0, 0}, {0, 2, 0}, {0, 1, 4}},
+       {-3, 1, 8},
+       4},
+      {"space dimension: 3\nspace directions: (0,2,0) (0.5,0,0) (0,0,1)\n",
+       {{0, 2, 0}, {0.5, 0, 0}, {0, 0, 1}},
+       {0, 0, 0},
+       1},
+  };
+  encode(volume_, options_);
+  const ValuedMesh plain = mesh({}, true);
+  for (const World& world : worlds) {
+    SCOPED_TRACE(world.fields);
+    std::vector<double> xyz, six;
+    mesh_with(world.fields, xyz, six);
+    ASSERT_EQ(xyz.size(), 3 * plain.points.size());
+    for (std::size_t i = 0; i < plain.points.size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        double expected = world.origin[axis];
+        for (int a = 0; a < 3; ++a) expected += static_cast<double>(plain.points[i][a]) * world.axes[a][axis];
+        ASSERT_EQ(xyz[3 * i + axis], expected);
+      }
+    ASSERT_EQ(six.size(), plain.size());
+    for (std::size_t t = 0; t < six.size(); ++t)
+      ASSERT_EQ(six[t], world.determinant * static_cast<double>(six_volumes(plain.vertices(t))));
+  }
+}
+
+TEST_F(MeshFile, SameBytesForAnyThreadCount) {
+  encode(volume_, options_);
+  write_mesh(path("v.tag"), path("one.vtu"), {}, Resources(1));
+  write_mesh(path("v.tag"), path("four.vtu"), {}, Resources(4));
+  EXPECT_EQ(content("one.vtu"), content("four.vtu"));
+}
+
+TEST_F(MeshFile, AWrongCommandIsAUsageErrorAndLeavesNothing) {
+  encode(volume_, options_);
+  const auto before = names();
+  for (const int level : {-1, 10, 1000})
+    EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {level, false, false}, Resources(1)), UsageError)
+        << level;
+  EXPECT_NE(message_of<UsageError>([&] {
+              write_mesh(path("v.tag"), path("m.vtk"), {}, Resources(1));
+            }).find(".vtu"),
+            std::string::npos);
+  EXPECT_EQ(names(), before);
+  write_mesh(path("v.tag"), path("m.vtu"), {9, false, false}, Resources(1));
+  EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {}, Resources(1)), UsageError);
+  EXPECT_NO_THROW(write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1)));
+}
+
+TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
+  for (const Index3 dims : {Index3{11, 18, 1}, Index3{1, 18, 9}, Index3{11, 1, 9}}) {
+    encode(spiky_volume(dims, 3), options_);
+    const auto before = names();
+    try {
+      write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1));
+      ADD_FAILURE();
+    } catch (const UsageError& error) {
+      EXPECT_EQ(error.detail().problem, Problem::mesh_fills_no_space) << error.what();
+    }
+    EXPECT_EQ(names(), before);
+    EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, Resources(1)));
+  }
+}
+
+TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
+  encode(volume_, options_);
+  const std::string whole = content("v.tag");
+  for (const std::size_t size : {std::size_t{5}, whole.size() / 2, whole.size() - 1}) {
+    file("cut.tag", whole.substr(0, size));
+    const auto before = names();
+    EXPECT_THROW(write_mesh(path("cut.tag"), path("m.vtu"), {}, Resources(2)), BrokenInput) << size;
+    EXPECT_EQ(names(), before);
+  }
+}
+
+// A file made from two others whose grids differ on the face between two layers: the mesh has cracks there,
+// but every point has the value of its sample, which the layer below owns.
+TEST_F(MeshFile, BricksThatDisagreeStillGetTheValuesOfTheirOwnSamples) {
+  const TestVolume spiky = spiky_volume({9, 9, 17}, 5);
+  const TestVolume flat{spiky.dims, std::vector<std::int16_t>(spiky.samples.size(), 123)};
+  std::vector<BrickBytes> bricks;
+  EncodeResult encoded;
+  const TestVolume volumes[] = {flat, spiky};
+  for (const TestVolume& volume : volumes) {
+    encoded = encode(volume, options_);
+    TagReader reader(path("v.tag"));
+    for (BrickBytes brick; reader.read_brick(brick);)
+      if (brick.id == (&volume == &volumes[0] ? 0 : 1)) bricks.push_back(brick);
+  }
+  ASSERT_EQ(bricks.size(), 2u);
+  {
+    OutputFile out(path("v.tag"), true);
+    TagWriter writer(out, encoded.header);
+    for (const BrickBytes& brick : bricks) writer.write_brick(brick, encoded.index.total);
+    writer.finish();
+    out.commit();
+  }
+  const TestVolume decoded = decode(spiky.dims);
+  const ValuedMesh m = mesh({}, true);
+  int on_face = 0;
+  for (std::size_t i = 0; i < m.points.size(); ++i) {
+    ASSERT_EQ(m.values[i], decoded.nearest(m.points[i]));
+    on_face += m.points[i].z == 8;
+  }
+  EXPECT_GT(on_face, 4);
+}
+
+// Volumes in ../shared/data, with all the points and tetrahedra of real grids.
+class RealVolumes : public MeshedVolume {
+ protected:
+  void check(const std::string& name, Index3 dims, Index3 domain, bool grid_only) {
+    const std::string samples = TAGRID_SOURCE_DIR "/../shared/data/" + name + ".raw";
+    if (!std::filesystem::exists(samples)) GTEST_SKIP() << "no real volumes: " << samples << " is missing";
+    EncodeOptions options;
+    options.grid_only = grid_only;
+    RawDescription raw;  // without the header's spacing, so that points are lattice points
+    raw.dims = dims;
+    encode_volume(samples, SourceDescription(raw), path("v.tag"), true, options, Resources(2));
+    for (const bool padded : {true, false}) {
+      write_mesh(path("v.tag"), path("v.vtu"), {{}, padded, true}, Resources(2));
+      Vtu vtu(path("v.vtu"));
+      const LatticeMesh m = read_lattice_mesh(vtu);
+      const Index3 box = padded ? domain : dims - Index3{1, 1, 1};
+      std::int64_t inner_open_faces = 0;
+      const auto open_face = [&](const std::array<std::size_t, 3>& face) {
+        inner_open_faces += !is_on_border({m.points[face[0]], m.points[face[1]], m.points[face[2]]}, box);
+      };
+      const MeshFindings found = check_mesh(m, open_face, padded ? std::nullopt : std::optional(box));
+      EXPECT_TRUE(found.good()) << found.text();
+      EXPECT_GT(m.size(), 1000u);
+      EXPECT_EQ(found.six_volumes, 6 * box.x * box.y * box.z);
+      EXPECT_EQ(inner_open_faces, 0);
+    }
+  }
+};
+
+TEST_F(RealVolumes, TheMeshOfTheLobsterIsConforming) {
+  check("lobster", {301, 324, 56}, {320, 352, 64}, true);
+}
+TEST_F(RealVolumes, TheMeshOfTheEngineIsConforming) {
+  check("engine", {256, 256, 128}, {256, 256, 128}, false);
+}
+
+}  // namespace
+}  // namespace tagrid

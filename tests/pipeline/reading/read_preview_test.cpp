@@ -1,0 +1,242 @@
+#include "pipeline/reading/read_preview.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <random>
+#include <set>
+
+#include "io/errors/errors.h"
+#include "pipeline/decode/block.h"
+#include "stages/mesh/tetrahedra.h"
+#include "tests/support/memory_source.h"
+#include "tests/support/runs.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+class ReadPreview : public TemporaryFolder {
+ protected:
+  template <class T>
+  void encode(Index3 dims, const EncodeOptions& options) {
+    write_nrrd(path("in.nrrd"), dims, blobs<T>(dims, 3), "spacings: 1 2 3\n");
+    encode_volume(path("in.nrrd"), {}, path("file.tag"), true, options, Resources(2));
+    decode_volume(path("file.tag"), path("whole.nrrd"), format_named("nrrd"), true, Resources(2));
+    source_ = std::make_shared<MemorySource>(file_content(path("file.tag")));
+  }
+  static EncodeOptions small_bricks() {
+    EncodeOptions options;
+    options.cube_size = 4;
+    options.brick_edge = 2;
+    return options;
+  }
+
+  template <class T>
+  void expect_slices(const PreviewContent& content) const {
+    const auto whole = read_samples<T>(path("whole.nrrd"));
+    const TagBricks file(source_);
+    const Box volume = file.parameters().domain().volume();
+    for (const PreviewSlice& slice : content.slices) {
+      const Panel& p = slice.panel;
+      const std::vector<double> values = values_of(slice, sample_type_of<T>());
+      ASSERT_EQ(static_cast<std::int64_t>(values.size()), p.across.count() * p.down.count());
+      for (int v = 0; v < p.down.pixels; ++v)
+        for (int u = 0; u < p.across.pixels; ++u) {
+          Index3 sample;
+          sample[p.axis] = p.slice;
+          sample[p.across.axis] = p.across.number(u) * p.across.step();
+          sample[p.down.axis] = p.down.number(v) * p.down.step();
+          ASSERT_EQ(
+              values[static_cast<std::size_t>(p.down.number(v) * p.across.count() + p.across.number(u))],
+              static_cast<double>(whole[static_cast<std::size_t>(volume.offset(sample))]));
+        }
+    }
+  }
+
+  std::shared_ptr<MemorySource> source_;
+};
+
+TEST_F(ReadPreview, GivesTheSamplesOfTheVolume) {
+  for (const int largest : {300, 30, 7}) {  // pixels are fewer than samples, or more
+    PreviewWishes wishes;
+    wishes.largest = largest;
+    wishes.least = 3;
+    EncodeOptions options = small_bricks();
+    encode<std::int16_t>({37, 45, 29}, options);
+    expect_slices<std::int16_t>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
+    wishes.slices = {36, 0, 17};
+    expect_slices<std::int16_t>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
+    options.grid_only = true;
+    encode<float>({37, 45, 29}, options);
+    expect_slices<float>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
+  }
+}
+
+TEST_F(ReadPreview, ReadsEachBrickOfTheSlicesOnceAndNothingElse) {
+  encode<std::uint8_t>({37, 45, 29}, small_bricks());
+  const TagBricks file(source_);
+  source_->reads();
+  const PreviewContent content = read_preview(file, {}, Resources(3), 0);
+  const BrickGrid bricks = file.parameters().bricks();
+  std::multiset<std::pair<std::uint64_t, std::uint64_t>> expected;
+  for (std::int64_t id = 0; id < bricks.count(); ++id) {
+    const Box owned = bricks.owned_box(bricks.position(id));
+    bool shown = false;
+    for (const PreviewSlice& slice : content.slices)
+      shown = shown || (owned.low[slice.panel.axis] <= slice.panel.slice &&
+                        slice.panel.slice <= owned.high[slice.panel.axis]);
+    // And the checksum before.
+    if (shown) expected.emplace(file.start(id) - 8, file.start(id) + file.block_bytes(id));
+  }
+  const auto reads = source_->reads();
+  EXPECT_EQ((std::multiset(reads.begin(), reads.end())), expected);
+  EXPECT_EQ(content.bricks, static_cast<std::int64_t>(expected.size()));
+  EXPECT_LT(content.bricks, bricks.count());
+}
+
+TEST_F(ReadPreview, APixelHasTheLevelOfTheLeafAtItsPlace) {
+  encode<std::uint8_t>({23, 17, 12}, small_bricks());
+  const TagBricks file(source_);
+  const CodingParameters& parameters = file.parameters();
+  std::vector<Tetrahedron> leaves;
+  for (std::int64_t id = 0; id < file.count(); ++id) {
+    const DecodedBrick brick = decode_block(file.read(id), parameters, "", Wanted::samples_and_grid);
+    for_each_leaf_tetrahedron(brick.active, brick.active.box(), 4, 6,
+                              [&](const Tetrahedron& t) { leaves.push_back(t); });
+  }
+  std::set<int> levels;
+  std::mt19937 random(5);
+  for (const std::int64_t z : {0, 1, 8, 11}) {
+    PreviewWishes wishes;
+    wishes.slices[2] = z;
+    const PreviewContent content = read_preview(file, wishes, Resources(2), 0);
+    const Panel& p = content.slices[2].panel;
+    ASSERT_EQ(content.leaves.size(), static_cast<std::size_t>(p.across.pixels * p.down.pixels));
+    for (int i = 0; i < 150; ++i) {
+      const int u = static_cast<int>(random() % static_cast<unsigned>(p.across.pixels)),
+                v = static_cast<int>(random() % static_cast<unsigned>(p.down.pixels));
+      const std::int64_t parts = PanelAxis::parts;
+      const Index3 place{p.across.place(u), p.down.place(v), z == 0 ? 1 : z * parts - 1};
+      std::set<int> possible;
+      for (const Tetrahedron& leaf : leaves) {
+        bool inside = true;
+        for (std::size_t k = 0; k < 4 && inside; ++k) {
+          std::array<Index3, 4> part;
+          for (std::size_t j = 0; j < 4; ++j) part[j] = j == k ? place : parts * leaf.vertices[j];
+          inside = six_volumes(part) >= 0;
+        }
+        if (inside) possible.insert(leaf.level);
+      }
+      const LeafPixel& pixel = content.leaves[static_cast<std::size_t>(v * p.across.pixels + u)];
+      EXPECT_TRUE(possible.contains(pixel.level)) << u << " " << v << " " << z;
+      levels.insert(pixel.level);
+    }
+  }
+  EXPECT_GT(levels.size(), 3U);
+}
+
+TEST_F(ReadPreview, WhereSamplesAreLeftOutTheLevelsAreThoseOfTheMiddle) {
+  encode<std::uint8_t>({37, 45, 29}, small_bricks());
+  PreviewWishes wishes;
+  wishes.largest = 20;
+  wishes.least = 1;
+  const TagBricks file(source_);
+  const PreviewContent content = read_preview(file, wishes, Resources(2), 0);
+  expect_slices<std::uint8_t>(content);
+  const Panel &whole = content.slices[2].panel, &part = content.levels.panel;
+  ASSERT_TRUE(whole.leaves_out());
+  EXPECT_EQ(part.slice, whole.slice);
+  EXPECT_LT(part.across.samples, 10);
+  // Each sample of the part, from the whole volume, and a leaf of a brick there.
+  const auto samples = read_samples<std::uint8_t>(path("whole.nrrd"));
+  const std::vector<double> values = values_of(content.levels, SampleType::uint8);
+  for (std::int64_t y = 0; y < part.down.samples; ++y)
+    for (std::int64_t x = 0; x < part.across.samples; ++x) {
+      const Index3 p{part.across.first + x, part.down.first + y, part.slice};
+      EXPECT_EQ(values[static_cast<std::size_t>(y * part.across.samples + x)],
+                samples[static_cast<std::size_t>(file.parameters().domain().volume().offset(p))]);
+    }
+  ASSERT_EQ(content.leaves.size(), static_cast<std::size_t>(part.across.pixels * part.down.pixels));
+  for (const LeafPixel& pixel : content.leaves) EXPECT_NE(pixel.leaf, 0U);
+}
+
+TEST_F(ReadPreview, OfALargeSliceTheFirstOneOfALayerOfBricksIsShownIfItIsNearTheMiddle) {
+  EncodeOptions options = small_bricks();
+  const auto slice_of = [&](std::int64_t slices, int largest, std::optional<std::int64_t> wish = {}) {
+    encode<std::uint8_t>({20, 20, slices}, options);
+    PreviewWishes wishes;
+    wishes.largest = largest;
+    wishes.least = 1;
+    wishes.slices[2] = wish;
+    const PreviewContent content = read_preview(TagBricks(source_), wishes, Resources(2), 0);
+    expect_slices<std::uint8_t>(content);
+    return content.slices[2].panel.slice;
+  };
+  // Layers of bricks own the slices 0 to 8, 9 to 16, 17 to 24, ...
+  EXPECT_EQ(slice_of(32, 8), 17);
+  EXPECT_EQ(slice_of(32, 300), 16);
+  EXPECT_EQ(slice_of(32, 8, 16), 16);
+  EXPECT_EQ(slice_of(41, 8), 20);   // 17 is 3 of 41 away
+  EXPECT_EQ(slice_of(121, 8), 57);  // instead of 60
+  EXPECT_EQ(slice_of(127, 8), 65);  // instead of 63
+  EXPECT_EQ(slice_of(3, 8), 1);
+}
+
+TEST_F(ReadPreview, AFileWithoutAGridHasNoLevels) {
+  EncodeOptions options = small_bricks();
+  options.grid = GridOrigin::derived;
+  encode<std::uint8_t>({23, 17, 12}, options);
+  const PreviewContent content = read_preview(TagBricks(source_), {}, Resources(2), 0);
+  EXPECT_TRUE(content.leaves.empty());
+  expect_slices<std::uint8_t>(content);
+}
+
+TEST_F(ReadPreview, AVolumeOfOneSampleHasAPreview) {
+  encode<std::int16_t>({1, 1, 1}, small_bricks());
+  expect_slices<std::int16_t>(read_preview(TagBricks(source_), {}, Resources(2), 0));
+}
+
+TEST_F(ReadPreview, SlicesOutsideOfTheVolumeAreRefused) {
+  encode<std::int16_t>({23, 17, 12}, small_bricks());
+  for (const auto& [axis, slice] : {std::pair(0, 23), {1, -1}, {2, 12}}) {
+    PreviewWishes wishes;
+    wishes.slices[static_cast<std::size_t>(axis)] = slice;
+    EXPECT_THROW(read_preview(TagBricks(source_), wishes, Resources(1), 0), UsageError);
+  }
+}
+
+TEST_F(ReadPreview, ALimitOnMemoryIsKeptOrRefusedWithTheSmallestOne) {
+  encode<std::int16_t>({37, 45, 29}, small_bricks());
+  Resources resources(4);
+  resources.memory = 1;
+  try {
+    read_preview(TagBricks(source_), {}, resources, 1000);
+    FAIL();
+  } catch (const MemoryLimit& limit) {
+    resources.memory = limit.needed();
+  }
+  EXPECT_EQ(read_preview(TagBricks(source_), {}, resources, 1000).memory, *resources.memory);
+  EXPECT_THROW(read_preview(TagBricks(source_), {}, resources, 1001), MemoryLimit);
+}
+
+TEST_F(ReadPreview, DamageInABrickThatIsShownIsAnError) {
+  encode<std::int16_t>({37, 45, 29}, small_bricks());
+  const std::string good = content("file.tag");
+  const TagBricks file(source_);
+  const BrickGrid bricks = file.parameters().bricks();
+  const auto damaged = [&](Index3 position) {
+    std::string bad = good;
+    char& byte = bad[file.start(bricks.id(position)) + 20];
+    byte = static_cast<char>(byte ^ 4);
+    return std::make_shared<MemorySource>(bad);
+  };
+  const std::int64_t middle = bricks.owner(29 / 2);
+  EXPECT_THROW(read_preview(TagBricks(damaged({1, 1, middle})), {}, Resources(2), 0), BrokenInput);
+  EXPECT_NO_THROW(read_preview(TagBricks(damaged({0, 0, 0})), {}, Resources(2), 0));
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,175 @@
+// Whole runs: volume to file and back.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "io/errors/errors.h"
+#include "pipeline/encode/graph.h"
+#include "tests/support/generous_budgets.h"
+#include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+class Run : public TemporaryFolder {
+ protected:
+  template <class T>
+  void make(Index3 dims, unsigned seed) {
+    samples_ = blobs<T>(dims, seed);
+    write_nrrd(in_, dims, std::get<std::vector<T>>(samples_));
+  }
+  EncodeResult encode(const EncodeOptions& options, int threads = 2) {
+    return encode_volume(in_, {}, tag_, true, options, Resources(threads));
+  }
+  template <class T>
+  std::vector<T> decode(int threads = 2) {
+    decode_volume(tag_, out_, format_named("nrrd"), true, Resources(threads));
+    return read_samples<T>(out_);
+  }
+  template <class T>
+  double largest_error(const std::vector<T>& decoded) const {
+    const auto& original = std::get<std::vector<T>>(samples_);
+    EXPECT_EQ(original.size(), decoded.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < decoded.size(); ++i)
+      worst = std::max(worst, std::abs(double(original[i]) - double(decoded[i])));
+    return worst;
+  }
+
+  const std::string in_ = path("in.nrrd"), tag_ = path("a.tag"), out_ = path("out.nrrd");
+  std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
+               std::vector<std::int16_t>, std::vector<std::uint32_t>, std::vector<std::int32_t>,
+               std::vector<float>, std::vector<double>>
+      samples_;
+};
+
+const Index3 awkward[] = {{1, 1, 1},    {1, 1, 40},  {37, 1, 1},  {1, 29, 31},
+                          {17, 17, 17}, {33, 20, 9}, {64, 5, 66}, {65, 34, 33}};
+
+template <class T>
+class EveryType : public Run {};
+TYPED_TEST_SUITE(EveryType, AllTypes);
+
+TYPED_TEST(EveryType, LosslessComesBackIdentical) {
+  for (const Index3 dims : awkward) {
+    this->template make<TypeParam>(dims, 1);
+    EncodeOptions options;
+    options.cube_size = 8;
+    this->encode(options);
+    EXPECT_EQ(this->template largest_error<TypeParam>(this->template decode<TypeParam>()), 0);
+    verify_file(this->tag_, this->in_, {}, Resources(2));
+  }
+}
+
+TYPED_TEST(EveryType, EveryVoxelWithinTheBoundInEveryMode) {
+  for (const Index3 dims : awkward)
+    for (const double bound : sanitized ? std::vector{0.0, 7.0} : std::vector{0.0, 1.0, 2.0, 7.0, 40.0})
+      for (const bool grid : {false, true})
+        for (const int cube : {4, 16}) {
+          this->template make<TypeParam>(dims, 2);
+          EncodeOptions options;
+          options.cube_size = cube;
+          options.max_error = bound;
+          options.grid_only = grid;
+          const EncodeResult result = this->encode(options);
+          const double error = this->template largest_error<TypeParam>(this->template decode<TypeParam>());
+          EXPECT_LE(error, bound);
+          EXPECT_EQ(error, result.index.total.max_error) << "the recorded error is not the one reached";
+          EXPECT_EQ(verify_file(this->tag_, this->in_, {}, Resources(2)).max_error, error);
+        }
+}
+
+TEST_F(Run, ActiveVoxelsKeepTheTighterBound) {
+  make<std::int16_t>({50, 41, 37}, 3);
+  EncodeOptions options;
+  options.cube_size = 16;
+  options.max_error = 20;
+  options.surface_error = 1;
+  options.range = {0, 120};
+  encode(options);
+  const VerifyResult result = verify_file(tag_, in_, {}, Resources(2));
+  EXPECT_GT(*result.max_error, 1) << "no voxel uses the looser bound: nothing is tested";
+  EXPECT_LE(*result.max_error, 20);
+}
+
+TEST_F(Run, SameBytesForAnyThreadCount) {
+  make<std::int16_t>({70, 67, 75}, 4);
+  for (const bool grid : {false, true}) {
+    EncodeOptions options;
+    options.cube_size = 8;
+    options.brick_edge = 2;
+    options.max_error = 3;
+    options.grid_only = grid;
+    encode(options, 1);
+    const std::string once = file_content(tag_);
+    for (const int threads : {1, 2, 3, 7}) {
+      encode(options, threads);
+      EXPECT_EQ(file_content(tag_), once);
+      decode<std::int16_t>(threads);
+    }
+  }
+}
+
+TEST_F(Run, AGridAloneHasMorePointsThanTheCornersOfItsRootCubes) {
+  make<std::uint8_t>({40, 33, 20}, 5);
+  EncodeOptions options;
+  options.grid_only = true;
+  options.cube_size = 8;
+  encode(options);
+  const VerifyResult result = verify_file(tag_, in_, {}, Resources(1));
+  EXPECT_GT(result.active_points, 0U);
+  EXPECT_GT(result.active_points, static_cast<std::uint64_t>(points_up_to_level({{40, 33, 20}, 8})[0]));
+}
+
+TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
+  CodingParameters parameters;
+  parameters.dims = {20, 20, 100};
+  parameters.cube_size = 8;
+  parameters.max_level = 9;
+  parameters.field_scale = 1;
+  int read = 0;
+  EncodeStreams streams;
+  streams.read_slice = [&](const Box&) -> SliceSamples {
+    if (++read == 60) throw WorldError("the disk is gone");
+    return std::make_shared<std::byte[]>(400);
+  };
+  streams.write_brick = [](std::int64_t, BrickCode) {};
+  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
+                                generous_encoding(parameters, 2), streams),
+               WorldError);
+}
+
+TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
+  CodingParameters parameters;
+  parameters.dims = {20, 20, 100};
+  parameters.cube_size = 8;
+  parameters.max_level = 9;
+  parameters.field_scale = 1;
+  EncodeStreams streams;
+  streams.read_slice = [&](const Box&) -> SliceSamples { return std::make_shared<std::byte[]>(400); };
+  streams.write_brick = [](std::int64_t id, BrickCode) {
+    if (id == 3) throw WorldError("the disk is full");
+  };
+  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
+                                generous_encoding(parameters, 2), streams),
+               WorldError);
+}
+
+TEST_F(Run, MetadataComesBackAsItWentIn) {
+  const std::vector<std::uint8_t> samples(2 * 3 * 4, 7);
+  const std::string fields =
+      "content: a thing\nspace: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,2)\n"
+      "space origin: (1,2,3)\nspace units: \"mm\" \"mm\" \"mm\"\nkey one:=value, with = signs\n# a comment\n";
+  write_nrrd(in_, {2, 3, 4}, samples, fields);
+  encode({});
+  decode<std::uint8_t>();
+  EXPECT_EQ(open_volume(out_)->info().nrrd_fields, fields);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,73 @@
+#include "stages/values/wavefront/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "stages/values/prediction/weights.h"
+
+namespace tagrid {
+namespace {
+
+std::int64_t step_of(const Schedule& s, Index3 p) {
+  const std::int64_t group = p.z / 2 * s.groups + p.y / wave_lanes;
+  return group * s.period + wave_skew * (p.y % wave_lanes) + p.x + wave_margin + p.z % 2 * s.lag;
+}
+
+template <class Visit>
+void for_each_size(Visit visit) {
+  for (const std::int64_t x : {1, 2, 17, 44, 45, 64, 65, 74, 75, 76, 130})
+    for (const std::int64_t y : {1, 2, 15, 16, 17, 33})
+      for (const std::int64_t z : {1, 2, 3, 5}) visit(Index3{x, y, z});
+}
+
+template <class Visit>
+void for_each_voxel(Index3 size, Visit visit) {
+  for (std::int64_t z = 0; z < size.z; ++z)
+    for (std::int64_t y = 0; y < size.y; ++y)
+      for (std::int64_t x = 0; x < size.x; ++x) visit(Index3{x, y, z});
+}
+
+// A step of the even slices begins before that of the odd ones before it has ended, so these need two steps.
+TEST(Schedule, EveryNeighbourComesBeforeTheVoxel) {
+  for_each_size([](Index3 size) {
+    const Schedule s(size);
+    for_each_voxel(size, [&](Index3 p) {
+      for (const Tap& tap : taps) {
+        const Index3 q = p + Index3{tap.dx, tap.dy, tap.dz};
+        if (!Box::of_size(size).contains(q)) continue;
+        const std::int64_t least = p.z % 2 == 0 && q.z % 2 == 1 ? 2 : 1;
+        ASSERT_GE(step_of(s, p) - step_of(s, q), least) << size.x << " " << size.y << " " << size.z;
+      }
+    });
+  });
+}
+
+TEST(Schedule, ALaneHasOneVoxelAtATime) {
+  for_each_size([](Index3 size) {
+    const Schedule s(size);
+    std::map<std::array<std::int64_t, 3>, int> voxels;
+    for_each_voxel(size, [&](Index3 p) { ++voxels[{step_of(s, p), p.z % 2, p.y % wave_lanes}]; });
+    for (const auto& [place, count] : voxels) ASSERT_EQ(count, 1);
+  });
+}
+
+TEST(Schedule, StepsEndWithTheLastVoxel) {
+  for_each_size([](Index3 size) {
+    const Schedule s(size);
+    for_each_voxel(size, [&](Index3 p) { ASSERT_LT(step_of(s, p), s.all_steps); });
+  });
+}
+
+TEST(Schedule, GroupsHaveAllRows) {
+  for_each_size([](Index3 size) {
+    const Schedule s(size);
+    std::int64_t rows = 0;
+    for (int half = 0; half < 2; ++half)
+      for (std::int64_t group = -1; group <= s.all_groups; ++group) rows += s.rows_of(half, group);
+    EXPECT_EQ(rows, size.y * size.z);
+  });
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,206 @@
+"""Claims about tools/research/paper, on small phantoms: every figure and claim is there, pictures show something, numbers are measured.
+
+    paper_test.py TAGRID
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCES = Path(__file__).resolve().parents[3]
+PAPER = SOURCES / "tools/research/paper"
+sys.path.insert(0, str(PAPER))
+
+try:
+    import numpy
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+    from PIL import Image
+except ImportError as missing:
+    print(f"skipped: {missing} (python3-numpy, python3-pil, python3-vtk9)")
+    sys.exit(0)
+
+TAGRID = os.path.abspath(sys.argv.pop(1))
+SEED = 3
+LOBSTER = ("65,33,33", "uint8", "0:256")  # the phantom that stands for the lobster
+FIGURES = {f"fig-{number:02}" for number in (3, 4, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 24, 25)}
+FIGURES |= {"level-15", "cracks", "discontinuities", "turned", "speed-15"}
+# Numbers in the text of evidence that are not measured: levels, angles.
+CONSTANTS = {2.0, 3.0, 1.0, 6.0, 9.0, 15.0, 90.0, 180.0}
+
+
+def paper(*arguments):
+    command = [sys.executable, "-B", PAPER, "--tagrid", TAGRID, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def tagrid(*arguments):
+    return subprocess.run([TAGRID, *map(str, arguments)], check=True, capture_output=True, text=True).stdout
+
+
+@unittest.skipUnless(shutil.which("Xvfb"), "Xvfb is not installed (xvfb)")
+class QuickReport(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.folder = Path(cls.temporary.name)
+        cls.output = cls.folder / "report"
+        done = paper("--quick", "--seed", SEED, "-o", cls.output)
+        if done.returncode != 0:
+            raise AssertionError(done.stderr)
+        cls.results = json.loads((cls.output / "results.json").read_text())
+        cls.page = (cls.output / "index.html").read_text()
+        cls.claims = {claim["number"]: claim for claim in cls.results["claims"]}
+
+    def test_every_figure_is_there(self):
+        self.assertEqual(set(self.results["figures"]), FIGURES)
+        for name in FIGURES:
+            self.assertIn(f'<img src="{name}.png"', self.page)
+        self.assertEqual({path.stem for path in self.output.glob("*.png")}, FIGURES)
+
+    def test_every_picture_shows_something(self):
+        for name in sorted(FIGURES):
+            picture = Image.open(self.output / f"{name}.png").convert("RGB")
+            colours = picture.getcolors(1 << 24)
+            self.assertGreater(len(colours), 30, name)
+            self.assertLess(max(count for count, _ in colours), 0.97 * picture.width * picture.height, name)
+
+    def test_every_claim_is_there_with_its_verdict(self):
+        self.assertEqual(sorted(self.claims), list(range(1, 11)))
+        for number, claim in self.claims.items():
+            self.assertIn(claim["verdict"], ("holds", "holds in part", "does not hold", "could not be judged here"))
+            self.assertIn(f'id="claim-{number}"', self.page)
+            self.assertTrue(claim["numbers"])
+
+    def test_the_page_says_first_which_claims_do_not_hold_as_printed(self):
+        self.assertEqual([self.claims[number]["verdict"] for number in (1, 2, 3, 4, 6, 9)], ["holds"] * 6)
+        # The region of reference is larger than printed, wherever it is computed.
+        self.assertEqual(self.claims[5]["verdict"], "holds in part")
+        self.assertIn("claim 5 holds in part", self.page[: self.page.index('id="claim-1"')])
+
+    def test_a_phantom_is_called_so(self):
+        self.assertEqual(len([line for line in self.results["about"] if "phantom" in line]), 2)
+
+    def test_numbers_in_evidence_are_those_measured(self):
+        for claim in self.claims.values():
+            values = [float(value) for value in claim["numbers"].values() if not isinstance(value, str)]
+            words = " ".join(value for value in claim["numbers"].values() if isinstance(value, str))
+            for token in re.findall(r"(?<![\w√/.])\d[\d,]*(?:\.\d+)?(?!N)", claim["evidence"]):
+                token = token.rstrip(",").replace(",", "")
+                precision = 0.5000001 * 10 ** -len(token.partition(".")[2])
+                known = any(abs(float(token) - value) <= precision for value in values) or re.search(rf"\b{token}\b", words)
+                self.assertTrue(known or float(token) in CONSTANTS, f"claim {claim['number']}: {token}")
+
+    def test_the_table_has_the_numbers_of_the_program(self):
+        dims, kind, value_range = LOBSTER
+        volume = self.folder / "again.nhdr"
+        tagrid("phantom", "--dims", dims, "--type", kind, "--seed", SEED, "-o", volume, "-q")
+        for level in (3, 6, 9, 12, 15):
+            tag = self.folder / f"{level}.tag"
+            tagrid("encode", volume, "--grid-only", "--range", value_range, "--max-level", level, "-o", tag, "-q")
+            found = json.loads(tagrid("info", "--json", tag))["levels"][level]
+            row = re.search(rf"Table 1: the lobster.*?<tr><td>{level}</td>(.*?)</tr>", self.page, re.DOTALL)[1]
+            cells = re.findall(r"<td>(.*?)</td>", row)
+            self.assertEqual((cells[3], cells[5], cells[7]),
+                             (f"{found['points']:,}", f"{found['active']:,}", f"{100 * found['active'] / found['points']:.2f}"))
+        tagrid("encode", volume, "--grid-only", "--range", value_range, "-o", self.folder / "whole.tag", "-q")
+        active = [level["active"] for level in json.loads(tagrid("info", "--json", self.folder / "whole.tag"))["levels"]]
+        self.assertAlmostEqual(self.claims[9]["numbers"]["most"], max(b / a for a, b in zip(active, active[1:])))
+
+
+class Told:
+    """What report.claim() is told."""
+
+    def claim(self, number, says, verdict, evidence, **numbers):
+        self.verdict = verdict
+        self.evidence = evidence.format(**numbers)
+
+    def table(self, *_):
+        pass
+
+
+class Altered:
+    """A study whose meshes are altered before they are looked at."""
+
+    def __init__(self, study, alter):
+        self.tagrid, self._tagrid, self._alter = self, study, alter
+
+    def mesh(self, *arguments, **options):
+        return self._alter(self._tagrid.mesh(*arguments, **options))
+
+
+class Contradictions(unittest.TestCase):
+    """What is contrary to a claim is found."""
+
+    @classmethod
+    def setUpClass(cls):
+        import primitives
+        from program import Tagrid
+
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.tagrid, cls.folder = Tagrid(Path(TAGRID), Path(cls.temporary.name)), Path(cls.temporary.name)
+        cls.tag = primitives.uniform_grid(cls)
+
+    def verdict(self, claim, alter=lambda mesh: mesh):
+        told = Told()
+        claim(told, Altered(self.tagrid, alter), self.tag)
+        return told.verdict
+
+    def test_claims_about_primitives_fail_for_other_meshes(self):
+        import dataclasses
+
+        import primitives
+
+        def moved(mesh):
+            points = mesh.points.copy()
+            points[len(points) // 2] += (0, 0, 0.25)
+            return dataclasses.replace(mesh, points=points)
+
+        def without_one(mesh):
+            return mesh.part(numpy.arange(len(mesh.tetrahedra)) != len(mesh.tetrahedra) // 2)
+
+        for claim, alter in ((primitives.claim_roots, without_one), (primitives.claim_roots, moved),
+                             (primitives.claim_primitives, moved),
+                             (primitives.claim_diamonds, without_one)):
+            self.assertEqual(self.verdict(claim), "holds")
+            self.assertEqual(self.verdict(claim, alter), "does not hold", claim.__name__)
+
+    def test_a_crack_is_found(self):
+        from cracks import refined_apart
+        from mesh import conformity
+
+        coarse, fine = self.tagrid.mesh(self.tag, level=1), self.tagrid.mesh(self.tag, level=3)
+        self.assertTrue(conformity(coarse).holds and conformity(fine).holds)
+        apart = conformity(refined_apart(coarse, fine, 8))
+        self.assertFalse(apart.holds)
+        self.assertGreater(apart.cracks, 0)
+        self.assertEqual(apart.missing_volume, 0)
+
+    def test_the_region_of_reference_is_the_one_that_the_program_has(self):
+        from reach import region_of_reference
+
+        text = (SOURCES / "docs/design.md").read_text()
+        region = region_of_reference(8)
+        self.assertIn(f"| 8 | 1 | {region.points:,} | {region.volume:.1f} |", text)
+        self.assertEqual(region.distance, 6)
+
+
+class Errors(unittest.TestCase):
+    def test_mistakes_are_named(self):
+        done = paper("--quicker")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (64, 1), done.stderr)
+        done = subprocess.run([sys.executable, "-B", PAPER, "--tagrid", "/nowhere/tagrid"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 74)
+        self.assertIn("/nowhere/tagrid: no such program", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

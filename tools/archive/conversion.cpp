@@ -1,0 +1,154 @@
+#include "tools/archive/conversion.h"
+
+#include <memory>
+
+#include "io/errors/errors.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/ranks/messages.h"
+#include "tools/archive/account.h"
+#include "tools/archive/encoding_pass.h"
+#include "tools/archive/input_removal.h"
+#include "tools/archive/records.h"
+#include "tools/archive/removal_pass.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+/// The data that the other ranks need.
+struct ConversionOrder {
+  std::vector<ManifestLine> lines;
+  ConversionOptions options;
+};
+
+/// The result of a line that one of them processed.
+struct DoneLine {
+  std::uint64_t index = 0;
+  std::string record, error;
+};
+
+}  // namespace
+
+template <>
+inline constexpr std::size_t member_count<ManifestLine> = 4;
+template <>
+inline constexpr std::size_t member_count<RunOptions> = 7;
+template <>
+inline constexpr std::size_t member_count<ConversionOptions> = 5;
+template <>
+inline constexpr std::size_t member_count<ConversionOrder> = 2;
+template <>
+inline constexpr std::size_t member_count<DoneLine> = 3;
+
+namespace {
+
+/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none:
+/// outputs would be scattered.
+void require_shared_folder(Ranks& ranks, const std::string& folder) {
+  if (ranks.machine().empty()) return;
+  std::unique_ptr<OutputFile> seen;  // no other folder has its temporary name
+  std::string name;
+  all_do(ranks, [&] {
+    if (ranks.rank() > 0) return;
+    seen = std::make_unique<OutputFile>(folder + "/seen-by-all", true);
+    name = seen->temporary();
+  });
+  Bytes bytes = packed_order(name);
+  ranks.broadcast(bytes);
+  all_do(ranks, [&] {
+    if (!status_of(unpacked_order<std::string>(bytes)))
+      throw WorldError(folder +
+                       ": is not the same folder on this machine; all ranks must see the folder of the "
+                       "outputs under the same name");
+  });
+}
+
+/// Collective. `account` is that of rank 0; for other ranks it is null.
+void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
+  require_shared_folder(ranks, order.options.output_dir);
+  std::unique_ptr<KnownOutputs> known;
+  // Every rank reads the records before any rank writes to them.
+  all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
+  SharedWork shared;
+  const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
+  shared.count = static_cast<std::int64_t>(order.lines.size());
+  shared.work = [&](std::int64_t index) {
+    const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
+    LineRecord record(line, known->next_sequence(line.output));
+    try {
+      encoding.run(line, record.json());
+    } catch (const std::exception&) {
+      record.fail(ranks.machine());
+    }
+    shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
+  };
+  shared.take = [&](const Bytes& bytes) {
+    const auto done = unpacked_order<DoneLine>(bytes);
+    account->record(done.record);
+    account->settle(order.lines.at(done.index), done.record, done.error);
+  };
+  share_out(ranks, shared);
+}
+
+}  // namespace
+
+std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>& lines) {
+  std::vector<ManifestLine> part;
+  for (std::size_t i = shard.index; i < lines.size(); i += shard.count) part.push_back(lines[i]);
+  return part;
+}
+
+ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines,
+                            const ConversionOptions& options, LineFile& results) {
+  const ConversionOrder order{lines, options};
+  send_order(ranks, packed_order(order));
+  ConversionAccount account(options.run, results);
+  share_lines(ranks, order, &account);
+  return account.sums();
+}
+
+void obey_conversion(Ranks& ranks, const Bytes& bytes) {
+  auto order = unpacked_order<ConversionOrder>(bytes);
+  if (order.options.run.memory) give_back_freed_memory(*order.options.run.memory);
+  order.options.run.progress = ProgressStyle::none;
+  try {
+    share_lines(ranks, order, nullptr);
+  } catch (const std::exception&) {
+    // Rank 0 receives the failure, too.
+  }
+}
+
+ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
+                                const std::vector<ManifestLine>& all, const ConversionOptions& options,
+                                LineFile& results) {
+  const KnownOutputs known(options.output_dir);
+  const RemovalPass removal(all, options, options.run.resources(ranks), known);
+  ConversionAccount account(options.run, results);
+  for (const ManifestLine& line : lines) {
+    LineRecord record(line, known.next_sequence(line.output));
+    std::vector<std::string> originals;
+    try {
+      originals = removal.verified(line, record.json());
+    } catch (const std::exception&) {
+      record.fail();
+    }
+    std::string text = record.text();
+    account.record(text);
+    // The record is written first: if the run is killed in between, the next run finds the original still
+    // there, and verifies once more.
+    try {
+      remove_files(originals);
+    } catch (const std::exception&) {
+      record.json()["status"] = "kept";
+      record.fail();
+      text = record.text();
+      account.record(text);
+    }
+    account.settle(line, text, record.error());
+  }
+  return account.sums();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,263 @@
+#include "tools/archive/encoding_pass.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "io/errors/errors.h"
+#include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/open_volume.h"
+#include "io/samples/file_checksum.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/job/settle.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/restore/restore.h"
+#include "pipeline/run/run.h"
+#include "tools/archive/input_removal.h"
+#include "tools/archive/output_names.h"
+#include "tools/archive/settings_used.h"
+#include "tools/report/advice.h"
+#include "tools/report/process.h"
+#include "tools/report/report.h"
+
+namespace tagrid {
+
+struct EncodingPass::Volume {
+  std::string input, output;
+  Encoding asked;
+  std::vector<InputFile> files;
+  bool headerless = false;
+  std::unique_ptr<UnchangedFiles> watched;  ///< the same files
+};
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Adds the description of an output to its record, which says from now on that the output is good.
+void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
+              bool headerless, std::uint64_t bytes_out, const std::string& lossy_source,
+              const std::string& why_not_restorable, std::uint64_t input_checksum,
+              std::uint64_t output_checksum, ordered_json& record) {
+  const CodingParameters& parameters = header.parameters;
+  std::uint64_t bytes_in = 0;
+  for (const InputFile& file : files) bytes_in += file.bytes;
+  record["dims"] = {parameters.dims.x, parameters.dims.y, parameters.dims.z};
+  record["type"] = name_of(parameters.type);
+  record["settings"] = settings_json(parameters);
+  record["bytes_in"] = bytes_in;
+  record["bytes_out"] = bytes_out;
+  record["restorable"] = why_not_restorable.empty();
+  record["why_not_restorable"] =
+      why_not_restorable.empty() ? ordered_json(nullptr) : ordered_json(why_not_restorable);
+  record["lossy_source"] = json_text_or_null(lossy_source);
+  record["input_files"] = json_of(files);
+  record["headerless"] = headerless;
+  record["input_xxh3"] = checksum_text(input_checksum);
+  record["output_xxh3"] = checksum_text(output_checksum);
+  record["achieved"] = achieved_json(header, index);
+  record["status"] = "ok";
+}
+
+/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples
+/// were exact.
+std::string why_not_restorable(const std::string& why_lost, const CodingParameters& parameters) {
+  if (!why_lost.empty() || parameters.is_exact()) return why_lost;
+  return parameters.max_error < 0 ? "nothing bounds the error of its samples"
+                                  : fmt::format("its samples are kept within {}", parameters.max_error);
+}
+
+std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
+  return fmt::format(
+      "{}: is the only copy of a volume whose original was removed, and {} is not known to be that "
+      "original ({}); choose another name (output=NAME)",
+      output, input, why);
+}
+
+/// "its samples are others", "19 files instead of 20"; "" if at most the times of its files are new.
+std::string change_of(const KnownOutput& known, const std::vector<InputFile>& files, VolumeSource& source) {
+  const ordered_json earlier = ordered_json::parse(known.record);
+  const std::string now = described(source.info().dims, source.info().type);
+  const auto dims = earlier.find("dims"), type = earlier.find("type");
+  if (dims != earlier.end() && dims->is_array() && dims->size() == 3 && type != earlier.end() &&
+      type->is_string()) {
+    const std::string was = fmt::format("{} x {} x {} {}", (*dims)[0].dump(), (*dims)[1].dump(),
+                                        (*dims)[2].dump(), type->get<std::string>());
+    if (now != was) return fmt::format("it is {} instead of {}", now, was);
+  }
+  if (files.size() != known.input_files.size())
+    return fmt::format("{} files instead of {}", files.size(), known.input_files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const InputFile &file = files[i], &was = known.input_files[i];
+    if (file.path != was.path) return fmt::format("{} instead of {}", file.path, was.path);
+    if (file.bytes != was.bytes)
+      return fmt::format("{} has {} bytes instead of {}", file.path, file.bytes, was.bytes);
+  }
+  return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples are others";
+}
+
+/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was encoded. That
+/// is never what replaces the output.
+void require_same_volume(const KnownOutput& known, const std::string& input, const std::string& output,
+                         const std::vector<InputFile>& files) {
+  if (const std::string others = other_volume(known, files); !others.empty())
+    throw BrokenInput(fmt::format(
+        "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
+        "name (output=NAME)",
+        input, others, output));
+}
+
+/// Throws BrokenInput if the volume is not the one that was encoded.
+void require_unchanged(const KnownOutput& known, const std::string& input, const std::string& output,
+                       const std::vector<InputFile>& files, VolumeSource& source) {
+  if (const std::string change = change_of(known, files, source); !change.empty())
+    throw BrokenInput(
+        fmt::format("{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f "
+                    "to replace it",
+                    input, change, output));
+}
+
+}  // namespace
+
+void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
+  Volume volume{line.input,
+                (std::filesystem::path(options_.output_dir) / line.output).string(),
+                encoding_of(line.options, options_.run),
+                {},
+                false,
+                nullptr};
+  const KnownOutput* last = known_.find(line.output);
+  const bool was_removed = last && last->state == KnownOutput::State::removed;
+  const KnownOutput* known = options_.skip_done ? last : nullptr;
+  const bool is_there = known && has_size(*known, volume.output);
+  if (known && skip_removed(*known, volume.input, volume.output, options_.run, record)) return;
+  require_own_folders(options_.output_dir, line.output);
+  require_file_or_folder(volume.input);
+  require_lasting_choice(volume.input, volume.asked.source);
+  const auto source = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(source->files());
+  volume.watched = std::make_unique<UnchangedFiles>(source->files());
+  volume.headerless = source->facts().headerless;
+  const bool is_ours = known && !was_removed && known->input == volume.input;
+  if (is_ours && status_of_name(volume.output))
+    require_same_volume(*known, volume.input, volume.output, volume.files);
+  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
+    const std::string difference = difference_of(*known, line.options, options_.run, *source);
+    if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
+    if (!difference.empty() && !options_.overwrite)
+      throw UsageError(
+          fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
+                      "such volumes alone",
+                      volume.output, difference));
+  }
+  // The source may have been damaged since, and the output may be all that is left of it.
+  if (is_ours && !options_.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
+    require_unchanged(*known, volume.input, volume.output, volume.files, *source);
+    if (is_there && known->state == KnownOutput::State::ok) return adopt(volume, was_removed, record);
+  }
+  // An output may have no record: a run was killed between naming the output and recording it, or records
+  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume,
+  // which no option replaces.
+  const bool replace = !was_removed && (options_.overwrite || is_ours);
+  if (!replace && status_of_name(volume.output)) {
+    if (options_.skip_done) return adopt(volume, was_removed, record);
+    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
+    if (is_regular_output(volume.output))
+      throw UsageError(
+          volume.output +
+          ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
+          "them again");
+  }
+  make_own_folders(options_.output_dir, line.output);
+  try {
+    encode(volume, replace, record);
+  } catch (const UsageError& error) {
+    const bool appeared = error.detail().problem == Problem::output_exists;
+    if (!appeared || replace || !is_regular_output(volume.output)) throw;
+    adopt(volume, was_removed, record);
+    if (!options_.run.quiet)
+      say_line(volume.output + ": another run has made it in the meantime; it was compared with its volume");
+  }
+}
+
+void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
+  if (!is_regular_output(volume.output))
+    throw UsageError(volume.output + ": exists and is not a regular file");
+  const SourceDescription& source = volume.asked.source;
+  if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
+  ProgressMeter meter(options_.run.progress, options_.run.quiet,
+                      std::filesystem::path(volume.input).filename().string(), 1);
+  const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
+    if (stop_) throw Stopped();
+    meter.update(done, total);
+  };
+  Ranks alone;
+  FinishedEncode encoded = encode_volume(alone, {.input = volume.input,
+                                                 .source = source,
+                                                 .output = volume.output,
+                                                 .overwrite = overwrite,
+                                                 .options = volume.asked.options,
+                                                 .resources = resources_,
+                                                 .progress = progress,
+                                                 .searching = progress,
+                                                 .keep_files = true,
+                                                 .verified = true});
+  if (stop_) throw Stopped();
+  const EncodeResult& result = encoded.result;
+  verify_encoding(volume.input, source, result.temporary, *volume.watched, resources_);
+  const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
+  volume.watched->require();
+  const std::uint64_t output_checksum = checksum_of_file(result.temporary);
+  encoded.commit();
+  for (const std::string& warning : result.warnings) warn(options_.run, warning);
+  if (!result.reason_of_bound.empty() && !options_.run.quiet)
+    say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
+  warn_of_range(options_.run, volume.input, volume.asked.options, result);
+  warn_of_lossy_source(options_.run, volume.input, result);
+  describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
+           result.lossy_source, why_not_restorable(result.why_not_restorable, result.header.parameters),
+           input_checksum, output_checksum, record);
+}
+
+void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& record) const {
+  const SourceDescription& source = volume.asked.source;
+  try {
+    const std::uint64_t output_checksum = checksum_of_file(volume.output);
+    const auto original = open_volume(volume.input, source);
+    const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
+    const EncodePlan plan =
+        plan_encoding(options.parameters, resources_, original->traits().any_rows, original->traits().memory);
+    const TagHeader header = settle(options, plan, *original).header;
+    if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
+      throw BrokenInput("made from another volume, or with other options");
+    Ranks alone;
+    const VerifyResult found = verify_file(
+        alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
+    const TagBricks file(std::make_shared<FileSource>(volume.output));
+    const bool keeps_files = file.sizes().envelope > 0;
+    if (keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
+      throw BrokenInput("made with other options");
+    if (keeps_files)
+      require_same(compare_source_files(file, *original, resources_.threads), original->name());
+    const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
+    const std::string why_lost = volume.asked.options.strip ? "only the samples were wanted"
+                                 : keeps_files && compression.empty()
+                                     ? ""
+                                     : source_files(original->facts()).why_not_restorable();
+    describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
+             text_of_key(original->info().nrrd_fields, lossy_source_key),
+             why_not_restorable(why_lost, header.parameters),
+             checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
+  } catch (const BrokenInput& broken) {
+    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));
+    throw UsageError(
+        fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
+                    volume.output, volume.input, words_of(broken)));
+  }
+}
+
+}  // namespace tagrid

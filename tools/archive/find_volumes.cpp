@@ -1,0 +1,352 @@
+#include "tools/archive/find_volumes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/table/open_volume.h"
+#include "io/text/natural_order.h"
+#include "io/text/numbered_names.h"
+#include "io/text/text.h"
+#include "tools/archive/found_lines.h"
+#include "tools/archive/passed_over.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = FoundVolume::Kind;
+
+/// The option with which one of several volumes is chosen.
+std::string option_of(const UsageError& error) {
+  for (const Term& term : error.detail().sentence.terms)
+    if (!term.setting.empty()) return term.setting;
+  return "series";
+}
+
+/// True if volumes of a file have no names, only numbers: they are alike.
+bool are_numbered(const std::vector<Choice>& choices) {
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    if (choices[i].name != std::to_string(i + 1)) return false;
+  return true;
+}
+
+/// The UID of a series of DICOM.
+std::string uid_of(const VolumeInfo& info) {
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (key == "dicom_SeriesInstanceUID") return value;
+  return "";
+}
+
+/// What distinguishes a DICOM series from others, as the choice lists it after the size: ", CT, EchoTime
+/// 2.46".
+std::string told_by(const Choice& choice) {
+  const std::size_t comma = choice.text.find(", ");
+  return comma == std::string::npos ? "" : choice.text.substr(comma);
+}
+
+/// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
+const char* oddity_of(const VolumeInfo& info) {
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (key == "slice_positions") return "; slices lie at unequal distances, or some are missing";
+  return "";
+}
+
+class Finder {
+ public:
+  Finder(const std::string& root, const FindOptions& options,
+         const std::function<void(const FoundVolume&)>& use)
+      : root_(fs::canonical(root)), options_(options), use_(use), lines_(root_, use) {}
+
+  void search_all() {
+    search(root_);
+    if (!options_.passed_over) return;
+    passed_over_.report(root_, [&](const std::string& text, std::size_t files) {
+      use_(
+          {.path = "", .options = {}, .output = "", .text = text, .kind = Kind::passed_over, .files = files});
+    });
+  }
+
+ private:
+  void search(const fs::path& folder) {
+    std::vector<std::string> files, folders;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+         entry.increment(error)) {
+      std::error_code unknown;
+      if (entry->path().filename().string().starts_with('.')) continue;
+      if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
+        folders.push_back(entry->path());
+      else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
+        passed_over_.add(entry->path(), "a link to a file that is found where it lies");
+      else if (entry->is_regular_file(unknown))
+        files.push_back(entry->path());
+      else
+        passed_over_.add(entry->path(),
+                         entry->is_directory(unknown) ? "a link to a folder" : "not a file that can be read");
+    }
+    if (error) throw world_error("cannot read", folder.string(), error.value());
+    std::ranges::sort(files, comes_before);
+    std::ranges::sort(folders, comes_before);
+    look_at_files(folder, files);
+    for (const std::string& deeper : folders) {
+      try {
+        search(deeper);
+      } catch (const WorldError& unreadable) {
+        lines_.give_broken(deeper, {}, unreadable);
+      }
+    }
+  }
+
+  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are
+  /// met through their links alone.
+  bool is_found_itself(const fs::path& link) const {
+    const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
+    return !place.empty() &&
+           std::ranges::none_of(place, [](const fs::path& step) { return step.string().starts_with('.'); });
+  }
+
+  void look_at_files(const fs::path& folder, const std::vector<std::string>& files) {
+    std::map<std::string_view, std::vector<std::string>> slices;  // by the name of their format
+    for (const std::string& file : files) {
+      try {
+        const Format* format = readable_format(file);
+        if (format == nullptr)
+          passed_over_.add(file, why_no_volume(file));
+        else if (format->name == "dicom" && is_directory_of_dicom(file))
+          look_at_directory(file, *format);
+        else if (format->has_folders)
+          slices[format->name].push_back(file);
+        else
+          look_at_volume(file, {}, *format);
+      } catch (const Error& error) {
+        lines_.give_broken(file, {}, error);
+      }
+    }
+    pass_over_previews(slices);
+    for (const auto& [name, own] : slices) {
+      OptionTexts options;
+      if (slices.size() > 1) options["from"] = name;
+      look_at_slices(folder, own, options, *read_format_named(name));
+    }
+  }
+
+  void pass_over_previews(std::map<std::string_view, std::vector<std::string>>& slices) {
+    const auto are_previews = [](const auto& of_format) {
+      return std::ranges::all_of(of_format.second, is_preview);
+    };
+    if (std::ranges::all_of(slices, are_previews)) return;
+    for (auto& [name, own] : slices)
+      std::erase_if(own, [&](const std::string& file) {
+        if (is_preview(file)) passed_over_.add(file, "a preview");
+        return is_preview(file);
+      });
+    std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
+  }
+
+  /// The series of a DICOMDIR; its images are not looked at where they lie.
+  void look_at_directory(const std::string& path, const Format& format) {
+    std::set<std::string> images;
+    images_ = &images;
+    look_at_volume(path, {}, format);
+    images_ = nullptr;
+    listed_images_.merge(images);
+  }
+
+  bool is_listed(const std::string& image) const {
+    return listed_images_.contains(fs::weakly_canonical(image).string());
+  }
+
+  void look_at_slices(const fs::path& folder, const std::vector<std::string>& files,
+                      const OptionTexts& options, const Format& format) {
+    // Only the files themselves say what is a series in DICOM.
+    if (format.name == "dicom") {
+      if (!std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); }))
+        look_at_folder_of_dicom(folder, files, options, format);
+      return;
+    }
+    std::vector<NumberedFiles> series = numbered_files(files);
+    for (std::size_t i = 0; i < series.size(); ++i) {
+      NumberedFiles one = series[i];
+      if (std::erase_if(one.paths, [&](const std::string& path) { return is_in_a_set(path); }) > 0) {
+        // Without the files of a set, steps between numbers differ.
+        std::vector<NumberedFiles> left = numbered_files(std::move(one.paths));
+        series.insert(series.end(), left.begin(), left.end());
+      } else if (one.paths.size() == 1 || has_slices(one.paths.front())) {
+        for (const std::string& path : one.paths)
+          if (!is_in_a_set(path)) look_at_volume(path, {}, format);
+      } else {
+        OptionTexts own = options;
+        own["series"] = one.pattern;
+        look_at_volume(folder, own, format);
+      }
+    }
+  }
+
+  /// True for a file of a volume that was listed by the name of another one of its files.
+  bool is_in_a_set(const std::string& path) const { return files_of_sets_.contains(path); }
+
+  /// Files that no series has are passed over.
+  void look_at_folder_of_dicom(const fs::path& folder, const std::vector<std::string>& files,
+                               const OptionTexts& options, const Format& format) {
+    std::set<std::string> used;
+    used_images_ = &used;
+    const std::size_t broken = lines_.broken();
+    look_at_volume(folder, options, format);
+    used_images_ = nullptr;
+    for (const std::string& file : files)
+      if (!used.contains(fs::path(file).filename().string()) && !is_listed(file))
+        passed_over_.add(file, lines_.broken() > broken
+                                   ? "DICOM, of a series that is not listed, or without an image"
+                                   : "DICOM without an image, or an image that cannot be read");
+  }
+
+  /// True if the file has several slices, so that it is a volume of its own.
+  bool has_slices(const std::string& path) const {
+    try {
+      return open_volume(path, options_.run.limited({}))->info().dims.z > 1;
+    } catch (const UsageError& error) {
+      return !error.detail().choices.empty();  // several volumes
+    } catch (const BrokenInput& error) {
+      return error.detail().problem == Problem::slices_missing;
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
+  /// If the path holds several volumes, each of them.
+  /// `details` are those of the choice that the options make.
+  void look_at_volume(const fs::path& path, OptionTexts options, const Format& format,
+                      const std::string& details = "") {
+    try {
+      const auto volume = open_volume(path, encoding_of(options, options_.run).source);
+      if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
+      const VolumeInfo& info = volume->info();
+      if (const std::string& name = volume->facts().lasting_name; !name.empty())
+        options.emplace("series", name);  // another one may come into the folder
+      std::string text =
+          fmt::format("{}, {}{}{}", described(info.dims, info.type), format.help, details, oddity_of(info));
+      if (format.name == "dicom") text += about_other_folder(path, info);
+      // What is missing from the volume, although it may be.
+      if (options.contains("gaps-ok"))
+        for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
+      lines_.give(path, options, text);
+    } catch (const UsageError& error) {
+      const std::vector<Choice>& choices = error.detail().choices;
+      const std::string option = option_of(error);
+      if (choices.empty() || options.contains(option)) return lines_.give_broken(path, options, error);
+      if (are_numbered(choices)) return look_at_numbered(path, option, choices.size(), format);
+      for (const Choice& choice : choices) {
+        OptionTexts own = options;
+        own[option] = choice.name;
+        look_at_volume(path, own, format, format.name == "dicom" ? told_by(choice) : "");
+      }
+    } catch (const BrokenInput& error) {
+      const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
+      if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
+        return lines_.give_broken(path, options, error);
+      options["gaps-ok"] = "true";
+      look_at_volume(path, options, format, details);
+    } catch (const Error& error) {
+      lines_.give_broken(path, options, error);
+    }
+  }
+
+  /// Notes the files of a volume that was found by the name of a file. True if they belong to a set that is
+  /// already listed, so that `path` only refers to it.
+  bool is_of_a_listed_set(const std::string& path, const VolumeSource& volume) {
+    const std::vector<std::string>& files = volume.files();
+    if (files.size() < 2 || is_folder(path)) return false;
+    const bool is_own = std::ranges::find(files, path) != files.end();
+    if (!is_own && std::ranges::all_of(files, [&](const std::string& file) { return is_in_a_set(file); })) {
+      passed_over_.add(path, "belongs to a set of files that is listed, but is none of them");
+      return true;
+    }
+    files_of_sets_.insert(files.begin(), files.end());
+    return false;
+  }
+
+  /// Says that a series has images in a folder that came before.
+  std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
+    const std::string uid = uid_of(info), folder = path.lexically_relative(root_).string();
+    if (uid.empty()) return "";
+    const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
+    if (is_new || known->second == folder) return "";
+    return fmt::format(
+        "; {} has images of the same series, too: copies, or parts of one volume, for which all must be in "
+        "one folder",
+        known->second);
+  }
+
+  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file
+  /// is compressed.
+  void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
+                        const Format& format) {
+    const bool may_be_short = path.extension() != ".gz";
+    std::string text;
+    try {
+      for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
+        const auto volume =
+            open_volume(path, encoding_of({{option, std::to_string(number)}}, options_.run).source);
+        is_known(*volume, format);
+        text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
+      }
+    } catch (const Error& error) {
+      return lines_.give_broken(path, {}, error);
+    }
+    for (std::size_t number = 1; number <= count; ++number)
+      lines_.give(path, {{option, std::to_string(number)}},
+                  fmt::format("{}, volume {} of {}", text, number, count));
+  }
+
+  /// Notes the files of a volume. True if a DICOMDIR has listed it.
+  bool is_known(const VolumeSource& volume, const Format& format) {
+    const std::vector<std::string>& files = volume.files();
+    if (format.name == "dicom") {
+      if (used_images_ != nullptr)
+        for (const std::string& file : files) used_images_->insert(fs::path(file).filename().string());
+      if (images_ != nullptr)
+        for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
+      else
+        return std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); });
+    }
+    // Slices were recognised; logs and samples beside headers were not.
+    for (const std::string& file : files) {
+      const std::string extension = lower_case(fs::path(file).extension().string());
+      const bool is_slice = std::ranges::find(format.extensions, extension) != format.extensions.end();
+      if (format.name != "dicom" && !is_slice) passed_over_.belongs(file);
+    }
+    return false;
+  }
+
+  fs::path root_;
+  FindOptions options_;
+  const std::function<void(const FoundVolume&)>& use_;
+  FoundLines lines_;
+  PassedOver passed_over_;
+  std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
+  std::set<std::string> files_of_sets_;                   // that are volumes together
+  std::set<std::string> listed_images_;                   // those of all DICOMDIRs
+  std::set<std::string>* images_ = nullptr;               // those of the DICOMDIR that is being looked at
+  std::set<std::string>* used_images_ =
+      nullptr;  // names of those in series of the folder that is being looked at
+};
+
+}  // namespace
+
+void find_volumes(const std::string& root, const FindOptions& options,
+                  const std::function<void(const FoundVolume&)>& use) {
+  if (status_of(root) && !is_folder(root))
+    throw UsageError(root + ": is a file; --find takes a folder; tagrid encode takes a file");
+  if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
+  Finder(root, options, use).search_all();
+}
+
+}  // namespace tagrid

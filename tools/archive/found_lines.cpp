@@ -1,0 +1,55 @@
+#include "tools/archive/found_lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/text/text.h"
+#include "tools/archive/found_names.h"
+#include "tools/report/advice.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = FoundVolume::Kind;
+
+/// Names of series and data sets come from files, which must not write lines of their own.
+bool fits_a_line(const fs::path& path, const OptionTexts& options) {
+  const auto fits = [](std::string_view text) {
+    return text.find_first_of(std::string_view("\t\n\r\0", 4)) == text.npos;
+  };
+  return fits(path.string()) &&
+         std::ranges::all_of(options, [&](const auto& option) { return fits(option.second); });
+}
+
+}  // namespace
+
+bool is_directory_of_dicom(const fs::path& path) {
+  return lower_case(path.filename().string()) == "dicomdir";
+}
+
+void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text) {
+  if (fits_a_line(path, options)) return use_({path, options, output_of(path, options), text});
+  use_({path, options, "", path.string() + ": a name has a tab or a line end, which a list cannot have",
+        Kind::broken});
+}
+
+void FoundLines::give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
+  // An image that a DICOMDIR names is looked at again in its folder if it cannot be read.
+  const std::string text = words_of(error);
+  if (broken_.insert(text).second) use_({path, options, "", text, Kind::broken});
+}
+
+std::string FoundLines::output_of(const fs::path& path, const OptionTexts& options) {
+  // The images of a DICOMDIR are those of its folder.
+  const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
+  std::string name = output_name_of(place.lexically_relative(root_).string(), options);
+  if (name.empty()) name = root_.filename();
+  if (taken_.insert(name).second) return name;
+  // Files that have the pattern of others as their name.
+  for (int i = 2;; ++i)
+    if (const std::string other = fmt::format("{}-{}", name, i); taken_.insert(other).second) return other;
+}
+
+}  // namespace tagrid

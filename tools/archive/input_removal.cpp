@@ -1,0 +1,139 @@
+#include "tools/archive/input_removal.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "io/envelope/envelope.h"
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/formats/table/open_volume.h"
+#include "io/text/text.h"
+#include "tools/archive/found_lines.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const std::string& file, const std::string& why, const char* advice) {
+  throw UsageError(fmt::format("{}: cannot be removed: {}; {}", file, why, advice));
+}
+
+void require_removable(const std::string& file, const char* advice) {
+  if (file == "-") refuse("standard input", "it is not a regular file", advice);
+  // If the file does not exist, opening it gives the message.
+  if (!is_regular_output(file)) refuse(file, "it is not a regular file", advice);
+  // Only the link would be removed.
+  if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
+    refuse(file, "it is a symbolic link, and the file itself would stay", advice);
+}
+
+void require_file_as_output(const std::string& input, const std::string& output, const char* advice) {
+  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
+}
+
+}  // namespace
+
+std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
+                                       const char* advice) {
+  require_removable(input, advice);
+  require_file_as_output(input, output, advice);
+  return {input};
+}
+
+void require_lasting_choice(const std::string& input, const SourceDescription& source) {
+  const auto number = whole_number_of(source.series);
+  if (!number || input == "-") return;
+  if (!is_folder(input) && open_volume(input, source)->files().size() < 2) return;  // a file does not change
+  SourceDescription any = source;
+  any.series.clear();
+  try {
+    open_volume(input, any);
+  } catch (const UsageError& error) {
+    const std::vector<Choice>& choices = error.detail().choices;
+    const bool is_name =
+        std::ranges::any_of(choices, [&](const Choice& one) { return one.name == source.series; });
+    if (is_name || *number < 1 || static_cast<std::size_t>(*number) > choices.size()) return;
+    throw UsageError(
+        fmt::format("{}: {} is the number of a volume in a list that changes when files come or go; give its "
+                    "name instead: {}",
+                    input, *number, choices[static_cast<std::size_t>(*number) - 1].name));
+  }
+}
+
+std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
+                                          const std::string& output, const char* advice) {
+  const bool is_series = is_folder(input);
+  if (is_series)
+    require_file_as_output(input, output, advice);
+  else
+    removable_tag(input, output, advice);
+  if (is_directory_of_dicom(input))
+    refuse(input,
+           "a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the "
+           "folders of its "
+           "images instead",
+           advice);
+  require_lasting_choice(input, source);
+  const auto volume = open_volume(input, source);
+  const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
+  for (const std::string& file : volume->files()) {
+    require_removable(file, advice);
+    // A header is untrusted input. It must not choose files in other folders for removal, by any path.
+    const auto from_there = fs::path(file).lexically_relative(folder);
+    if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
+      refuse(file, "it may lie in another folder than its header", advice);
+  }
+  return volume->files();
+}
+
+void require_replaceable(const std::string& input, const Replacement& by, const char* advice) {
+  if (by.max_error < 0)
+    refuse(input, "nothing bounds the error of its encoding, so most voxels could not be restored", advice);
+  if (by.max_error > 0 && !by.doubt.empty())
+    refuse(input,
+           fmt::format("its samples may mean something else, and a lossy encoding would destroy them: {}",
+                       by.doubt),
+           advice);
+  if (by.max_error > 0 && by.headerless && !by.trusted)
+    refuse(
+        input,
+        "it has no header, and if its type, byte order or dims are not what the command says, a lossy "
+        "encoding destroys it; compare the decoded volume with the original, then give --trust-description",
+        fmt::format("or {}", advice).c_str());
+}
+
+void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
+                             const char* advice) {
+  const SourceFiles source = source_files(facts);
+  if (const std::string why = source.why_not_restorable(); !why.empty())
+    refuse(input, fmt::format("its files would not come back byte for byte: {}", why), advice);
+  // Samples alone have names and a byte order, too.
+  if (!keeps_files)
+    refuse(input, "--strip leaves out its files, and restore could not give them back", advice);
+}
+
+bool has_bound(const EncodeOptions& options) {
+  return !options.grid_only || options.max_error || options.error_rule;
+}
+
+void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
+  if (has_bound(options)) return;
+  throw UsageError(fmt::format(
+      "{}: a grid without a bound cannot replace a volume, because most voxels could not be restored; {}, or "
+      "leave out {}",
+      option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E",
+      option));
+}
+
+void remove_files(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,121 @@
+#include "tools/archive/manifest.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+#include <string_view>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "tools/archive/output_names.h"
+#include "tools/report/advice.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t longest_line = std::size_t{1} << 16;
+/// Some editors write this at the beginning of a file.
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+std::vector<std::string> columns_of(std::string_view line) {
+  std::vector<std::string> columns;
+  for (;;) {
+    const std::size_t tab = line.find('\t');
+    columns.emplace_back(line.substr(0, tab));
+    if (tab == line.npos) return columns;
+    line.remove_prefix(tab + 1);
+  }
+}
+
+/// The same file under a name that does not depend on where the program was started. A link stays a link.
+std::string absolute_name(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(path).parent_path(), error);
+  return error ? fs::absolute(path).string() : (folder / path.filename()).string();
+}
+
+ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
+                        const OptionTexts& given, OutputNaming naming) {
+  ManifestLine line;
+  std::string listed = columns[0];
+  while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
+  const fs::path path = folder / listed;
+  if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
+    throw UsageError(fmt::format("{}: is not the name of a file or a folder", columns[0]));
+  line.input = absolute_name(path);
+  const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
+                                  columns[0].rfind('=') != columns[0].npos;
+  if (looks_like_columns && !status_of_name(line.input))
+    throw UsageError(fmt::format(
+        "{}: there is no such file; if these are columns, separate them by tabs, not by spaces", columns[0]));
+  line.options = given;
+  std::set<std::string> names;
+  for (std::size_t i = 1; i < columns.size(); ++i) {
+    // Tables of spreadsheets end in empty columns.
+    if (columns[i].empty()) continue;
+    const std::size_t equals = columns[i].find('=');
+    if (equals == 0 || equals >= columns[i].size() - 1)
+      throw UsageError(fmt::format("{}: must be option=value", columns[i]));
+    const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
+    if (!names.insert(name).second) throw UsageError(fmt::format("{} is given twice", name));
+    if (name == "output")
+      line.output = output_called(value);
+    else
+      line.options[name] = value;
+  }
+  // A folder may have dots in its name.
+  const bool has_suffix = !is_folder(path);
+  if (line.output.empty())
+    line.output = naming == OutputNaming::with_folders
+                      ? output_mirroring(listed, !has_suffix)
+                      : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
+  return line;
+}
+
+}  // namespace
+
+std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
+                                        OutputNaming naming) {
+  FileBytes file(path);
+  // Relative paths cannot start at the folder of a pipe: the pipe of <(...) in a shell is in /dev.
+  const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
+                         !path.starts_with("/proc/");
+  const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
+  std::vector<ManifestLine> lines;
+  TakenOutputs taken(naming == OutputNaming::with_folders
+                         ? "give it another name in a column output=NAME"
+                         : "give it another name in a column output=NAME; --keep-folders keeps volumes of "
+                           "different folders apart");
+  std::set<OptionTexts> seen;
+  std::string text;
+  for (std::size_t number = 1;; ++number, text.clear()) {
+    try {
+      if (!file.read_line(text, longest_line)) throw UsageError("is too long");
+      if (text.empty()) break;
+      if (number == 1 && text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
+      while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
+      if (text.find('\0') != text.npos) throw UsageError("contains a zero byte, so the list is not text");
+      if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
+      ManifestLine line = parse_line(columns_of(text), folder, given, naming);
+      line.number = number;
+      // Most lines have the same options.
+      if (seen.insert(line.options).second) encoding_of(line.options);
+      taken.take(line.output, number);
+      lines.push_back(std::move(line));
+    } catch (const UsageError& error) {
+      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, words_of(error)));
+    }
+  }
+  if (lines.empty())
+    throw UsageError(file.name() +
+                     ": names no volume; every line of a list begins with the path of a volume, and lines "
+                     "that begin with # are ignored");
+  return lines;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,250 @@
+#include "tools/archive/records.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "io/formats/table/open_volume.h"
+#include "io/text/printable.h"
+#include "tools/archive/manifest.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr std::size_t longest_record = std::size_t{1} << 24;
+/// A forged record must not make the next one the first. Programs that read JSON as doubles know it exactly.
+constexpr std::uint64_t last_sequence = (std::uint64_t{1} << 53) - 1;
+
+std::optional<KnownOutput::State> state_of(const std::string& status) {
+  if (status == "ok") return KnownOutput::State::ok;
+  if (status == "damaged") return KnownOutput::State::damaged;
+  if (status == "removed") return KnownOutput::State::removed;
+  return std::nullopt;  // failed, skipped, kept: these say nothing about the output
+}
+
+/// Throws nlohmann::json::exception if there is none.
+std::string name_in(const ordered_json& object, const char* key) {
+  return name_of_text(object.at(key).get<std::string>());
+}
+
+/// Nothing if the record does not describe an output. Throws nlohmann::json::exception if it is not a valid
+/// record.
+std::optional<KnownOutput> known_output(const ordered_json& record) {
+  const auto state = state_of(record.at("status").get<std::string>());
+  if (!state) return std::nullopt;
+  KnownOutput known;
+  known.state = *state;
+  known.input = name_in(record, "input");
+  known.options = record.at("options").get<OptionTexts>();
+  for (auto& [name, value] : known.options) value = name_of_text(value);
+  for (const auto& file : record.at("input_files"))
+    known.input_files.push_back({name_in(file, "path"), file.at("bytes").get<std::uint64_t>(),
+                                 file.at("modified_ns").get<std::int64_t>()});
+  known.headerless = record.at("headerless").get<bool>();
+  known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
+  known.input_checksum = record.at("input_xxh3").get<std::string>();
+  known.output_checksum = record.at("output_xxh3").get<std::string>();
+  return known;
+}
+
+/// Throws nlohmann::json::exception if `record` does not say.
+RecordTime time_of(const ordered_json& record) {
+  RecordTime time{0, record.at("finished").get<double>()};
+  // Earlier versions did not count.
+  if (const auto sequence = record.find("sequence");
+      sequence != record.end() && sequence->is_number_unsigned())
+    time.sequence = std::min(sequence->get<std::uint64_t>(), last_sequence);
+  return time;
+}
+
+/// Whether `record` describes the output instead of `newest`. In one file, the later of two lines is the newer one. Of two runs at
+/// the same time, one that removed an original counts: then its output may be the only copy.
+bool replaces(const KnownOutput& record, const KnownOutput& newest) {
+  const auto is_removal = [](const KnownOutput& known) { return known.state == KnownOutput::State::removed; };
+  if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&
+      record.time.sequence > 0)
+    return is_removal(record);
+  return record.time >= newest.time;
+}
+
+/// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
+bool is_there(const KnownOutput& known, const std::string& input, const RunOptions& run) {
+  if (!status_of_name(input)) return false;
+  if (!is_folder(input)) return true;
+  for (const InputFile& file : known.input_files)
+    if (status_of_name(file.path)) return true;
+  try {
+    open_volume(input, encoding_of(known.options, run).source);
+  } catch (const BrokenInput&) {
+    return false;  // no slices
+  } catch (const UsageError&) {
+    return !known.options.contains("series");  // other series than this one
+  }
+  return true;
+}
+
+}  // namespace
+
+void require_file_or_folder(const std::string& path) {
+  const auto status = status_of(path);
+  if (!status) throw world_error("cannot open", path, ENOENT);
+  if (!S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode))
+    throw UsageError(path + ": is neither a file nor a folder");
+}
+
+std::vector<InputFile> look_at(const std::vector<std::string>& files) {
+  std::vector<InputFile> result;
+  for (const std::string& file : files) {
+    const auto status = status_of(file);
+    if (!status) throw world_error("cannot open", file, ENOENT);
+    if (!S_ISREG(status->st_mode)) throw UsageError(file + ": is not a file");
+    result.push_back({file, static_cast<std::uint64_t>(status->st_size),
+                      std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec});
+  }
+  return result;
+}
+
+ordered_json json_of(const std::vector<InputFile>& files) {
+  ordered_json json = ordered_json::array();
+  for (const InputFile& file : files)
+    json.push_back(
+        {{"path", text_of_name(file.path)}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
+  return json;
+}
+
+std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files) {
+  std::set<std::string_view> encoded;
+  for (const InputFile& file : known.input_files) encoded.insert(file.path);
+  const auto was_encoded = [&](const InputFile& file) { return encoded.contains(file.path); };
+  if (files.empty() || encoded.empty() || std::ranges::any_of(files, was_encoded)) return "";
+  return fmt::format("{} instead of {}", files.front().path, known.input_files.front().path);
+}
+
+bool has_size(const KnownOutput& known, const std::string& path) {
+  const auto status = status_of(path);
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == known.bytes_out;
+}
+
+void add_output(const KnownOutput& known, ordered_json& record) {
+  const ordered_json earlier = ordered_json::parse(known.record);
+  for (const char* key : output_keys)
+    if (const auto found = earlier.find(key); found != earlier.end()) record[key] = *found;
+}
+
+void skip(const KnownOutput& known, ordered_json& record) {
+  add_output(known, record);
+  record["status"] = "skipped";
+}
+
+bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
+                  const RunOptions& run, ordered_json& record) {
+  if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
+  if (!has_size(known, output))
+    throw BrokenInput(output +
+                      ": is gone or has another size, and its original was removed; restore it from a copy");
+  skip(known, record);
+  return true;
+}
+
+KnownOutputs::KnownOutputs(const std::string& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
+  }
+  if (error) throw world_error("cannot read", folder, error.value());
+  for (auto& [output, known] : outputs_)
+    if (const auto last = last_runs_.find(output);
+        last != last_runs_.end() && last->second.time >= known.time)
+      known.failed_since = last->second.failure;
+}
+
+void KnownOutputs::read(const std::string& path) {
+  // Opening a pipe would block, and a pipe has no lines of an earlier run.
+  if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
+    throw UsageError(path +
+                     ": has the name of a file of records and is not a regular file; move it elsewhere");
+  ++files_;
+  FileBytes file(path);
+  std::uint64_t number = 0;
+  // Half a last line is all that a killed run wrote of a record.
+  for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
+    ++number;
+    const ordered_json record = ordered_json::parse(line, nullptr, false);
+    try {
+      note(record, line);
+    } catch (const nlohmann::json::exception&) {
+      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, number));
+    }
+  }
+}
+
+void KnownOutputs::note(const ordered_json& record, const std::string& line) {
+  const std::string output = name_in(record, "output");
+  const RecordTime time = time_of(record);
+  std::uint64_t& highest = sequences_[output];
+  highest = std::max(highest, time.sequence);
+  note_failure(record, output, time);
+  auto known = known_output(record);
+  if (!known) return;
+  known->time = time;
+  known->record = line;
+  const auto newest = outputs_.find(output);
+  if (newest == outputs_.end())
+    outputs_.emplace(output, std::move(*known));
+  else if (replaces(*known, newest->second))
+    newest->second = std::move(*known);
+}
+
+void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
+                                const RecordTime& time) {
+  const auto status = record.at("status").get<std::string>();
+  if (status != "failed" && status != "skipped" && status != "ok") return;
+  const auto [last, is_first] = last_runs_.try_emplace(output);
+  if (!is_first && time < last->second.time) return;
+  const auto error = record.find("error");
+  const bool has_reason = error != record.end() && error->is_string();
+  last->second = {time, status != "failed" ? ""
+                        : has_reason       ? error->get<std::string>()
+                                           : "the reason is not recorded"};
+}
+
+std::uint64_t KnownOutputs::next_sequence(const std::string& output) const {
+  const auto found = sequences_.find(output);
+  return found == sequences_.end() ? 1 : std::min(found->second + 1, last_sequence);
+}
+
+ordered_json json_of(const OptionTexts& options) {
+  ordered_json json = ordered_json::object();
+  for (const auto& [name, value] : options) json[name] = text_of_name(value);
+  return json;
+}
+
+const KnownOutput* KnownOutputs::find(const std::string& output) const {
+  const auto found = outputs_.find(output);
+  return found == outputs_.end() ? nullptr : &found->second;
+}
+
+std::string KnownOutputs::last_failure(const std::string& output) const {
+  const auto found = last_runs_.find(output);
+  return found == last_runs_.end() ? "" : found->second.failure;
+}
+
+std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
+
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace tagrid

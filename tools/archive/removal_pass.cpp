@@ -1,0 +1,213 @@
+#include "tools/archive/removal_pass.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
+#include "io/formats/table/open_volume.h"
+#include "io/samples/file_checksum.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/restore/restore.h"
+#include "pipeline/run/run.h"
+#include "tools/archive/input_removal.h"
+#include "tools/archive/output_names.h"
+#include "tools/archive/settings_used.h"
+#include "tools/report/report.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string canonical_name(const std::string& path) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(path, error);
+  return error ? path : canonical.string();
+}
+
+/// All files below a folder that can be seen.
+std::vector<std::string> files_below(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
+    if (!entry->is_directory(error)) files.push_back(entry->path().string());
+  return files;
+}
+
+std::string beginning_of_file(const std::string& path) {
+  constexpr std::size_t most = 1 << 14;
+  try {
+    FileBytes file(path);
+    return std::string(file.peek(most));
+  } catch (const std::exception&) {
+    return "";
+  }
+}
+
+}  // namespace
+
+RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
+                         Resources resources, const KnownOutputs& known)
+    : options_(options), resources_(std::move(resources)), known_(known) {
+  for (const ManifestLine& line : lines) count_files(line);
+}
+
+void RemovalPass::count_files(const ManifestLine& line) {
+  const KnownOutput* known = known_.find(line.output);
+  std::vector<std::string> files;
+  try {
+    require_file_or_folder(line.input);
+    files = open_volume(line.input, encoding_of(known ? known->options : line.options, options_.run).source)
+                ->files();
+  } catch (const std::exception& error) {
+    files = {line.input};
+    const auto status = status_of(line.input);
+    if (known && known->input == line.input)
+      for (const InputFile& file : known->input_files) files.push_back(file.path);
+    else if (status && S_ISDIR(status->st_mode))
+      files = files_below(line.input);
+    else if (status && S_ISREG(status->st_mode))
+      unknown_.push_back({line.input, fs::path(canonical_name(line.input)).parent_path().string(),
+                          beginning_of_file(line.input), error.what()});
+  }
+  std::set<std::string> names;
+  for (const std::string& file : files) names.insert(canonical_name(file));
+  for (const std::string& name : names) ++lines_with_[name];
+}
+
+/// Throws UsageError if a file may belong to another volume, too.
+void RemovalPass::require_not_needed(const ManifestLine& line, const std::string& file) const {
+  const std::string name = canonical_name(file);
+  if (const auto found = lines_with_.find(name); found == lines_with_.end() || found->second != 1)
+    throw UsageError(file + ": also holds other volumes of the list; it is kept");
+  // Beside a header, samples may lie that another header names, too.
+  const bool is_data_file = name != canonical_name(line.input) && !is_folder(line.input);
+  for (const UnknownFiles& other : unknown_)
+    if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
+        other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
+      throw UsageError(fmt::format(
+          "{}: may also be of {}, which cannot be opened ({}); it is kept; repair that one, or take it off "
+          "the list",
+          file, other.input, other.why));
+}
+
+std::string RemovalPass::output_path(const ManifestLine& line) const {
+  return (fs::path(options_.output_dir) / line.output).string();
+}
+
+std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
+  const KnownOutput* known = known_.find(line.output);
+  if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
+  if (!known) require_file_or_folder(line.input);  // what is not there is not kept
+  record["status"] = "kept";
+  if (const std::string failure = known_.last_failure(line.output); !known && !failure.empty())
+    throw UsageError(fmt::format("{}: its last encoding failed: {}; it is kept", line.input, failure));
+  if (!known)
+    throw UsageError(
+        fmt::format("{}: no record says that it was encoded to {}; it is kept; give the list and the "
+                    "options of its encoding",
+                    line.input, output_path(line)));
+  if (known->input != line.input)
+    throw UsageError(
+        fmt::format("{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; "
+                    "otherwise choose another name (output=NAME)",
+                    line.input, line.output, known->input));
+  add_output(*known, record);
+  if (!known->failed_since.empty())
+    throw UsageError(fmt::format(
+        "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options "
+        "of its encoding succeeds",
+        line.input, known->failed_since));
+  record["options"] = json_of(known->options);
+  require_own_folders(options_.output_dir, line.output);
+  std::vector<std::string> files = removable(line, *known);
+  const UnchangedFiles watched(files);
+  require_same_options(line, *known);
+  verify(line, *known, record);
+  watched.require();  // each check reads them anew
+  record["status"] = "removed";
+  return files;
+}
+
+void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
+  const auto volume = open_volume(line.input, encoding_of(known.options, options_.run).source);
+  if (const std::string difference = difference_of(known, line.options, options_.run, *volume);
+      !difference.empty())
+    throw UsageError(
+        fmt::format("{}: was encoded with other options: {}; the original is kept; give the options of its "
+                    "encoding, or encode it again",
+                    line.input, difference));
+}
+
+std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
+  require_file_or_folder(line.input);
+  const Encoding was = encoding_of(known.options, options_.run);
+  auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
+  for (const std::string& file : files) require_not_needed(line, file);
+  if (const std::string others = other_volume(known, look_at(files)); !others.empty())
+    throw BrokenInput(fmt::format(
+        "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose "
+        "another name (output=NAME)",
+        line.input, others));
+  return files;
+}
+
+/// What the volume has besides its samples must come back as it is now.
+void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
+  const TagBricks file(std::make_shared<FileSource>(output_path(line)));
+  if (file.sizes().envelope == 0)
+    throw BrokenInput(
+        fmt::format("{}: {} does not keep its files; it is kept", line.input, output_path(line)));
+  const SourceComparison found = compare_source_files(file, volume, resources_.threads);
+  if (!found.is_same)
+    throw BrokenInput(
+        fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
+  if (!found.compression.empty())
+    throw UsageError(
+        fmt::format("{}: its samples are compressed ({}), and come back uncompressed; it is kept", line.input,
+                    found.compression));
+}
+
+void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
+  const std::string output = output_path(line);
+  const Encoding was = encoding_of(known.options, options_.run);
+  const SourceDescription& source = was.source;
+  if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
+    record["status"] = "damaged";
+    throw BrokenInput(output + ": is no longer what was written; the original is kept");
+  }
+  // The current options do not matter, only those of the existing output.
+  const double max_error = TagReader(output).parameters().max_error;
+  const auto volume = open_volume(line.input, source);
+  require_replaceable(
+      line.input,
+      {max_error, known.headerless, options_.trust_description, why_not_understood(volume->facts())},
+      "it is kept");
+  require_files_come_back(line.input, volume->facts(), !was.options.strip, "it is kept");
+  ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
+  // The bound is not enough of a check: a later version of the original may be within it, too.
+  if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
+    throw BrokenInput(line.input +
+                      ": is no longer what was encoded; it is kept; --skip-done -f encodes it again");
+  Ranks alone;
+  const VerifyResult found = verify_file(alone, {.input = output,
+                                                 .original = line.input,
+                                                 .source = source,
+                                                 .resources = resources_,
+                                                 .progress = meter.progress()});
+  require_kept_files(line, *volume);
+  if (volume->info().nrrd_fields != found.header.nrrd_fields)
+    throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
+}
+
+}  // namespace tagrid

@@ -1,0 +1,47 @@
+// Verifies outputs once more, and decides which originals may be removed.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/archive/conversion.h"
+#include "tools/archive/records.h"
+
+namespace tagrid {
+
+class RemovalPass {
+ public:
+  /// `lines` are all lines of the manifest. `options` and `known` must outlive the pass.
+  RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
+              const KnownOutputs& known);
+
+  /// Verifies the output of `line` once more, and returns the files of the original, which may then be
+  /// removed. Returns nothing if there is nothing to do. Turns `record` into the record of a removal. Throws
+  /// if the original must be kept.
+  std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
+
+ private:
+  /// A line whose volume cannot be opened, so that nobody knows which files it has beside the one that is named.
+  struct UnknownFiles {
+    std::string input, folder;
+    std::string beginning;  ///< of its file: a header names other files there
+    std::string why;
+  };
+  void count_files(const ManifestLine& line);
+  void require_not_needed(const ManifestLine& line, const std::string& file) const;
+  std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known) const;
+  void require_same_options(const ManifestLine& line, const KnownOutput& known) const;
+  void require_kept_files(const ManifestLine& line, const VolumeSource& volume) const;
+  void verify(const ManifestLine& line, const KnownOutput& known, nlohmann::ordered_json& record) const;
+  std::string output_path(const ManifestLine& line) const;
+
+  const ConversionOptions& options_;
+  Resources resources_;
+  const KnownOutputs& known_;
+  std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
+  std::vector<UnknownFiles> unknown_;
+};
+
+}  // namespace tagrid

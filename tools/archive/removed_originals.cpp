@@ -1,0 +1,103 @@
+#include "tools/archive/removed_originals.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "io/errors/errors.h"
+#include "io/files/system_call.h"
+#include "tools/archive/output_names.h"
+#include "tools/archive/records.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path common_folder(const std::vector<InputFile>& files) {
+  fs::path folder = fs::path(files.front().path).parent_path();
+  for (const InputFile& file : files) {
+    const fs::path other = fs::path(file.path).parent_path();
+    fs::path both;
+    const auto end = std::ranges::mismatch(folder, other).in1;
+    for (auto step = folder.begin(); step != end; ++step) both /= *step;
+    folder = both;
+  }
+  return folder;
+}
+
+bool is_back(const InputFile& file) {
+  const auto status = status_of(file.path);
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == file.bytes;
+}
+
+/// A record is a line of text that anybody may have changed. Returns why it cannot be one of convert; "" if it can.
+std::string impossible_name(const std::string& output, const KnownOutput& known) {
+  const auto ends_early = [](const std::string& name) {
+    return name.empty() || name.find('\0') != name.npos;
+  };
+  try {
+    if (output_called(output) != output || ends_early(output))
+      return fmt::format("{}: is in a record, and is not a name that convert gives an output", output);
+  } catch (const UsageError&) {
+    return fmt::format("{}: is in a record, and leads out of the folder", output);
+  }
+  if (known.input_files.empty()) return "its record names no files";
+  for (const InputFile& file : known.input_files)
+    if (ends_early(file.path)) return "its record names files that cannot be";
+  return "";
+}
+
+/// The names of all .tag files in a folder and in the folders below it, sorted.
+std::vector<std::string> tag_files_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().extension() == ".tag" && entry->is_regular_file(error))
+      names.push_back(entry->path().lexically_relative(folder).string());
+  if (error) throw world_error("cannot read", folder, error.value());
+  std::ranges::sort(names);
+  return names;
+}
+
+/// An unreadable record may be the only one that says that an original was removed.
+std::vector<std::string> what_is_unknown(const std::string& output_dir, const KnownOutputs& known) {
+  std::vector<std::string> sentences = known.unreadable();
+  if (sentences.empty()) return sentences;
+  for (const std::string& name : tag_files_in(output_dir)) {
+    const KnownOutput* one = known.find(name);
+    if (one != nullptr && (one->state == KnownOutput::State::removed || status_of_name(one->input))) continue;
+    const std::string output = (fs::path(output_dir) / name).string();
+    sentences.push_back(
+        fmt::format("{}: is in no record that says \"removed\"; if its original is missing, `tagrid restore "
+                    "{} -o DIR` gives it back",
+                    output, output));
+  }
+  return sentences;
+}
+
+}  // namespace
+
+RemovedOriginals removed_originals(const std::string& output_dir) {
+  const KnownOutputs known(output_dir);
+  if (known.files() == 0)
+    throw BrokenInput(output_dir +
+                      ": has no records of convert (results.jsonl); give the folder of its outputs");
+  std::vector<RemovedOriginal> originals;
+  for (const auto& [output, one] : known.all()) {
+    if (one.state != KnownOutput::State::removed) continue;
+    RemovedOriginal original{one.input, (fs::path(output_dir) / output).string(), "", false, ""};
+    original.error = impossible_name(output, one);
+    if (original.error.empty()) {
+      original.folder = common_folder(one.input_files).string();
+      original.is_back = std::ranges::all_of(one.input_files, is_back);
+    }
+    originals.push_back(std::move(original));
+  }
+  return {std::move(originals), what_is_unknown(output_dir, known)};
+}
+
+}  // namespace tagrid

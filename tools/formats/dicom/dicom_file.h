@@ -1,0 +1,105 @@
+// What one DICOM file says, without its samples. The standard: https://dicom.nema.org
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/errors/errors.h"
+#include "io/volume/volume_info.h"
+#include "tools/formats/dicom/moments.h"
+#include "tools/formats/dicom/notes.h"
+
+namespace tagrid {
+
+using Vector3 = std::array<double, 3>;
+
+/// One image: a whole file, or a frame of it.
+struct DicomFrame {
+  std::optional<Vector3> position;  ///< of the first sample, in mm, left-posterior-superior
+  /// Unit vectors along a row and along a column.
+  std::optional<std::array<Vector3, 2>> orientation;
+  std::optional<std::array<double, 2>> spacing;  ///< along x and along y, in mm
+  double thickness = 0;                          ///< or the distance of slices, if that is said; 0: unknown
+  double step = 0;                               ///< the distance of slices with its sign; 0: unknown
+  Rescale rescale;
+  Moments moments;          ///< besides those of its file
+  std::int64_t number = 0;  ///< of the image in its series
+};
+
+/// The vector at right angles to an image. REQUIRES: orientation.
+Vector3 normal_of(const DicomFrame& frame);
+
+/// How the samples of a file are stored.
+struct DicomPixels {
+  struct Stretch {
+    std::uint64_t offset = 0, length = 0;
+  };
+
+  std::int64_t columns = 0, rows = 0;
+  int allocated = 0, stored = 0;  ///< bits of a sample, and those that count
+  bool is_signed = false;
+  std::string photometric;          ///< "MONOCHROME2"
+  std::string syntax, syntax_name;  ///< the UID, and its usual name
+  /// The byte of the file at which samples lie plainly; nothing if they must be decoded, or lie in pieces.
+  std::optional<std::uint64_t> offset;
+  std::uint64_t step = 0;  ///< from the beginning of a frame to that of the next one, if samples lie plainly
+  /// Pieces of the file that hold all frames, one after the other, if they lie plainly in pieces of other
+  /// sizes than frames.
+  std::vector<Stretch> stretches;
+  /// The byte at which fragments begin that hold them; nothing if there are none.
+  std::optional<std::uint64_t> encapsulated;
+  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is
+  /// not deflated.
+  std::optional<std::uint64_t> inflated;
+  bool big_endian = false;
+  std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
+  bool is_cut = false;      ///< that is why: the file does not have all of them
+  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not
+  /// known.
+  std::string lossy;
+
+  std::uint64_t frame_bytes() const {
+    return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);
+  }
+  bool is_jpeg2000() const {
+    return syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91";
+  }
+};
+
+struct DicomFile {
+  std::string path;
+  std::string series, instance;  ///< UIDs
+  std::string image_type;        ///< the third value: "AXIAL", "LOCALIZER"
+  DicomPixels pixels;
+  std::vector<DicomFrame> frames;
+  Moments moments;  ///< of all frames
+  DicomNotes notes;
+  /// The number of files in the concatenation that this file belongs to, and its UID; 0 if there is none.
+  std::int64_t concatenated = 0;
+  std::string concatenation;
+  /// Texts by the standard's names of attributes, "PatientName", in UTF-8.
+  std::map<std::string, std::string> texts;
+};
+
+/// A file of DICOM that cannot be read.
+class BrokenDicomFile : public BrokenInput {
+ public:
+  BrokenDicomFile(const std::string& path, std::string reason, std::string uid)
+      : BrokenInput(path + ": DICOM file: " + reason), why(std::move(reason)), series(std::move(uid)) {}
+
+  std::string why;     ///< "ends too soon"
+  std::string series;  ///< the UID of its series, if it could be read so far; otherwise ""
+};
+
+/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an
+/// image, such as a report. Throws BrokenDicomFile and WorldError.
+std::optional<DicomFile> read_dicom_file(const std::string& path);
+
+/// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.
+std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path);
+
+}  // namespace tagrid

@@ -1,0 +1,44 @@
+// The files of a folder, or those that a DICOMDIR names, before they are sorted into series.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/formats/dicom/dicom_file.h"
+#include "tools/formats/dicom/series.h"
+
+namespace tagrid {
+
+/// A file that looks like an image and cannot be read.
+struct UnreadableImage {
+  std::string path, why;  ///< "is empty"
+  std::string series;     ///< the UID of its series; "" if it is not known
+};
+
+/// All files at a path.
+struct ImageFiles {
+  std::vector<DicomFile> images;
+  std::vector<UnreadableImage> unreadable;
+  std::vector<std::string> others;  ///< names of files that have no image
+};
+
+/// Reads the headers of all files at `path`: a file, a folder, or a DICOMDIR. A file that cannot be read
+/// looks like an image if it is of DICOM, or if its name has the extension of DICOM or is like those of
+/// images: the same extension, or the same texts between numbers. If there is no image at all, the first
+/// unreadable file is the error. Throws BrokenInput and WorldError.
+ImageFiles image_files_at(const std::string& path);
+
+/// The unreadable files that may be images of a series: files that name the series, and other files whose
+/// names are like those of its files, or unlike those of all images.
+std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
+
+/// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are
+/// like its name is one. Looks into few of them.
+std::string sibling_of(const DicomFile& image);
+
+/// "a.dcm (is empty), b.dcm (...) and 3 more".
+std::string listed(const std::vector<UnreadableImage>& images);
+/// "a.txt, b.txt and 3 more".
+std::string listed_names(const std::vector<std::string>& names);
+
+}  // namespace tagrid

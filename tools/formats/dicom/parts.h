@@ -1,0 +1,56 @@
+// Images of one series as volumes: several at one place are moments, echoes, segments, ...
+#pragma once
+
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/formats/dicom/dicom_file.h"
+
+namespace tagrid {
+
+/// A frame of a file, by their numbers.
+struct DicomSlice {
+  std::size_t file = 0, frame = 0;
+};
+
+/// Slices of one volume.
+struct DicomPart {
+  std::vector<DicomSlice> slices;
+  std::string told_by;  ///< from the other parts: "EchoTime 2.46"; "" if it is the only one
+};
+
+/// The value of an attribute that sorts as a number if it is one.
+struct DicomValue {
+  double number = std::numeric_limits<double>::infinity();
+  std::string_view text;  ///< "" if there is none
+
+  bool is_number() const { return number != std::numeric_limits<double>::infinity(); }
+  bool operator<(const DicomValue& other) const;
+};
+
+/// The value of the attribute `moment` in a frame, or of its file. It refers to `files`.
+DicomValue value_of(const std::vector<DicomFile>& files, const DicomSlice& slice, std::size_t moment);
+
+const DicomFrame& frame_of(const std::vector<DicomFile>& files, const DicomSlice& slice);
+
+bool has_place(const DicomFrame& frame);
+/// The place of a frame along the normal of its image, in mm. REQUIRES: position and orientation.
+double along_normal(const DicomFrame& frame);
+
+/// The first slice that is where the next one is; slices.size() if there is none. REQUIRES: sorted slices.
+std::size_t first_of_two(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Sorted slices, split by what distinguishes images at one place; in one part if nothing does.
+std::vector<DicomPart> parted(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Parts of equal values of these attributes, by their values. Slices keep their order.
+std::vector<DicomPart> parted_by(const std::vector<std::size_t>& moments,
+                                 const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there
+/// are none.
+std::string differences(const DicomSlice& a, const DicomSlice& b, const std::vector<DicomFile>& files);
+
+}  // namespace tagrid

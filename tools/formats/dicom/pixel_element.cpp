@@ -1,0 +1,192 @@
+#include "tools/formats/dicom/pixel_element.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+
+#include "io/bytes/little_endian.h"
+#include "io/errors/errors.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::uint64_t item_head = 8;  // bytes
+constexpr std::uint32_t item_tag = 0xE000FFFE, end_tag = 0xE0DDFFFE, unknown_length = 0xFFFFFFFF;
+/// Files with more fragments of plain samples are refused.
+constexpr std::size_t most_stretches = 1 << 20;
+
+/// One of the fragments, or the table of offsets, which is the first item.
+struct Item {
+  std::uint64_t begin = 0, length = 0;  ///< of its content
+
+  std::uint64_t end() const { return begin + length; }
+};
+
+/// The item whose head is at `at`; nothing if there is none, or not all of it.
+std::optional<Item> item_at(const ByteSource& file, std::uint64_t at) {
+  std::array<std::byte, item_head> head;
+  if (at > file.size() || file.size() - at < item_head) return std::nullopt;
+  file.read_at(at, head);
+  const auto length = load_little_endian<std::uint32_t>(head.data() + 4);
+  const Item item{at + item_head, length};
+  if (load_little_endian<std::uint32_t>(head.data()) != item_tag || length == unknown_length ||
+      item.end() > file.size())
+    return std::nullopt;
+  return item;
+}
+
+bool is_end(const ByteSource& file, std::uint64_t at) {
+  std::array<std::byte, 4> tag;
+  if (at > file.size() || file.size() - at < tag.size()) return false;
+  file.read_at(at, tag);
+  return load_little_endian<std::uint32_t>(tag.data()) == end_tag;
+}
+
+/// True if a fragment begins as a code stream does: of JPEG and JPEG-LS, or of JPEG 2000.
+bool begins_stream(const ByteSource& file, const Item& item) {
+  if (item.length < 3) return false;
+  std::array<std::byte, 3> b;
+  file.read_at(item.begin, b);
+  const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(b[i]); };
+  return at(0) == 0xFF && ((at(1) == 0xD8 && at(2) == 0xFF) || (at(1) == 0x4F && at(2) == 0xFF));
+}
+
+std::string counted(std::uint64_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+void note_more_frames(DicomFile& file, std::uint64_t found) {
+  const std::uint64_t frames = file.frames.size();
+  DicomNotes::add(
+      file.notes.not_understood, "NumberOfFrames",
+      fmt::format(
+          "its pixels are those of {}, but it says that it has {} (NumberOfFrames); the others are left out",
+          counted(found, "frame"), frames));
+}
+
+/// True for zeros that fill up a word of four bytes, as some programs do. The standard asks for an even
+/// length.
+bool is_padding(const ByteSource& file, std::uint64_t begin, std::uint64_t length) {
+  std::array<std::byte, 3> bytes = {};
+  if (length > bytes.size() || begin + length > file.size()) return false;
+  file.read_at(begin, std::span(bytes).first(length));
+  return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
+}  // namespace
+
+PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian) {
+  std::array<std::byte, 12> head = {};
+  const std::uint64_t bytes = is_explicit ? 12 : 8;
+  if (offset < bytes || offset > file.size()) throw BrokenInput("its pixels cannot be found");
+  file.read_at(offset - bytes, std::span(head).first(bytes));
+  const auto number = [&](std::size_t at, std::size_t count) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      value = value << 8 | std::to_integer<unsigned>(head[big_endian ? at + i : at + count - 1 - i]);
+    return value;
+  };
+  const std::uint64_t length = number(bytes - 4, 4);
+  if (number(0, 2) != 0x7fe0 || number(2, 2) != 0x0010) throw BrokenInput("its pixels cannot be found");
+  if (length == unknown_length) return {0, true};
+  return {length, false};
+}
+
+void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
+                         std::uint64_t offset) {
+  const DicomPixels& pixels = file.pixels;
+  const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), wanted = frames * frame;
+  if (head.length < wanted)
+    throw BrokenInput(fmt::format("its pixels have {} bytes, but {} x {} samples of {} bits in {} have {}",
+                                  head.length, pixels.columns, pixels.rows, pixels.allocated,
+                                  counted(frames, "frame"), wanted));
+  if (bytes.size() < offset + wanted)
+    throw BrokenInput(fmt::format("ends too soon, within its pixels: {} bytes are missing",
+                                  offset + wanted - bytes.size()));
+  if (!is_padding(bytes, offset + wanted, head.length - wanted)) note_bytes_left_over(file, head.length);
+}
+
+void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {
+  const DicomPixels& pixels = file.pixels;
+  const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(),
+                      over = bytes - frames * frame;
+  if (over <= 1) return;  // lengths are even
+  if (over >= frame) return note_more_frames(file, bytes / frame);
+  DicomNotes::add(file.notes.not_understood, "PixelData",
+                  fmt::format("its pixels have {} bytes more than {} x {} samples of {} bits in {}; they "
+                              "are left out",
+                              over, pixels.columns, pixels.rows, pixels.allocated, counted(frames, "frame")));
+}
+
+void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin) {
+  const auto table = item_at(bytes, begin);
+  if (!table) return;
+  const std::uint64_t frames = file.frames.size();
+  // In RLE, each fragment is a frame.
+  const bool is_rle = file.pixels.syntax == "1.2.840.10008.1.2.5";
+  std::uint64_t streams = 0;
+  for (auto item = item_at(bytes, table->end()); item; item = item_at(bytes, item->end()))
+    if (is_rle || begins_stream(bytes, *item)) ++streams;
+  const std::uint64_t found = std::max(streams, table->length / 4);
+  if (found > frames) note_more_frames(file, found);
+}
+
+void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_t begin) {
+  DicomPixels& pixels = file.pixels;
+  const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), even = frame + frame % 2;
+  const auto table = item_at(bytes, begin);
+  if (!table) throw BrokenInput("its fragments cannot be found");
+  std::vector<DicomPixels::Stretch> items;
+  std::uint64_t at = table->end(), all = 0;
+  for (auto item = item_at(bytes, at); item; item = item_at(bytes, at)) {
+    items.push_back({item->begin, item->length});
+    if (items.size() > most_stretches) throw BrokenInput("its fragments are too many");
+    all += item->length;
+    at = item->end();
+  }
+  if (!is_end(bytes, at)) throw BrokenInput("ends too soon, within its pixels, or its fragments are damaged");
+  const bool one_each = std::ranges::all_of(
+      items, [&](const auto& item) { return item.length == frame || item.length == even; });
+  if (one_each && items.size() >= frames) {
+    pixels.offset = items.front().offset;
+    pixels.step = even + item_head;
+    // Items of odd length are forbidden, but exist.
+    for (std::size_t i = 0; i < items.size() && frames > 1; ++i)
+      if (items[i].offset != *pixels.offset + i * pixels.step)
+        throw BrokenInput("its fragments have odd lengths");
+    if (items.size() > frames) note_more_frames(file, items.size());
+    return;
+  }
+  if (all < frames * frame || all > frames * frame + 1)
+    throw BrokenInput(fmt::format("its fragments have {} bytes, but {} x {} samples of {} bits in {} have {}",
+                                  all, pixels.columns, pixels.rows, pixels.allocated,
+                                  counted(frames, "frame"), frames * frame));
+  pixels.stretches = std::move(items);
+}
+
+void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* out) {
+  const std::uint64_t size = file.pixels.frame_bytes();
+  std::uint64_t from = frame * size, left = size;
+  const FileSource bytes(file.path);
+  for (const auto& [offset, length] : file.pixels.stretches) {
+    if (left == 0) return;
+    if (from >= length) {
+      from -= length;
+      continue;
+    }
+    const std::uint64_t n = std::min(left, length - from);
+    if (offset + from + n > bytes.size())
+      throw BrokenInput(fmt::format("{}: DICOM file: ends too soon, within its pixels", file.path));
+    bytes.read_at(offset + from, std::span(out, n));
+    out += n;
+    left -= n;
+    from = 0;
+  }
+  if (left > 0)
+    throw BrokenInput(fmt::format("{}: DICOM file: frame {} is not complete", file.path, frame + 1));
+}
+
+}  // namespace tagrid

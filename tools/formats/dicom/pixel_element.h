@@ -1,0 +1,40 @@
+// The element of the samples in a file: its head, and the fragments in it. DICOM PS3.5, A.4.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "io/files/byte_source.h"
+#include "tools/formats/dicom/dicom_file.h"
+
+namespace tagrid {
+
+/// The head of the pixels.
+struct PixelHead {
+  std::uint64_t length = 0;    ///< bytes; 0 if it is not defined
+  bool has_fragments = false;  ///< Its length is not defined.
+};
+
+/// Reads the head in front of byte `offset` of a file. Throws BrokenInput if there is none.
+PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian);
+
+/// Checks that a file has all of its native samples, which have the head `head` in front of byte `offset`;
+/// notes bytes that are left over and are more than padding. Throws BrokenInput.
+void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
+                         std::uint64_t offset);
+
+/// Notes frames in the fragments from byte `begin` on that no attribute counts. Errors are left to the
+/// decoder.
+void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin);
+
+/// Notes bytes of samples that are more than the frames of a file have. REQUIRES: there are enough of them.
+void note_bytes_left_over(DicomFile& file, std::uint64_t bytes);
+
+/// Finds samples that lie plainly in the fragments from byte `begin` on: sets pixels.offset and pixels.step,
+/// or pixels.stretches. Throws BrokenInput.
+void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_t begin);
+
+/// Reads a frame from pixels.stretches. Throws BrokenInput and WorldError.
+void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* out);
+
+}  // namespace tagrid

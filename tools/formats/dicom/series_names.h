@@ -1,0 +1,27 @@
+// Names of volumes that stay when files of other volumes come or go.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/formats/dicom/parts.h"
+
+namespace tagrid {
+
+/// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes apart: size, type of
+/// samples, orientation, spacing, and the attributes of moments.h. It depends on these slices alone. Volumes of one
+/// series that differ in any of these have different names. REQUIRES: sorted slices, at least one.
+std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// The UID in a name that lasting_name_of() gave; "" if it cannot be one.
+std::string_view uid_in(std::string_view name);
+
+/// The slices among `slices` that have this name, by splitting them once or twice by an attribute. Images of two volumes
+/// are one volume while nothing lies where both have images, so a volume that is gone may have kept them apart.
+std::optional<std::vector<DicomSlice>> slices_called(const std::string& name,
+                                                     const std::vector<DicomSlice>& slices,
+                                                     const std::vector<DicomFile>& files);
+
+}  // namespace tagrid

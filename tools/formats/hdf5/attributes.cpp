@@ -1,0 +1,157 @@
+#include "tools/formats/hdf5/attributes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "io/text/text.h"
+#include "tools/formats/hdf5/handle.h"
+#include "tools/formats/hdf5/sample_types.h"
+
+namespace tagrid {
+namespace {
+
+constexpr hssize_t most_numbers = 1000, most_texts = 100;
+constexpr std::size_t longest_text = 1 << 16;
+
+Hdf5Handle opened(hid_t object, const std::string& name) {
+  if (H5Aexists(object, name.c_str()) <= 0) return {};
+  return {H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose};
+}
+
+hssize_t count_of(hid_t attribute) {
+  const Hdf5Handle space(H5Aget_space(attribute), H5Sclose);
+  return space ? H5Sget_simple_extent_npoints(space.get()) : -1;
+}
+
+std::vector<std::string> variable_texts(hid_t attribute, hid_t type, std::size_t count) {
+  const Hdf5Handle memory(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(memory.get(), H5T_VARIABLE);
+  H5Tset_cset(memory.get(), H5Tget_cset(type));
+  std::vector<char*> pointers(count, nullptr);
+  if (H5Aread(attribute, memory.get(), pointers.data()) < 0) return {};
+  std::vector<std::string> texts;
+  for (char* const pointer : pointers) {
+    texts.emplace_back(pointer == nullptr ? "" : pointer);
+    H5free_memory(pointer);
+  }
+  return texts;
+}
+
+std::vector<std::string> fixed_texts(hid_t attribute, hid_t type, std::size_t count) {
+  const std::size_t size = H5Tget_size(type);
+  if (size == 0 || size > longest_text) return {};
+  std::string all(size * count, '\0');
+  if (H5Aread(attribute, type, all.data()) < 0) return {};
+  const bool has_blanks_behind = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::string text = all.substr(i * size, size);
+    text = text.substr(0, text.find('\0'));
+    if (has_blanks_behind) text.erase(text.find_last_not_of(' ') + 1);
+    texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
+/// The parts of a text that should be `count` numbers.
+std::vector<std::string> parts_of_list(std::string text, std::size_t count) {
+  for (char& c : text)
+    if (std::string_view("()[]{};").find(c) != std::string_view::npos) c = ' ';
+  std::vector<std::string> parts;
+  for (std::string_view word : words_of(text)) {
+    if (word.ends_with(',')) word.remove_suffix(1);
+    parts.emplace_back(word);
+  }
+  // "1,2,3" are three numbers; one with a decimal comma would not have as many commas.
+  const auto commas = parts.size() == 1 ? std::ranges::count(parts[0], ',') : 0;
+  if (count < 2 || static_cast<std::size_t>(commas) + 1 != count) return parts;
+  std::vector<std::string> split(1);
+  for (const char c : parts[0])
+    if (c == ',')
+      split.emplace_back();
+    else
+      split.back() += c;
+  return split;
+}
+
+}  // namespace
+
+std::optional<std::string> text_attribute(hid_t object, const std::string& name) {
+  std::vector<std::string> texts = text_list_attribute(object, name);
+  if (texts.size() != 1) return std::nullopt;
+  return std::move(texts[0]);
+}
+
+std::vector<std::string> text_list_attribute(hid_t object, const std::string& name) {
+  const Hdf5Handle attribute = opened(object, name);
+  if (!attribute) return {};
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  const hssize_t count = count_of(attribute.get());
+  if (!type || H5Tget_class(type.get()) != H5T_STRING || count < 1 || count > most_texts) return {};
+  return H5Tis_variable_str(type.get()) > 0
+             ? variable_texts(attribute.get(), type.get(), static_cast<std::size_t>(count))
+             : fixed_texts(attribute.get(), type.get(), static_cast<std::size_t>(count));
+}
+
+std::vector<double> number_attribute(hid_t object, const std::string& name) {
+  const Hdf5Handle attribute = opened(object, name);
+  if (!attribute) return {};
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  const H5T_class_t kind = type ? H5Tget_class(type.get()) : H5T_NO_CLASS;
+  const hssize_t count = count_of(attribute.get());
+  if ((kind != H5T_INTEGER && kind != H5T_FLOAT) || count < 1 || count > most_numbers) return {};
+  std::vector<double> numbers(static_cast<std::size_t>(count));
+  if (H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, numbers.data()) < 0) return {};
+  return numbers;
+}
+
+std::string attribute_in_words(hid_t object, const std::string& name) {
+  const Hdf5Handle attribute = opened(object, name);
+  if (!attribute) return "";
+  if (const auto texts = text_list_attribute(object, name); !texts.empty())
+    return fmt::format("{}", fmt::join(texts, ", "));
+  if (const auto numbers = number_attribute(object, name); !numbers.empty())
+    return fmt::format("{}", fmt::join(numbers, " "));
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  return count_of(attribute.get()) == 0 ? "" : samples_in_words(type.get());
+}
+
+AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count) {
+  AttributeNumbers result;
+  if (H5Aexists(object, name.c_str()) <= 0) return result;
+  result.outcome = ForeignNumber::Outcome::unreadable;
+  result.text = attribute_in_words(object, name);
+  result.values = number_attribute(object, name);
+  std::vector<std::string> texts = text_list_attribute(object, name);
+  if (texts.size() == 1 && count > 1) texts = parts_of_list(texts[0], count);
+  for (const std::string& text : texts) {
+    const ForeignNumber number = foreign_number(text);
+    if (!number.is_number()) return result;
+    result.values.push_back(number.value);
+    result.decimal_comma |= number.decimal_comma;
+  }
+  if (result.values.size() == count) result.outcome = ForeignNumber::Outcome::number;
+  return result;
+}
+
+KeyValues all_attributes(hid_t object) {
+  KeyValues all;
+  const auto add = [](hid_t where, const char* name, const H5A_info_t*, void* user) -> herr_t {
+    std::string value;
+    if (const auto text = text_attribute(where, name))
+      value = *text;
+    else if (const auto texts = text_list_attribute(where, name); !texts.empty())
+      value = fmt::format("{}", fmt::join(texts, ", "));
+    else
+      value = fmt::format("{}", fmt::join(number_attribute(where, name), " "));
+    if (!value.empty()) static_cast<KeyValues*>(user)->emplace_back(name, value);
+    return 0;
+  };
+  hsize_t index = 0;
+  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, &index, add, &all);
+  return all;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,156 @@
+#include "tools/formats/hdf5/reader/geometry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/text/text.h"
+#include "tools/formats/hdf5/attributes.h"
+#include "tools/formats/hdf5/description.h"
+#include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/fields.h"
+#include "tools/formats/hdf5/reader/image_data.h"
+#include "tools/formats/hdf5/reader/nexus.h"
+#include "tools/formats/hdf5/reader/scale.h"
+#include "tools/formats/hdf5/reader/unit_of_axes.h"
+
+namespace tagrid {
+namespace {
+
+bool is_nonzero(double number) { return std::isfinite(number) && number != 0; }
+
+/// NaN is a spacing that is not known.
+bool are_spacings(const std::vector<double>& numbers) {
+  return std::ranges::all_of(numbers,
+                             [](double number) { return std::isnan(number) || is_nonzero(number); }) &&
+         std::ranges::any_of(numbers, is_nonzero);
+}
+bool are_sizes(const std::vector<double>& numbers) { return std::ranges::all_of(numbers, is_nonzero); }
+std::array<std::array<double, 3>, 3> three_vectors(const std::vector<double>& numbers) {
+  std::array<std::array<double, 3>, 3> vectors = {};
+  for (std::size_t i = 0; i < 9; ++i) vectors[i / 3][i % 3] = numbers[i];
+  return vectors;
+}
+bool are_directions(const std::vector<double>& numbers) {
+  return is_nonzero(determinant(three_vectors(numbers)));
+}
+
+/// "mm", or one for each axis: "mm, mm, um".
+std::array<std::string, 3> units_of(const std::string& text) {
+  std::array<std::string, 3> units;
+  if (std::ranges::count(text, ',') != 2) {
+    units.fill(text);
+    return units;
+  }
+  std::size_t axis = 0;
+  for (const char c : text)
+    if (c == ',')
+      ++axis;
+    else if (c != ' ' && c != '?')
+      units[axis] += c;
+  return units;
+}
+
+/// A volume has one unit for all axes.
+void convert_units(const std::string& path, Geometry& geometry, std::vector<std::string>& warnings) {
+  std::array<bool, 3> used = {};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    used[axis] = geometry.has_directions || !std::isnan(geometry.spacing[axis]);
+  const UnitOfAxes common = common_unit(geometry.units, used);
+  if (!common.remark.empty()) warnings.push_back(fmt::format("{}: {}", path, common.remark));
+  // Units of directions are those of the axes of space.
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    geometry.spacing[axis] = common.convert(axis, geometry.spacing[axis]);
+    geometry.origin[axis] = common.convert(axis, geometry.origin[axis]);
+    for (auto& direction : geometry.directions) direction[axis] = common.convert(axis, direction[axis]);
+  }
+  geometry.units = common.units;
+}
+
+/// What the attributes of the data set say.
+Geometry geometry_of_attributes(Fields& fields) {
+  constexpr const char* no_spacing = "the spacing is not taken from it";
+  Geometry geometry;
+  const auto spacing = fields.numbers("spacing", 3, no_spacing, are_spacings);
+  const auto size = fields.numbers("element_size_um", 3, no_spacing, are_sizes);
+  const std::string unit = fields.text("spacing_units", "the unit is not known");
+  if (spacing.is_number()) {
+    std::ranges::copy(spacing.values, geometry.spacing.begin());
+    geometry.units = units_of(unit);
+    geometry.has_spacing = true;
+  } else if (size.is_number()) {
+    geometry.spacing = {size.values[2], size.values[1], size.values[0]};
+    geometry.has_spacing = true;
+    geometry.units.fill("um");
+  }
+  if (const auto d = fields.numbers("directions", 9, "the directions are not known", are_directions);
+      d.is_number()) {
+    geometry.directions = three_vectors(d.values);
+    geometry.has_directions = true;
+    geometry.units = units_of(unit);
+  }
+  if (const auto origin = fields.numbers("origin", 3, "the origin is not known"); origin.is_number()) {
+    std::ranges::copy(origin.values, geometry.origin.begin());
+    geometry.has_origin = true;
+  }
+  geometry.space = fields.text("space", "the coordinate system is not known");
+  return geometry;
+}
+
+/// The attributes that are not among `known`, as pairs.
+KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known) {
+  KeyValues pairs;
+  for (auto& [key, value] : all_attributes(dataset))
+    if (key != hdf5_header_attribute && std::ranges::find(known, key) == known.end())
+      pairs.emplace_back("hdf5_" + key, std::move(value));
+  return pairs;
+}
+
+}  // namespace
+
+DatasetDescription description_of_dataset(hid_t file, const std::string& path, const std::string& name,
+                                          const Index3& dims) {
+  const Hdf5Handle dataset = opened_dataset(file, name);
+  ScaleOfDataset scale = scale_of_dataset(file, path, name);
+  DatasetDescription description = {.nrrd = "",
+                                    .rescale = scale.rescale,
+                                    .scale_doubt = std::move(scale.doubt),
+                                    .warnings = std::move(scale.warnings),
+                                    .not_understood = std::move(scale.not_understood)};
+  const auto warn = [&](const std::vector<std::string>& warnings) {
+    description.warnings.insert(description.warnings.end(), warnings.begin(), warnings.end());
+  };
+  std::vector<std::string> known;
+  if (const auto header = header_of(dataset.get(), known)) {
+    known.insert(known.end(), scale.attributes.begin(), scale.attributes.end());
+    KeyValues pairs = other_attributes(dataset.get(), known);
+    if (text_of_key(*header, "rescale_slope").empty()) add_rescale(description.rescale, pairs);
+    description.nrrd =
+        *header + (header->empty() || header->ends_with('\n') ? "" : "\n") + nrrd_fields_of({}, pairs);
+    return description;
+  }
+  Fields fields(dataset.get(), fmt::format("{}: HDF5 file: {}", path, name));
+  Geometry geometry = geometry_of_attributes(fields);
+  convert_units(path, geometry, fields.warnings);
+  warn(fields.warnings);
+  KeyValues pairs = {{"hdf5_dataset", name}};
+  if (!geometry.has_spacing && !geometry.has_directions) {
+    if (const auto image = geometry_of_image_data(file, path, name, dims, description.warnings)) {
+      geometry = *image;
+    } else if (auto places = nexus_places(file, path, name, dims_of(dataset.get()))) {
+      geometry = places->geometry;
+      pairs.insert(pairs.end(), places->pairs.begin(), places->pairs.end());
+      warn(places->warnings);
+    }
+  }
+  const auto companions = nexus_companions(file, path, name);
+  description.not_understood.insert(description.not_understood.end(), companions.begin(), companions.end());
+  for (auto& pair : other_attributes(dataset.get(), scale.attributes)) pairs.push_back(std::move(pair));
+  add_rescale(description.rescale, pairs);
+  description.nrrd = nrrd_fields_of(geometry, pairs);
+  return description;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,150 @@
+#include "tools/formats/hdf5/reader/links.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "io/programs/serve.h"
+#include "io/text/text.h"
+#include "tools/formats/hdf5/handle.h"
+
+namespace tagrid {
+namespace {
+
+/// The link of this name in a group, which is at `path`; nothing if it is a hard one, or cannot be read.
+std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std::string& name,
+                                 std::string& value) {
+  H5L_info_t info = {};
+  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type == H5L_TYPE_HARD)
+    return std::nullopt;
+  FoundLink link = {inside(path, name), "something of an unknown kind"};
+  std::vector<char> bytes(info.u.val_size + 1);
+  if (H5Lget_val(group, name.c_str(), bytes.data(), info.u.val_size, H5P_DEFAULT) < 0) return link;
+  const char *file = nullptr, *object = nullptr;
+  if (info.type == H5L_TYPE_SOFT) {
+    value = bytes.data();
+    link.target = value;
+  } else if (info.type == H5L_TYPE_EXTERNAL &&
+             H5Lunpack_elink_val(bytes.data(), info.u.val_size, nullptr, &file, &object) >= 0) {
+    link.target = fmt::format("{} in the file {}", object, file);
+    link.file = file;
+    link.is_external = true;
+  }
+  return link;
+}
+
+/// True if the file that a link names is there, but in another folder than the file with the link. Nothing is read from
+/// there, and the sandbox hides what such a file holds, but not that it is there.
+bool is_elsewhere(hid_t file, const std::string& named) {
+  namespace fs = std::filesystem;
+  if (named.empty()) return false;
+  std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
+  H5Fget_name(file, own.data(), own.size() + 1);
+  std::error_code unknown;
+  const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
+  return fs::is_regular_file(target, unknown) && !fs::equivalent(target.parent_path(), folder, unknown);
+}
+
+struct Waiting {
+  haddr_t address;
+  std::string path;
+};
+
+/// The objects and links of one group; deeper objects become `waiting`, the first one last.
+class GroupVisit {
+ public:
+  GroupVisit(const std::string& path, const Visitor& visitor) : path_(path), visitor_(visitor) {}
+
+  void run(hid_t group, std::vector<Waiting>& waiting) {
+    const auto look = [](hid_t where, const char* name, const H5L_info_t* info, void* self) -> herr_t {
+      static_cast<GroupVisit*>(self)->look_at(where, name, *info);
+      return 0;
+    };
+    H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, look, this);
+    waiting.insert(waiting.end(), found_.rbegin(), found_.rend());
+  }
+
+ private:
+  void look_at(hid_t group, const char* name, const H5L_info_t& info) {
+    if (info.type != H5L_TYPE_HARD) {
+      std::string value;
+      if (const auto link = link_at(group, path_, name, value)) visitor_.link(*link);
+      return;
+    }
+    const Hdf5Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    if (const auto address = address_of(object.get())) found_.push_back({*address, inside(path_, name)});
+  }
+
+  const std::string& path_;
+  const Visitor& visitor_;
+  std::vector<Waiting> found_ = {};
+};
+
+/// `passed`: the links that led here, in a circle if one is met again.
+std::string why_missing(hid_t file, const std::string& path, std::vector<std::string>& passed) {
+  std::string part = "/";
+  for (std::size_t at = 0; at < path.size();) {
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    const std::string name = path.substr(at, end - at);
+    at = end + 1;
+    if (name.empty()) continue;
+    const std::string group_path = std::exchange(part, inside(part, name));
+    if (H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) > 0) continue;
+    if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0) return fmt::format("there is no {}", part);
+    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
+    std::string value;
+    const auto link = link_at(group.get(), group_path, name, value);
+    if (!link) return fmt::format("{} cannot be opened", part);
+    if (std::ranges::count(passed, part) > 0) return "";
+    passed.push_back(part);
+    if (is_elsewhere(file, link->file))
+      return fmt::format(
+          "{} is a link to {}, which is in another folder, where nothing is read; give that file itself",
+          part, link->target);
+    std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
+    // A link to a link: the target of the last one is more useful.
+    if (deeper.starts_with("there is no ")) deeper.clear();
+    return fmt::format("{} is a link to {}, which is not there{}{}", part, link->target,
+                       deeper.empty() ? "" : ": ", deeper);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string inside(const std::string& group, const std::string& name) {
+  if (name.starts_with('/')) return name;
+  return (group.ends_with('/') ? group : group + "/") + name;
+}
+
+void visit_objects(hid_t file, const Visitor& visitor) {
+  std::unordered_set<haddr_t> seen;
+  const Hdf5Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
+  std::vector<Waiting> waiting;
+  if (const auto address = address_of(root.get())) waiting.push_back({*address, "/"});
+  while (!waiting.empty()) {
+    const Waiting next = std::move(waiting.back());
+    waiting.pop_back();
+    if (!seen.insert(next.address).second) continue;
+    say_working();
+    const Hdf5Handle object(H5Oopen_by_addr(file, next.address), H5Oclose);
+    const H5I_type_t kind = object ? H5Iget_type(object.get()) : H5I_BADID;
+    if (kind == H5I_DATASET) visitor.dataset(object.get(), next.path);
+    if (kind != H5I_GROUP) continue;
+    visitor.group(object.get(), next.path);
+    GroupVisit(next.path, visitor).run(object.get(), waiting);
+  }
+}
+
+std::string why_missing(hid_t file, const std::string& path) {
+  std::vector<std::string> passed;
+  return why_missing(file, path, passed);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,259 @@
+#include "tools/formats/hdf5/reader/nexus.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/text/text.h"
+#include "tools/formats/hdf5/attributes.h"
+#include "tools/formats/hdf5/reader/axis.h"
+#include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/links.h"
+#include "tools/formats/hdf5/reader/unit_of_axes.h"
+
+namespace tagrid {
+namespace {
+
+/// Longer lists of places are not kept as a pair.
+constexpr std::size_t most_kept = 1 << 14;
+
+std::pair<std::string, std::string> group_and_name(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == path.npos) return {"/", path};
+  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
+}
+
+/// "z:y:x" or "[z,y,x]", as older files have it in the data set, become three names.
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == ':' || c == ',')
+      parts.emplace_back();
+    else if (c != '[' && c != ']' && c != ' ')
+      parts.back() += c;
+  return parts;
+}
+
+std::vector<std::string> names_of_axes(hid_t group, hid_t dataset) {
+  std::vector<std::string> names = text_list_attribute(group, "axes");
+  if (names.empty()) names = text_list_attribute(dataset, "axes");
+  return names.size() == 1 ? parts_of(names[0]) : names;
+}
+
+/// Gathers what the axes say, in the order x, y, z.
+class Places {
+ public:
+  explicit Places(const std::string& path) : path_(path) {}
+
+  void add(std::size_t axis, const std::string& name, Axis places) {
+    names_[axis] = name;
+    axes_[axis] = std::move(places);
+  }
+  void add_missing(std::size_t axis, const std::string& name, std::uint64_t samples, const std::string& why) {
+    found_.warnings.push_back(fmt::format(
+        "{}: the axis {} is no list of {} places ({}), so the places of samples along {} are not known",
+        path_, name, samples, why, "xyz"[axis]));
+  }
+  /// There is only one sample along the axis, and nothing says where.
+  void add_none(std::size_t axis) { is_placed_[axis] = true; }
+
+  NexusPlaces finish() {
+    convert_units();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (axes_[axis]) place(axis, names_[axis], std::move(*axes_[axis]));
+    Geometry& geometry = found_.geometry;
+    geometry.has_spacing =
+        std::ranges::any_of(geometry.spacing, [](double spacing) { return !std::isnan(spacing); });
+    geometry.has_origin = geometry.has_spacing && std::ranges::all_of(is_placed_, [](bool is) { return is; });
+    if (!geometry.has_origin) geometry.origin = {};
+    if (uneven_) keep_slices();
+    return std::move(found_);
+  }
+
+ private:
+  /// A volume has one unit for all axes.
+  void convert_units() {
+    std::array<std::string, 3> units;
+    std::array<bool, 3> used = {};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (axes_[axis]) {
+        units[axis] = axes_[axis]->unit;
+        used[axis] = axes_[axis]->places.size() > 1 || axes_[axis]->width > 0 || !units[axis].empty();
+      }
+    const UnitOfAxes common = common_unit(units, used);
+    if (!common.remark.empty()) found_.warnings.push_back(fmt::format("{}: {}", path_, common.remark));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!axes_[axis]) continue;
+      axes_[axis]->unit = common.units[axis];
+      if (!common.conversions[axis]) continue;
+      for (double& place : axes_[axis]->places) place = common.convert(axis, place);
+      axes_[axis]->rounding = common.convert(axis, axes_[axis]->rounding);
+      axes_[axis]->width = common.convert(axis, axes_[axis]->width);
+    }
+  }
+
+  void place(std::size_t axis, const std::string& name, Axis places) {
+    found_.geometry.units[axis] = places.unit;
+    if (!places.is_even() && !(axis == 2 && places.is_sorted())) return leave_out(axis, name, places);
+    found_.geometry.spacing[axis] = places.step();
+    if (std::isnan(places.step()) || places.step() == 0) found_.geometry.spacing[axis] = Geometry::unknown;
+    found_.geometry.origin[axis] = places.places.front();
+    is_placed_[axis] = true;
+    if (!places.is_even()) uneven_ = std::move(places);
+  }
+
+  void leave_out(std::size_t axis, const std::string& name, const Axis& places) {
+    const bool is_kept = places.places.size() <= most_kept;
+    found_.warnings.push_back(
+        fmt::format("{}: samples along {} lie at unequal distances (axis {}), but those of a volume lie at "
+                    "equal ones; the "
+                    "spacing along {} is left out{}",
+                    path_, "xyz"[axis], name, "xyz"[axis],
+                    is_kept ? fmt::format(", and the pair hdf5_{} keeps their places", name) : ""));
+    if (is_kept) found_.pairs.emplace_back("hdf5_" + name, fmt::format("{}", fmt::join(places.places, " ")));
+  }
+
+  void keep_slices() {
+    const std::vector<double>& places = uneven_->places;
+    const auto& origin = found_.geometry.origin;
+    std::string positions;
+    double smallest = std::abs(places[1] - places[0]), largest = smallest;
+    for (std::size_t z = 0; z < places.size(); ++z) {
+      positions += fmt::format("{}{} {} {}", z > 0 ? "; " : "", origin[0], origin[1], places[z]);
+      if (z == 0) continue;
+      smallest = std::min(smallest, std::abs(places[z] - places[z - 1]));
+      largest = std::max(largest, std::abs(places[z] - places[z - 1]));
+    }
+    found_.pairs.emplace_back("slice_positions", positions);
+    found_.warnings.push_back(
+        fmt::format("{}: slices lie at unequal distances, from {} to {}; the position of each slice is kept, "
+                    "but a mesh has equal steps",
+                    path_, smallest, largest));
+  }
+
+  std::string path_;
+  NexusPlaces found_;
+  std::array<std::string, 3> names_;
+  std::array<std::optional<Axis>, 3> axes_;
+  std::array<bool, 3> is_placed_ = {};
+  std::optional<Axis> uneven_;
+};
+
+}  // namespace
+
+std::string nexus_signal_of(hid_t group, const std::string& group_path) {
+  const auto signal = text_attribute(group, "signal");
+  if (!signal) return "";
+  const std::string path = inside(group_path, *signal);
+  // Other files may have an attribute of this name, too.
+  const bool is_of_nexus = text_attribute(group, "NX_class").value_or("").starts_with("NX");
+  return is_of_nexus || (!signal->empty() && H5Lexists(group, signal->c_str(), H5P_DEFAULT) > 0) ? path : "";
+}
+
+std::string nexus_default(hid_t file, const std::string& path) {
+  std::string at = "/";
+  for (int depth = 0; depth < 8; ++depth) {
+    const Hdf5Handle object(H5Oopen(file, at.c_str(), H5P_DEFAULT), H5Oclose);
+    if (H5Iget_type(object.get()) == H5I_DATASET) return at;
+    const bool has_signal = text_attribute(object.get(), "signal").has_value();
+    const char* const attribute = has_signal ? "signal" : "default";
+    const auto next = text_attribute(object.get(), attribute);
+    if (!next || (next->empty() && !has_signal)) return "";
+    const std::string target = inside(at, *next);
+    const std::string why = next->empty()                     ? "it is empty"
+                            : why_missing(file, target) != "" ? why_missing(file, target)
+                            : has_signal && !opened_dataset(file, target)
+                                ? fmt::format("{} is no data set", target)
+                                : "";
+    if (!why.empty())
+      throw broken_hdf5(path,
+                        fmt::format("the attribute {} of {} names no data: {}; --dataset chooses a data set "
+                                    "regardless of it",
+                                    attribute, at, why));
+    at = target;
+  }
+  return "";
+}
+
+bool is_nexus_signal(hid_t file, const std::string& path) {
+  const auto [group_path, name] = group_and_name(path);
+  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
+  if (group && text_attribute(group.get(), "signal") == name) return true;
+  // As older files have it.
+  const Hdf5Handle dataset = opened_dataset(file, path);
+  return dataset && (text_attribute(dataset.get(), "signal") == "1" ||
+                     number_attribute(dataset.get(), "signal") == std::vector<double>{1});
+}
+
+std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
+                                        const std::vector<hsize_t>& sizes) {
+  const std::string group_path = group_and_name(name).first;
+  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
+  const Hdf5Handle dataset = opened_dataset(file, name);
+  if (!group || !dataset) return std::nullopt;
+  const std::vector<std::string> names = names_of_axes(group.get(), dataset.get());
+  Places places(path);
+  if (names.size() != sizes.size()) {
+    if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
+      NexusPlaces none;
+      none.warnings.push_back(
+          fmt::format("{}: dimension scales say where samples of {} lie, which is not supported; the spacing "
+                      "is not known",
+                      path, name));
+      return none;
+    }
+    const std::string axes =
+        attribute_in_words(group.get(), "axes") + attribute_in_words(dataset.get(), "axes");
+    if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;
+    NexusPlaces none;
+    none.warnings.push_back(
+        fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the places of "
+                    "samples are not known",
+                    path, group_path, tagrid::quoted(axes), sizes.size()));
+    return none;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool is_there = axis < sizes.size();
+    const std::size_t from_front = is_there ? sizes.size() - 1 - axis : 0;
+    const std::uint64_t samples = is_there ? sizes[from_front] : 1;
+    const std::string axis_name = is_there ? names[from_front] : ".";
+    // "." is an axis without places.
+    if (axis_name.empty() || axis_name == ".") {
+      if (samples == 1) places.add_none(axis);
+      continue;
+    }
+    const std::string axis_path = inside(group_path, axis_name);
+    const Hdf5Handle axis_dataset = opened_dataset(file, axis_path);
+    AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path)
+                                     : AxisReading{std::nullopt, why_missing(file, axis_path)};
+    if (found.axis)
+      places.add(axis, axis_name, std::move(*found.axis));
+    else
+      places.add_missing(axis, axis_name, samples, found.why_not.empty() ? "it is a group" : found.why_not);
+  }
+  return places.finish();
+}
+
+std::vector<std::string> nexus_companions(hid_t file, const std::string& path, const std::string& name) {
+  if (!is_nexus_signal(file, name)) return {};
+  const auto [group_path, own_name] = group_and_name(name);
+  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose),
+      dataset = opened_dataset(file, name);
+  std::vector<std::pair<std::string, const char*>> known = {
+      {own_name + "_errors", "the errors"}, {"errors", "the errors"}, {own_name + "_weights", "the weights"},
+      {own_name + "_mask", "a mask"},       {"mask", "a mask"},       {"pixel_mask", "a mask"}};
+  if (const auto errors = text_attribute(dataset.get(), "uncertainties"))
+    known.emplace_back(*errors, "the errors");
+  std::vector<std::string> sentences;
+  for (const auto& [companion, what] : known)
+    if (!companion.empty() && companion != own_name &&
+        H5Lexists(group.get(), companion.c_str(), H5P_DEFAULT) > 0)
+      sentences.push_back(fmt::format("{}: {} has {} of the samples of {}; it is not read", path,
+                                      inside(group_path, companion), what, name));
+  return sentences;
+}
+
+}  // namespace tagrid

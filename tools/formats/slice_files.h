@@ -1,0 +1,63 @@
+// Folders whose files are slices.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/programs/serve_reader.h"
+#include "io/text/numbered_names.h"
+
+namespace tagrid {
+
+/// The files in a folder as series by the numbers in their names. Only names with one of the extensions (in
+/// lower case: ".tif") count, none that begins with a dot, and not the preview beside a SkyScan
+/// reconstruction. Throws BrokenInput if there are no such files; WorldError.
+std::vector<NumberedFiles> series_of_slices(const std::string& folder,
+                                            const std::vector<std::string>& extensions);
+
+/// One of several series, for the user.
+Choice choice_of(const NumberedFiles& files);
+
+/// Throws BrokenInput if numbers are missing, without the option "gaps-ok".
+void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options);
+
+/// The files of one series in a folder, in the order of their numbers; of several series, that which the
+/// option "series" chooses. Throws as the functions above; SeveralVolumes, UsageError.
+NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
+                          const ReaderOptions& options);
+
+/// Says which numbers are missing in a folder that is read all the same.
+void add_warning_of_gaps(const std::string& folder, const NumberedFiles& files,
+                         std::vector<std::string>& warnings);
+
+/// Bytes in a file after the samples of a slice, where nothing else belongs.
+struct BytesAfter {
+  std::string path;
+  std::uint64_t bytes = 0;
+};
+/// Says that they are no part of the volume, for all files at once.
+void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
+
+/// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as
+/// pairs.
+struct SliceLog {
+  std::string path;  ///< "" if there is none
+  Geometry geometry;
+  KeyValues pairs;
+  std::vector<std::string> warnings;  ///< of numbers in it that cannot be read, without its name
+};
+/// The log of these slices: the one whose name the names of the slices begin with, otherwise the only one
+/// with a reconstruction.
+SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices);
+/// Adds a log to what is known of a volume, and its file after those of the slices.
+void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
+         std::vector<std::string>& warnings);
+
+/// What the names of the files say, as a pair for VolumeInfo.
+std::pair<std::string, std::string> pair_of(const NumberedFiles& files);
+
+/// The value of an option; "" if it is not given.
+std::string option(const ReaderOptions& options, const std::string& name);
+
+}  // namespace tagrid

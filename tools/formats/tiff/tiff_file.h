@@ -1,0 +1,70 @@
+// One TIFF file: its pages, and their samples. On libtiff (https://libtiff.gitlab.io/libtiff/).
+#pragma once
+
+#include <tiffio.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/formats/tiff/remarks.h"
+#include "tools/formats/tiff/tiff_page.h"
+
+namespace tagrid {
+
+class TiffFile {
+ public:
+  /// Throws WorldError if the file cannot be opened, BrokenInput if it is no TIFF file.
+  explicit TiffFile(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  std::uint64_t size() const { return size_; }
+
+  /// All pages but previews and masks, in the order of the file. Throws BrokenInput for a page that is
+  /// broken, or whose samples are not single numbers of a type that tagrid knows.
+  std::vector<TiffPage> pages();
+  /// ImageDescription of the current page: before pages(), of the first one. "" if there is none.
+  std::string description() const;
+  /// What users should know of the pages that pages() gave.
+  const TiffRemarks& remarks() const { return remarks_; }
+
+  /// Reads the samples of a page, in the byte order of memory. Throws BrokenInput.
+  void read(const TiffPage& page, std::byte* out);
+
+ private:
+  struct Samples {
+    SampleType type;
+    int packed_bits = 0;
+  };
+  TiffPage size_of_page() const;
+  bool is_preview_or_mask(const TiffPage& page, const std::vector<TiffPage>& slices) const;
+  TiffPage current_page();
+  void require_readable(const TiffPage& page) const;
+  void require_single_numbers() const;
+  Samples kind_of_samples();
+  void check_pieces(TiffPage& page) const;
+  std::vector<std::uint64_t> replaced_counts(const TiffPage& page) const;
+  void require_all_places(const TiffPage& page) const;
+  void look_at_tags(TiffPage& first);
+  void look_at_sub_images(const TiffPage& page);
+  void look_at_left_out(const std::vector<TiffPage>& pages, const std::vector<TiffPage>& left_out);
+  std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
+  std::uint64_t memory_for_page() const;
+  bool is_unwritten(std::uint32_t piece) const;
+  void read_strips(const TiffPage& page, std::byte* out);
+  void read_tiles(const TiffPage& page, std::byte* out);
+  [[noreturn]] void fail(const std::string& why) const;
+
+  struct Close {
+    void operator()(TIFF* tiff) const { TIFFClose(tiff); }
+  };
+  std::string path_;
+  std::uint64_t size_ = 0;
+  TiffRemarks remarks_;
+  std::unique_ptr<TIFF, Close> tiff_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,48 @@
+// The volumes in TIFF files: what programs wrote of their order, and what follows from pages and names.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/programs/serve_reader.h"
+#include "tools/formats/tiff/calibration.h"
+#include "tools/formats/tiff/remarks.h"
+#include "tools/formats/tiff/tiff_file.h"
+
+namespace tagrid {
+
+/// A slice: a page of one of the files.
+struct TiffPlane {
+  std::size_t file = 0;
+  TiffPage page;
+};
+
+/// One of the volumes in the files, with its planes from front to back.
+struct TiffVolume {
+  Choice choice;
+  std::vector<TiffPlane> planes;
+  Geometry geometry;
+  TiffRemarks remarks;
+};
+
+/// All volumes in some files, and what is known of all of them.
+struct TiffVolumes {
+  std::string name;  ///< for messages: the path that the user gave
+  std::vector<std::string> files;
+  std::vector<TiffVolume> list;
+  std::optional<ImageJCalibration> calibration;  ///< of all samples
+  KeyValues pairs;
+  TiffRemarks remarks;
+  std::vector<std::string> warnings;  ///< sentences that begin with the name of a file
+};
+
+/// The volumes in a file: its pages, in the order that ImageJ or OME-XML gives them, or in that of the file.
+/// Each channel and each moment is a volume. If OME-XML says that the file is one of a set, those of the set.
+/// With `gaps_ok`, slices may be missing there. Throws BrokenInput, WorldError.
+TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok);
+
+/// The volume whose slices are these files, with one page each.
+TiffVolumes volume_of_files(const std::vector<std::string>& paths);
+
+}  // namespace tagrid
