@@ -4,9 +4,9 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/sample/sample_type.h"
+#include "stages/values/best/pass.h"
 #include "stages/values/prediction/parameters.h"
 #include "stages/values/voxels/constant_brick.h"
-#include "stages/values/voxels/pass.h"
 #include "stages/values/wavefront/code.h"
 
 namespace tagrid {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/bound/bounds.h"
+#include "stages/bound/brick_of_voxels.h"
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
@@ -16,17 +16,6 @@
 #include "stages/values/wavefront/code.h"
 
 namespace tagrid {
-
-/// What the encoder and the decoder of a brick's voxels both know.
-template <class Bounds>
-struct BrickOfVoxels {
-  Box owned;  ///< of the voxels; not empty
-  /// Of a box that contains `owned`; only needed with a surface_error.
-  const LatticeBits* activity = nullptr;
-  Bounds bounds;
-  Effort effort = Effort::normal;
-};
-using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 
 /// The rest of the code of a brick. The reconstruction is complete, but the states of the coder may be
 /// missing. A state begins with any 16 bits, so that the code can carry some bytes at no cost.

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stages/values/voxels/residual_model.h"
+#include "stages/values/best/residual_model.h"
 
 namespace tagrid {
 

@@ -1,4 +1,4 @@
-#include "stages/values/voxels/running_least_squares.h"
+#include "stages/values/best/running_least_squares.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "stages/values/voxels/running_least_squares.h"
+#include "stages/values/best/running_least_squares.h"
 
 #include <algorithm>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/values/voxels/running_least_squares.cpp"
+#define HWY_TARGET_INCLUDE "stages/values/best/running_least_squares.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

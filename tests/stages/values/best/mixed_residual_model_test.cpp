@@ -1,4 +1,4 @@
-#include "stages/values/voxels/mixed_residual_model.h"
+#include "stages/values/best/mixed_residual_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "stages/values/voxels/residual_model.h"
+#include "stages/values/best/residual_model.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "stages/bound/bounds.h"
-#include "stages/values/voxels/mixed_residual_model.h"
-#include "stages/values/voxels/running_least_squares.h"
-#include "stages/values/voxels/window.h"
+#include "stages/values/best/mixed_residual_model.h"
+#include "stages/values/best/running_least_squares.h"
+#include "stages/values/best/window.h"
 
 namespace tagrid {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
+#include "stages/values/best/residual_model.h"
 #include "stages/values/prediction/parameters.h"
-#include "stages/values/voxels/residual_model.h"
 
 namespace tagrid {
 

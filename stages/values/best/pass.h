@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "stages/bound/bounds.h"
-#include "stages/values/voxels/blended_window.h"
-#include "stages/values/voxels/codec.h"
-#include "stages/values/voxels/mixed_residual_model.h"
-#include "stages/values/voxels/residual_model.h"
-#include "stages/values/voxels/window.h"
+#include "stages/bound/brick_of_voxels.h"
+#include "stages/values/best/blended_window.h"
+#include "stages/values/best/mixed_residual_model.h"
+#include "stages/values/best/residual_model.h"
+#include "stages/values/best/window.h"
 
 namespace tagrid {
 

@@ -1,4 +1,4 @@
-#include "stages/values/voxels/window.h"
+#include "stages/values/best/window.h"
 
 #include <span>
 

@@ -1,4 +1,4 @@
-#include "stages/values/voxels/blended_window.h"
+#include "stages/values/best/blended_window.h"
 
 #include <cstdlib>
 
