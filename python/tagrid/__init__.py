@@ -1,4 +1,4 @@
-"""CT volumes in .tag files: read in parts, written from arrays, with meshes and surfaces.
+"""Reads and writes CT volumes in .tag files, region by region, with meshes and surfaces.
 
 >>> import numpy as np, tagrid
 >>> scan = np.add.outer(np.arange(40), np.add.outer(np.arange(50), np.arange(60))).astype(np.int16)
@@ -11,7 +11,8 @@
 >>> part.shape, bool(abs(part - scan[10:20, ::2, 5]).max() <= 2)
 ((10, 25), True)
 
-Axes are z, y, x, as numpy has them; world coordinates are x, y, z; lengths are in the units of the scan, mostly mm.
+Axes are z, y, x, as in numpy. World coordinates are x, y, z. Lengths are in the units of the scan, usually
+mm.
 """
 
 import importlib as _importlib
@@ -29,19 +30,19 @@ _MODULES = ("hdf5", "numcodecs", "paraview", "xarray", "zarr")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Rescaled", "Surface", "Volume",
            "Writer", "encode", "open", "verify"]
 
-# Errors and help() say tagrid.DamagedError, not where it is written down.
+# Errors and help() show tagrid.DamagedError, not the private module that defines it.
 for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, Rescaled, Surface, Volume, Writer, encode,
                verify):
     _thing.__module__ = __name__
 
 
 def __getattr__(name: str) -> Any:
-    """Modules for other libraries are imported when they are used: tagrid.hdf5.Filter() needs no further import."""
+    """Imports modules for other libraries on first use: tagrid.hdf5.Filter() needs no further import."""
     if name in _MODULES:
         try:
             return _importlib.import_module(f"{__name__}.{name}")
         except ModuleNotFoundError as error:
-            # help() and hasattr() go on where the other library is not installed.
+            # help() and hasattr() continue if the other library is not installed.
             raise AttributeError(f"{__name__}.{name} cannot be used: {error}") from error
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
@@ -51,18 +52,19 @@ def __dir__() -> list[str]:
 
 
 def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()
-    """Opens a .tag file: its header and its index are read, and its samples when they are asked for.
+    """Opens a .tag file. Reads its header and index now, and its samples on demand.
 
-    source: a path; a binary file object that can seek, whose reads are guarded by a lock; bytes, bytearray or memoryview;
-        or any object with read_at(offset, size), which returns bytes and may be called by several threads at once, and
-        size, a number or a method.
-    threads: of each call, unless the call says it; 0: all processors that the process may use.
+    source: a path; a seekable binary file object, whose reads are guarded by a lock; bytes, bytearray or
+        memoryview; or any object with read_at(offset, size) and size. read_at() returns bytes and must allow
+        concurrent calls. size is a number or a method.
+    threads: the default for each call; 0: all processors that the process may use.
 
     >>> import numpy, tagrid
     >>> with tagrid.open(tagrid.encode(numpy.zeros((3, 4, 5), numpy.uint8))) as volume:
     ...     volume[0, 0, 0]
     0
 
-    DamagedError: it is damaged, or not a .tag file. OSError: it cannot be read. What read_at() raises is passed on.
+    DamagedError: the file is damaged, or not a .tag file. OSError: it cannot be read. Exceptions from
+    read_at() propagate.
     """
     return Volume(source, threads)

@@ -1,4 +1,4 @@
-"""Arguments of calls: numbers, or an error that says which one it is."""
+"""Checks arguments of calls. An error names the argument."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Iterable, Optional, Sequence
 
 from ._errors import ArgumentError
 
-#: The number of each effort, in the library and in HDF5's files.
+#: The number of each effort, in the library and in HDF5 files.
 EFFORTS = {"default": 0, "fast": 1, "best": 2}
 GRIDS = ("stored", "derived")
 #: The number of each rule for the largest error, in the library.
@@ -16,7 +16,7 @@ _RULES = {"noise": 1, "relative": 2, "psnr": 3}
 
 
 def number(name: str, value: Any) -> float:
-    """TypeError: it is no number; text is none. ArgumentError: it is NaN."""
+    """TypeError: it is not a number; strings are not numbers. ArgumentError: it is NaN."""
     try:
         found = math.nan if isinstance(value, (str, bytes)) else float(value)
     except (TypeError, ValueError):
@@ -29,12 +29,12 @@ def number(name: str, value: Any) -> float:
 
 
 def whole_number(name: str, value: Any) -> int:
-    """TypeError: it is no whole number, which a float never is. ArgumentError: no setting is that large."""
+    """TypeError: it is not an integer; floats are not integers. ArgumentError: it exceeds 32 bits."""
     return _whole(name, value, "a whole number", -2**31, 2**31 - 1)
 
 
 def byte_count(name: str, value: Any) -> int:
-    """TypeError: it is no whole number. ArgumentError: it is negative, or no memory is that large."""
+    """TypeError: it is not an integer. ArgumentError: it is negative, or exceeds 64 bits."""
     return _whole(name, value, "a whole number of bytes, such as 2**30", 0, 2**64 - 1)
 
 
@@ -49,7 +49,7 @@ def _whole(name: str, value: Any, form: str, low: int, high: int) -> int:
 
 
 def numbers(name: str, values: Any, form: str) -> list[float]:
-    """As many numbers as `form` has, such as "(low, high)"; each of them may be NaN."""
+    """As many numbers as `form` has, such as "(low, high)"; each may be NaN."""
     try:
         found = [float(value) for value in values] if not isinstance(values, (str, bytes)) else []
     except (TypeError, ValueError):
@@ -60,7 +60,7 @@ def numbers(name: str, values: Any, form: str) -> list[float]:
 
 
 def flag(name: str, value: Any) -> bool:
-    """TypeError: it is neither True nor False: 0 and 1 may be meant as numbers."""
+    """TypeError: it is neither True nor False. 0 and 1 could be meant as numbers."""
     if not isinstance(value, bool):
         raise TypeError(f"{name} must be True or False, not {value!r}")
     return value
@@ -72,7 +72,7 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
 
 
 def error_rule(max_error: Any, relative_error: Any, psnr: Any) -> dict[str, Any]:
-    """The setting of a largest error that follows from the samples; none if max_error is a number."""
+    """The setting of a bound that depends on the samples; none if max_error is a number."""
     rules = [(name, value) for name, value in (("relative", relative_error), ("psnr", psnr)) if value is not None]
     if isinstance(max_error, str) and max_error.startswith("noise"):
         try:
@@ -96,7 +96,7 @@ def work(threads: Any, memory_limit: Any) -> tuple[int, int]:
 
 def encoder_settings(numbers_given: dict[str, Any], whole_given: dict[str, Any],
                      value_range: Optional[Sequence[float]]) -> dict[str, Any]:
-    """The settings of an encoding that were given."""
+    """The encoder settings that the caller gave."""
     found: dict[str, Any] = {name: number(name, value) for name, value in numbers_given.items() if value is not None}
     found.update((name, whole_number(name, value)) for name, value in whole_given.items() if value is not None)
     if value_range is not None:

@@ -1,4 +1,4 @@
-"""Arrays of anybody, as slabs of slices that the encoder takes."""
+"""Splits arrays of any library into slabs of slices for the encoder."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ._errors import ArgumentError
 from ._volume import Volume
 
 TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
-#: Slabs that have to be copied or loaded are about this large, but at least one slice.
+#: Slabs that have to be copied or loaded are about this large, and at least one slice.
 _SLAB_BYTES = 1 << 22
-#: The usual edge of a brick: the encoder takes so many slices at a time anyway.
+#: The usual edge of a brick: the encoder takes this many slices at a time anyway.
 _SLAB_SLICES = 64
 
 
 def checked_dtype(dtype: npt.DTypeLike) -> np.dtype[Any]:
-    """The type in the byte order of the machine. TypeError: a volume cannot have such samples."""
+    """The type in native byte order. TypeError: a volume cannot have such samples."""
     native = np.dtype(dtype).newbyteorder("=")
     if native.name not in TYPES:
         near = {"bool": "uint8", "int64": "int32", "uint64": "uint32", "float16": "float32"}.get(native.name)
@@ -53,7 +53,8 @@ def checked_shape(shape: Any) -> tuple[int, int, int]:
 
 
 def as_volume(data: Any) -> Any:
-    """An array, or an object with shape, dtype and slices that is loaded slab by slab (h5py, zarr, dask, Volume)."""
+    """Returns an array, or an object with shape, dtype and slices that is loaded slab by slab (h5py, zarr,
+    dask, Volume)."""
     if isinstance(data, np.ma.MaskedArray):
         raise TypeError("a masked array cannot be encoded; fill it first: array.filled(value)")
     is_lazy = all(hasattr(data, name) for name in ("shape", "dtype", "__getitem__"))
@@ -71,7 +72,7 @@ def as_volume(data: Any) -> Any:
 
 
 def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A chunk of an array of others, with three axes: those that are longer than 1, after others of 1."""
+    """Reshapes a chunk to three axes: those longer than 1, after axes of 1."""
     long = [size for size in chunk.shape if size != 1]
     if len(long) > 3:
         raise TypeError(f"a chunk of the shape {chunk.shape} has more than three axes that are longer than 1")
@@ -79,14 +80,14 @@ def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
-    """The slices in order. Arrays in the byte order of the machine are not copied."""
+    """Yields the slices in order. Arrays in native byte order are not copied."""
     dtype = checked_dtype(volume.dtype)
     for first, last in pairwise(_borders(volume, dtype)):
         yield _slab(volume, dtype, first, last)
 
 
 class AnySamples:
-    """The samples of a volume in any order. It keeps the slab that was loaded last."""
+    """Reads the samples of a volume in any order, and caches the last slab."""
 
     def __init__(self, volume: Any):
         self._volume, self._dtype = volume, checked_dtype(volume.dtype)
@@ -94,7 +95,7 @@ class AnySamples:
         self._first, self._last, self._slab = 0, 0, np.empty(0, self._dtype)
 
     def read(self, first: int, count: int) -> npt.NDArray[Any]:
-        """Samples first .. first + count - 1, x fastest."""
+        """Returns samples first .. first + count - 1, x fastest."""
         found = np.empty(count, self._dtype)
         of_slice, done = self._volume.shape[1] * self._volume.shape[2], 0
         while done < count:
@@ -116,20 +117,20 @@ class AnySamples:
 def _slab(volume: Any, dtype: np.dtype[Any], first: int, last: int) -> npt.NDArray[Any]:
     loaded = volume[first:last]
     if hasattr(loaded, "compute"):
-        # numpy would drop the masks of dask's chunks.
+        # numpy would drop the masks of dask chunks.
         loaded = loaded.compute()
     if isinstance(loaded, np.ma.MaskedArray) and np.any(loaded.mask):
         raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
     slab = np.asarray(loaded)
     if slab.dtype.newbyteorder("=") != dtype:
-        # What would be converted here may be wrapped around, or lose its fractions.
+        # A conversion here could wrap around or lose fractions.
         raise TypeError(f"slices {first} to {last - 1} are {slab.dtype.name}, where the array says {dtype.name}; convert it "
                         f"first, for example by array.astype({slab.dtype.name!r})")
     return slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
 
 
 def _borders(volume: Any, dtype: np.dtype[Any]) -> list[int]:
-    """Where slabs begin and end. Chunks of others are loaded once each."""
+    """The borders of slabs. Each chunk of another library is loaded once."""
     size = int(volume.shape[0])
     if isinstance(volume, Volume):
         return [0, *accumulate(volume.aligned_chunks(1)[0])]

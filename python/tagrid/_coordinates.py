@@ -1,4 +1,4 @@
-"""Where samples are along an axis, for libraries whose arrays have coordinates."""
+"""Coordinates of samples along an axis, for libraries whose arrays have them."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from ._volume import Volume
 
 
 class Coordinate(NamedTuple):
-    """One number for each sample along an axis, and its meaning: "units" and "long_name"."""
+    """One number for each sample along an axis, and its attributes "units" and "long_name"."""
 
     places: npt.NDArray[Any]
     attributes: dict[str, str]
 
 
 def is_along_world(volume: Volume) -> bool:
-    """Whether the axes of the scan are those of the world."""
+    """Whether the axes of the scan are world axes."""
     directions = volume.affine[:3, :3]
     return bool(np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0))
 
 
 def coordinate_of(volume: Volume, axis: int) -> Coordinate:
-    """The coordinates along axis 0 (z), 1 (y) or 2 (x): positions in the world if the axes of the scan are those of the
-    world, otherwise distances from the first sample. If the spacing is unknown, the numbers of samples."""
+    """The coordinates along axis 0 (z), 1 (y) or 2 (x). They are world positions if the axes of the scan are
+    world axes, and otherwise distances from the first sample. If the spacing is unknown, they are sample
+    numbers."""
     spacing, numbers = volume.spacing[axis], np.arange(volume.shape[axis])
     if np.isnan(spacing):
         return Coordinate(numbers, {"units": "1", "long_name": "sample"})

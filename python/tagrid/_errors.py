@@ -5,11 +5,11 @@ import warnings
 
 
 class Error(Exception):
-    """A call of tagrid failed. The message says what, where, and what helps."""
+    """A tagrid call failed. The message says what, where, and how to fix it."""
 
 
 class ArgumentError(Error, ValueError):
-    """An argument is invalid, or cannot be combined with another one; or the volume is closed."""
+    """An argument is invalid or conflicts with another one, or the volume is closed."""
 
 
 class DamagedError(Error, ValueError):
@@ -21,11 +21,11 @@ class InputError(Error, OSError):
 
 
 class MemoryLimitError(Error, MemoryError):
-    """Memory ran out, or the memory limit cannot be kept. The message gives a limit that can."""
+    """Memory ran out, or the memory limit is too small. The message gives a sufficient limit."""
 
 
 def warn_caller(message: str) -> None:
-    """A warning at the line that called this package."""
+    """Warns at the line that called this package."""
     depth, frame = 1, sys._getframe(0)
     while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("tagrid"):
         depth, frame = depth + 1, frame.f_back

@@ -11,9 +11,9 @@ from ._errors import ArgumentError
 
 
 class NewFile:
-    """A file that is written beside its name, and gets the name once it is complete and on the disk. A file that had
-    the name before is replaced in one step; a symbolic link stays, and its target is replaced. It is gone after the end of
-    the process, too, if it was not complete; a process that was forked from this one leaves it alone."""
+    """A file that gets its final name once it is complete and on disk. It replaces an existing file in one
+    step. A symbolic link stays, and its target is replaced. An incomplete file is removed, even at process
+    exit. A forked process does not touch it."""
 
     def __init__(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]):
         name = os.fsdecode(path)
@@ -25,7 +25,7 @@ class NewFile:
         except FileNotFoundError:
             pass
         except OSError as error:
-            # A name that is too long, for example: better now than when the file is complete.
+            # For example, a name that is too long: fail now, not when the file is complete.
             raise OSError(error.errno, error.strerror, name) from None
         if os.path.isdir(self._path):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), self._path)
@@ -38,15 +38,15 @@ class NewFile:
         while True:
             self._temporary = os.path.join(folder, f".{start}.new-{secrets.token_hex(6)}")
             try:
-                # The process's umask applies, as to any file.
+                # The umask of the process applies, as to any file.
                 descriptor = os.open(self._temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
                 break
             except FileExistsError:
                 continue
             except OSError as error:
-                # The name that was given says more than that of the temporary file.
+                # The caller knows the given name, not that of the temporary file.
                 raise OSError(error.errno, error.strerror, os.fsdecode(path)) from None
-        # Without a buffer, which a forked process would write a second time.
+        # No buffer, because a forked process would write it a second time.
         self._file = os.fdopen(descriptor, "wb", buffering=0)
         self._remove = weakref.finalize(self, _remove_own, self._temporary, os.getpid())
 
@@ -56,7 +56,7 @@ class NewFile:
             rest = rest[self._file.write(rest):]
 
     def commit(self) -> None:
-        """Gives the file its name. If this fails, nothing is left and everything is as it was before."""
+        """Gives the file its name. If this fails, no file remains and an existing one is unchanged."""
         try:
             os.fsync(self._file.fileno())
             self._file.close()
@@ -68,11 +68,11 @@ class NewFile:
         self._sync_folder()
 
     def discard(self) -> None:
-        """Removes the file, unless it has its name."""
+        """Removes the file, unless it has its final name."""
         try:
             self._file.close()
         except OSError:
-            # The disk may be full: what cannot be written is not wanted either.
+            # The disk may be full, but the data is discarded anyway.
             pass
         self._remove()
 
@@ -81,14 +81,14 @@ class NewFile:
         try:
             os.fsync(folder)
         except OSError:
-            # Some file systems cannot; the file itself is on the disk.
+            # Some file systems cannot; the file itself is on disk.
             pass
         finally:
             os.close(folder)
 
 
 def _remove_own(path: str, process: int) -> None:
-    """Removes a file that this process made, if it is still there."""
+    """Removes a file that this process created, if it still exists."""
     if os.getpid() != process:
         return
     try:

@@ -1,4 +1,4 @@
-"""The place of samples in the world, and the lines of an NRRD header in which a .tag file keeps it."""
+"""World positions of samples, and the NRRD header lines in which a .tag file stores them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ._errors import ArgumentError
 
 Metadata = Union[str, Mapping[str, str]]
 
-#: Fields that say where samples are; what they say is in Volume.spacing and Volume.affine.
+#: Fields with the positions of samples; Volume.spacing and Volume.affine hold their content.
 PLACES = ("spacings", "space directions", "space origin", "space dimension")
 #: Other fields of an NRRD header that a .tag file keeps. All other names are keys of the source.
 FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "centers", "centerings", "thicknesses",
@@ -22,7 +22,7 @@ FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "center
 
 
 def affine_of(info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-    """The 4 x 4 matrix from voxels (x, y, z, 1) to the world; steps that are unknown are 1, and origins 0."""
+    """The 4 x 4 matrix from voxels (x, y, z, 1) to the world. Unknown steps are 1, and unknown origins 0."""
     affine = np.eye(4)
     affine[:3, :3] = np.array(info["directions"], dtype=float).T
     affine[:3, 3] = info["origin"] if info["has_origin"] else 0
@@ -30,7 +30,7 @@ def affine_of(info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
 
 
 def slice_positions_of(metadata: Mapping[str, str], slices: int) -> Optional[npt.NDArray[np.float64]]:
-    """Where the first sample of each slice is in the world, if the file says so: (slices, 3)."""
+    """The world position of the first sample of each slice, if the file has it: (slices, 3)."""
     try:
         places = np.array([place.split() for place in metadata.get("slice_positions", "").split(";")], dtype=float)
     except ValueError:
@@ -39,12 +39,12 @@ def slice_positions_of(metadata: Mapping[str, str], slices: int) -> Optional[npt
 
 
 def distances_of(slices: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The distance of each slice from the first one, along the slices between them."""
+    """The distance of each slice from the first one, summed along the slices between them."""
     return np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
 
 
 def metadata_of(header: str) -> dict[str, str]:
-    """The lines of an NRRD header as a dictionary, without those that say where samples are."""
+    """The lines of an NRRD header as a dictionary, without the positions of samples."""
     found: dict[str, str] = {}
     for line in header.split("\n"):
         pair, field = line.find(":="), line.find(": ")
@@ -58,7 +58,7 @@ def metadata_of(header: str) -> dict[str, str]:
 
 
 def units_of(metadata: Mapping[str, str]) -> Optional[list[str]]:
-    """The units of lengths along z, y and x, as the file says them: "mm", for example. None if it does not say them."""
+    """The units of length along z, y and x in the file, such as "mm". None if it has none."""
     for name in ("space units", "units"):
         text = metadata.get(name, "")
         units = re.findall(r'"([^"]*)"', text) if '"' in text else text.split()
@@ -68,7 +68,8 @@ def units_of(metadata: Mapping[str, str]) -> Optional[list[str]]:
 
 
 def rescale_of(metadata: Mapping[str, str]) -> tuple[float, float]:
-    """Slope and intercept of the values; 1 and 0 if the file has none. ArgumentError: each slice has its own."""
+    """Slope and intercept of the values; 1 and 0 if the file has none. ArgumentError: each slice has its
+    own."""
     if "slice_slopes" in metadata:
         raise ArgumentError("each slice has a slope of its own (slice_slopes)")
     try:
@@ -80,8 +81,8 @@ def rescale_of(metadata: Mapping[str, str]) -> tuple[float, float]:
 
 def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike],
               metadata: Optional[Metadata]) -> str:
-    """The header lines for a spacing (z, y, x), an affine matrix of voxels x, y, z, and metadata: a dictionary, or
-    header lines as Volume.header gives them."""
+    """The header lines for a spacing (z, y, x), an affine matrix of voxels x, y, z, and metadata. Metadata is
+    a dictionary, or header lines as in Volume.header."""
     steps = _checked_spacing(spacing)
     if isinstance(metadata, str):
         return _places(steps, affine, "space:" in metadata.lower()) + metadata
@@ -94,7 +95,7 @@ def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike
 
 
 def header_bytes(header: str) -> bytes:
-    """The bytes of header lines. Those that are not UTF-8 come back as they were in the file that Volume.header is from."""
+    """The bytes of header lines. Bytes that are not UTF-8 stay as they were in the file of Volume.header."""
     if "\0" in header:
         raise ArgumentError("metadata: the character NUL cannot be kept")
     return header.encode("utf-8", "surrogateescape")

@@ -1,6 +1,6 @@
-"""The samples that were decoded last, for slices that are read one after the other.
+"""Caches recently decoded samples, for consecutive slices.
 
-A slice meets whole bricks, so v[0], v[1], v[2] ... would decode each brick 64 times.
+A slice intersects entire bricks, so v[0], v[1], v[2] ... would decode each brick 64 times.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Callable, Optional
 import numpy as np
 import numpy.typing as npt
 
-#: Of all volumes of the process together.
+#: For all volumes of the process together.
 MOST_BYTES = 1 << 28
 
 #: Samples [low, high) along z, y and x.
@@ -21,8 +21,8 @@ Box = tuple[tuple[int, int], ...]
 
 
 class KeptBox:
-    """A box of whole bricks of one volume. It is kept when a second read in a row meets just these bricks: a single slice
-    takes no more memory than its samples."""
+    """A cached box of complete bricks of one volume. It is cached when two consecutive reads need the same
+    bricks. A single slice therefore takes no more memory than its samples."""
 
     def __init__(self) -> None:
         self._kept: Optional[tuple[Box, npt.NDArray[Any]]] = None
@@ -30,11 +30,11 @@ class KeptBox:
         self._loading = threading.Lock()
 
     def read(self, box: Box, part: Box, out: npt.NDArray[Any], load: Callable[[Box], npt.NDArray[Any]]) -> bool:
-        """Copies the samples of `part` to `out`. False: they are not kept, and were not loaded either. `box`: the whole
-        bricks around `part`."""
+        """Copies the samples of `part` to `out`. Returns False if they are not cached, and were not loaded
+        either. `box`: the complete bricks around `part`."""
         kept = self._kept
         if kept is not None and not all(low <= a and b <= high for (a, b), (low, high) in zip(box, kept[0])):
-            kept = None  # so that its memory is free for the other one
+            kept = None  # frees its memory for the other box
         if kept is None:
             kept = self._loaded(box, out.dtype.itemsize, load)
         if kept is None:
@@ -52,7 +52,7 @@ class KeptBox:
     def _loaded(self, box: Box, sample_bytes: int, load: Callable[[Box], npt.NDArray[Any]]) -> Any:
         size = int(np.prod([high - low for low, high in box], dtype=np.int64)) * sample_bytes
         again, self._met_last = box == self._met_last, box
-        # A thread that finds another one loading does without, so that there is one such box at a time.
+        # If another thread is loading, this one does not cache, so only one such box exists at a time.
         if not again or size > MOST_BYTES or not self._loading.acquire(blocking=False):
             return None
         try:
@@ -67,7 +67,7 @@ class KeptBox:
             self._loading.release()
 
 
-#: The bytes of each box, that which was used last at the end.
+#: The bytes of each box, in order of use.
 _sizes: weakref.WeakKeyDictionary[KeptBox, int] = weakref.WeakKeyDictionary()
 _turn = threading.Lock()
 
@@ -80,7 +80,7 @@ def _touch(box: KeptBox) -> None:
 
 
 def _make_room(box: KeptBox, size: int) -> None:
-    """Counts a box, and forgets those that were not used for longest."""
+    """Counts a box, and drops the least recently used ones."""
     with _turn:
         others = list(_sizes.items())
         free = MOST_BYTES - size - sum(bytes_of for _, bytes_of in others)
@@ -98,5 +98,5 @@ def _after_fork() -> None:
     _turn = threading.Lock()
 
 
-# Another thread may have had it at that moment.
+# Another thread may have held the lock at that moment.
 os.register_at_fork(after_in_child=_after_fork)

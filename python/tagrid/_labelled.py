@@ -1,5 +1,5 @@
-"""What arrays of other libraries store besides their samples: the position and the attributes of a DataArray of xarray, and
-numbers that mark missing samples. A warning names what cannot be kept."""
+"""What arrays of other libraries store besides their samples: the position and attributes of an xarray
+DataArray, and numbers that mark missing samples. A warning names what cannot be kept."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from ._errors import ArgumentError, warn_caller
 from ._geometry import FIELDS, PLACES, Metadata, distances_of, header_of, is_key, slice_positions_of
 from ._volume import Volume
 
-#: Attributes of the backend tagrid.xarray that are not copied: a new file has its own, or they follow from coordinates.
+#: Attributes of the backend tagrid.xarray that are not copied. A new file has its own, or coordinates give
+#: them.
 _OF_THE_FILE = ("affine", "achieved_max_error", "slice_positions", "space", "space units", "space origin")
 #: Names in a .tag file for attributes of the CF conventions.
 _NAMES = {"units": "sample units", "scale_factor": "rescale_slope", "add_offset": "rescale_intercept",
           "max_error": "source_max_error"}
-#: Names of the number that marks missing samples.
+#: Attributes with the number that marks missing samples.
 MISSING = ("_FillValue", "missing_value")
 
 
 class Label(NamedTuple):
-    """What is kept of an array: as the arguments of encode()."""
+    """What encode() keeps of an array, as its arguments."""
 
     spacing: Optional[list[float]] = None
     affine: Optional[npt.NDArray[np.float64]] = None
@@ -52,12 +53,12 @@ def missing_of(attributes: Mapping[str, Any], name: str) -> Optional[float]:
 
 
 def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Label:
-    """The position of a DataArray with the axes z, y, x, unless takes_place is False, and its attributes, unless there is
-    metadata. For other arrays, only this metadata."""
+    """The position of a DataArray with the axes z, y, x, unless takes_place is False, and its attributes,
+    unless metadata is given. For other arrays, only this metadata."""
     if getattr(data, "dims", None) != ("z", "y", "x") or not hasattr(data, "coords"):
         return Label(metadata=metadata)
     if isinstance(metadata, str):
-        # Header lines are kept as their writer gave them.
+        # Header lines are kept unchanged.
         spacing, affine, _ = label_of(data, takes_place, {})
         return Label(spacing, affine, metadata)
     pairs = _attributes(data) if metadata is None else dict(metadata)
@@ -79,7 +80,7 @@ def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Labe
     origin = [axis.places[0] for axis in axes]
     unknown = [axis for axis in axes if math.isnan(axis.step)]
     if unknown and all(axis.step > 0 for axis in axes if axis not in unknown):
-        # A spacing that is unknown, which an affine matrix cannot say.
+        # An affine matrix cannot express an unknown spacing.
         lines = header_of(steps, None, pairs)
         dimension = "" if "space" in pairs else "space dimension: 3\n"
         return Label(metadata=f"{dimension}{lines}space origin: ({','.join(map(repr, origin[::-1]))})\n")
@@ -91,8 +92,9 @@ def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Labe
 
 
 def _turned(data: Any, axes: list[_Axis], pairs: dict[str, str]) -> Label:
-    """The position of a DataArray whose coordinates are distances along axes that are not those of the world, such as those
-    of an oblique scan. The backend's attributes "affine" and "slice_positions" say where its file lies."""
+    """The position of a DataArray whose coordinates are distances along axes that are not world axes, such as
+    those of an oblique scan. The backend's attributes "affine" and "slice_positions" give the position of its
+    file."""
     matrix = _matrix_of(data.attrs.get("affine"))
     slices = _positions_at(data.attrs.get("slice_positions"), axes[0]) if axes[0].is_distance else None
     is_known = all(axis.is_distance and (len(axis.places) == 1 or not math.isnan(axis.step)) for axis in axes)
@@ -118,7 +120,7 @@ def _turned(data: Any, axes: list[_Axis], pairs: dict[str, str]) -> Label:
 
 
 def _matrix_of(value: Any) -> Optional[npt.NDArray[np.float64]]:
-    """The 4 x 4 matrix of an attribute; None if it is none that has an inverse."""
+    """The 4 x 4 matrix of an attribute; None if it is not invertible."""
     try:
         matrix = np.asarray(value, dtype=float).reshape(4, 4)
     except (TypeError, ValueError):
@@ -127,7 +129,7 @@ def _matrix_of(value: Any) -> Optional[npt.NDArray[np.float64]]:
 
 
 def _positions_at(text: Any, axis: _Axis) -> Optional[npt.NDArray[np.float64]]:
-    """Where the first samples of slices were in their file, from the distances of these slices; None if it does not say."""
+    """The positions of first samples in their file, from the distances of these slices; None if unknown."""
     if not isinstance(text, str) or not axis.places:
         return None
     slices = slice_positions_of({"slice_positions": text}, text.count(";") + 1)
@@ -140,7 +142,7 @@ def _positions_at(text: Any, axis: _Axis) -> Optional[npt.NDArray[np.float64]]:
 
 
 def _whole(number: float) -> float:
-    """Without the rounding of a division: samples that are left out are whole numbers of steps."""
+    """Removes the rounding of a division: skipped samples are integer numbers of steps."""
     return float(round(number)) if abs(number - round(number)) < 1e-6 else number
 
 
@@ -155,7 +157,7 @@ def _keep_positions(slices: npt.NDArray[np.float64], pairs: dict[str, str]) -> N
 
 
 class _Axis:
-    """The coordinates along an axis. step: NaN if it is unknown."""
+    """The coordinates along an axis. step: NaN if unknown."""
 
     def __init__(self, data: Any, name: str):
         self.name, self.step, self.is_uneven = name, math.nan, False
@@ -182,14 +184,14 @@ class _Axis:
         if mean != 0 and np.allclose(steps, mean, rtol=1e-4, atol=0):
             self.step = mean
         elif name == "z" and (np.all(steps > 0) or np.all(steps < 0)):
-            # As in readers of scans: a usual step, and the position of each slice.
+            # As in readers of scans: a typical step, and the position of each slice.
             self.step, self.is_uneven = float(np.median(steps)), True
         else:
             _warn(f"the coordinates along {name} are left out: they are not at equal distances")
 
 
 def _units(axes: list[_Axis]) -> dict[str, str]:
-    """The units of places; none if all are mm, which need not be said."""
+    """The units of positions; none if all are mm, the default."""
     units = [axis.units for axis in axes[::-1]]
     if set(units) == {"mm"} or any(set(unit) & set('"\\\n\r') or not unit for unit in units):
         return {}
@@ -197,7 +199,7 @@ def _units(axes: list[_Axis]) -> dict[str, str]:
 
 
 def _attributes(data: Any) -> dict[str, str]:
-    """Attributes, and coordinates that all samples have in common, as metadata."""
+    """Attributes, and coordinates that all samples share, as metadata."""
     found: dict[str, str] = {}
     left_out = [str(name) for name, coordinate in data.coords.items() if name not in ("z", "y", "x") and coordinate.ndim > 0]
     common = {name: coordinate.values[()] for name, coordinate in data.coords.items() if coordinate.ndim == 0}
@@ -216,7 +218,7 @@ def _attributes(data: Any) -> dict[str, str]:
 
 
 def _text_of(value: Any) -> Optional[str]:
-    """A number, a text, or some of them as one line; None for others."""
+    """A number or a string, or several of them as one line; None for others."""
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, int, float, np.generic)):

@@ -1,9 +1,9 @@
-"""Chunks of arrays of other libraries as .tag files that may be coded again and again.
+"""Chunks of arrays of other libraries as .tag files that can be encoded repeatedly.
 
 HDF5 and Zarr decode and encode a chunk whenever part of it is written. If every encoding added an error of its own, no
 bound would hold. A sample is therefore rounded to a lattice that depends only on its type and the bound, not on other
-samples. The number of its place is stored losslessly. A rounded sample is its own place, so encoding it again changes
-nothing. The HDF5 filter does the same (plugins/hdf5/lattice.h).
+samples. The number of its lattice point is stored losslessly. A rounded sample is a lattice point, so
+encoding it again changes nothing. The HDF5 filter does the same (plugins/hdf5/lattice.h).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_OTHERS = 8
 
 
 def step_of(dtype: np.dtype[Any], max_error: float) -> float:
-    """The distance between places of the lattice; 0 if only the sample itself is within the bound. For integers, it is
+    """The distance between lattice points; 0 if only the sample itself is within the bound. For integers, it is
     2 E + 1, where E is the integer part of the bound. For floats, it is the largest m * 2^n, with m below 32, that is at
     most twice the bound. Its products with small numbers are exact."""
     if dtype.kind != "f":
@@ -42,7 +42,7 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
     """The .tag file of a chunk of any number of axes, at most three of which are longer than 1.
 
     fill: a sample that marks missing data, and is not rounded.
-    whole_chunks: the chunk is written once and as a whole, and may be encoded without the lattice.
+    whole_chunks: the chunk is written once and completely, and may be encoded without the lattice.
     """
     chunk = with_three_axes(samples)
     dtype = checked_dtype(chunk.dtype)
@@ -64,7 +64,7 @@ def _encoded(chunk: npt.NDArray[Any], **settings: Any) -> bytes:
 
 
 def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
-    """The samples of a chunk's file, whoever made it. DamagedError: its lattice is not understood."""
+    """The samples of a chunk's file, whoever created it. DamagedError: its lattice is invalid."""
     step, dtype = lattice_of(volume)
     samples = volume.read()
     if step == 0:
@@ -87,7 +87,7 @@ def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
 
 
 def lattice_of(volume: Volume) -> tuple[float, np.dtype[Any]]:
-    """The step of a chunk's file, 0 if it has samples as they are, and the type of the samples."""
+    """The step of a chunk's file, 0 if it has unrounded samples, and the type of the samples."""
     metadata = volume.metadata
     if "lattice" not in metadata:
         return 0.0, volume.dtype
@@ -102,7 +102,7 @@ def lattice_of(volume: Volume) -> tuple[float, np.dtype[Any]]:
 
 
 def _anchor(dtype: np.dtype[Any], step: float, fill: Any) -> int:
-    """A place of integers, at most half a step from 0, so that the fill value is one."""
+    """An integer lattice point, at most half a step from 0, that makes the fill value a lattice point."""
     if dtype.kind == "f" or step == 0:
         return 0
     whole = int(step)
@@ -110,8 +110,8 @@ def _anchor(dtype: np.dtype[Any], step: float, fill: Any) -> int:
 
 
 def _numbers(samples: npt.NDArray[Any], max_error: float, step: float, anchor: int, fill: Any) -> Optional[tuple[npt.NDArray[Any], list[str]]]:
-    """The number of each sample's place, and the samples that are not rounded (NaN, infinities, what is too far from 0, the
-    fill value) as "number:bits". None if too many different ones are not rounded."""
+    """The number of each sample's lattice point, and the unrounded samples as "number:bits": NaN, infinities,
+    samples too far from 0, the fill value. None if too many different samples are unrounded."""
     if samples.dtype.kind != "f":
         whole = int(step)
         return ((samples.astype(np.int64) + (whole // 2 - anchor)) // whole).astype(samples.dtype), []
@@ -120,7 +120,8 @@ def _numbers(samples: npt.NDArray[Any], max_error: float, step: float, anchor: i
     wide = samples.astype(np.float64)
     with np.errstate(all="ignore"):
         numbers = np.rint(wide / step)
-        # The quotient is rounded, so a sample in the middle may have got the further place. The difference is exact.
+        # The quotient is rounded, so a sample in the middle may have the further lattice point. The
+        # difference is exact.
         off = wide - np.clip(numbers * step, np.finfo(samples.dtype).min, np.finfo(samples.dtype).max)
         numbers += np.where(np.abs(off) > max_error, np.sign(off), 0)
         rounded = np.abs(numbers) <= most
@@ -135,7 +136,7 @@ def _numbers(samples: npt.NDArray[Any], max_error: float, step: float, anchor: i
     different, first, which = np.unique(bits, return_index=True, return_inverse=True)
     if len(different) > _MOST_OTHERS:
         return None
-    # In the order in which they come. Numbers next to those in use keep the range of numbers small.
+    # In order of occurrence. Numbers next to those in use keep the range of numbers small.
     order = np.argsort(first)
     places = np.empty(len(different), np.int32)
     places[order] = low - 1 - np.arange(len(different))

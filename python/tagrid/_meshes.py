@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
-    """A conforming mesh of tetrahedra: every point exists once, and neighbours share whole faces.
+    """A conforming mesh of tetrahedra: every point occurs once, and neighbors share entire faces.
 
     points, cells, values, levels = mesh
     """
@@ -38,11 +38,11 @@ class Mesh:
 
 
 class Surface(NamedTuple):
-    """An oriented surface of triangles: every point exists once."""
+    """An oriented surface of triangles: every point occurs once."""
 
     #: (n, 3) float64: x, y, z of each point in the world.
     points: npt.NDArray[np.float64]
-    #: (m, 3) int64: the numbers of the points of each triangle, counterclockwise if seen from outside.
+    #: (m, 3) int64: the numbers of the points of each triangle, counterclockwise seen from outside.
     triangles: npt.NDArray[np.int64]
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Regions of volumes, and arrays of the caller for their samples."""
+"""Regions of volumes, and the caller's arrays for their samples."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _steps_of(step: Union[int, Sequence[int]]) -> tuple[int, ...]:
 
 
 def checked_out(out: Any, shape: tuple[int, ...], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """An array of the caller as one that has room for samples of this shape and type."""
+    """Checks that the caller's array fits samples of this shape and type."""
     try:
         target = np.asarray(out if isinstance(out, np.ndarray) else memoryview(out))
     except TypeError:

@@ -1,4 +1,4 @@
-"""The values that samples of a volume mean, slope * sample + intercept, as `tagrid decode --values` writes them."""
+"""The values of samples, slope * sample + intercept, as `tagrid decode --values` writes them."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from ._regions import Region, runs_of
 if TYPE_CHECKING:
     from ._volume import Volume
 
-#: Values are computed in float64, so many at a time.
+#: Values are computed in float64, this many at a time.
 _AT_ONCE = 1 << 20
 
 
 class _Rule(NamedTuple):
-    """How samples become values of a type: by one slope and one intercept, or by those of each slice (slices, 1, 1)."""
+    """How samples become values of a type: with one slope and intercept, or with those of each slice (slices,
+    1, 1)."""
 
     dtype: np.dtype[Any]
     slope: Any
     intercept: Any
-    #: The smallest and the largest sample that the file may have.
+    #: The smallest and the largest possible sample of the file.
     low: float
     high: float
 
@@ -35,12 +36,12 @@ class _Rule(NamedTuple):
 
 
 class Rescaled:
-    """The values of a volume, such as HU: an array v[z, y, x] of slope * sample + intercept, which Volume.rescaled returns.
-    Only the bricks that a slice meets are read and decoded.
+    """The values of a volume, such as HU: an array v[z, y, x] of slope * sample + intercept. Volume.rescaled
+    returns it. A slice reads and decodes only the bricks that it intersects.
 
-    Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If the slope is not
-    1, the intercept has a fraction, or samples are floats, values are float32; float64 if samples are float64. Without
-    slope and intercept, values are samples.
+    Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If the
+    slope is not 1, the intercept has a fraction, or samples are floats, values are float32. If samples are
+    float64, values are float64. Without a slope and an intercept, values equal samples.
     """
 
     ndim = 3
@@ -56,7 +57,7 @@ class Rescaled:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """The type of the values; a part has the same type as all."""
+        """The type of the values, for any region."""
         return self._rule.dtype
 
     def __len__(self) -> int:
@@ -66,7 +67,7 @@ class Rescaled:
         return f"<tagrid.Rescaled {self.shape} {self.dtype} of {self.volume!r}>"
 
     def __getitem__(self, key: Any) -> Any:
-        """The values v[z, y, x], with the rules of Volume.__getitem__()."""
+        """Returns the values v[z, y, x], with the rules of Volume.__getitem__()."""
         return self._values(self.volume[key], key)
 
     def __iter__(self) -> Iterator[npt.NDArray[Any]]:
@@ -82,23 +83,23 @@ class Rescaled:
     def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1, *,
              threads: Optional[int] = None, memory_limit: int = 0,
              progress: Optional[Callable[[int, int], object]] = None) -> npt.NDArray[Any]:
-        """The values of a region, with the arguments of Volume.read()."""
+        """Returns the values of a region, with the arguments of Volume.read()."""
         runs = runs_of(region, step, self.shape)
         samples = self.volume.read(region, step, threads=threads, memory_limit=memory_limit, progress=progress)
         values: npt.NDArray[Any] = self._values(samples, tuple(slice(*run) for run in runs))
         return values
 
     def value_of(self, sample: float) -> Optional[float]:
-        """The value of a sample; None if each slice has another one."""
+        """The value of a sample; None if it differs between slices."""
         return None if self._rule.is_of_slices else float(self._rule.slope * sample + self._rule.intercept)
 
     @property
     def metadata(self) -> dict[str, str]:
-        """That of the volume; but "applied_slope" and "applied_intercept" say how samples became values, as in files that
-        `tagrid decode --values` writes."""
+        """The metadata of the volume. "applied_slope" and "applied_intercept" record how samples became
+        values, as in files that `tagrid decode --values` writes."""
         found = dict(self.volume.metadata)
         slope, intercept = (1.0, 0.0) if self._rule.is_of_slices else (self._rule.slope, self._rule.intercept)
-        # Samples may have been values of others before.
+        # Samples may already be values of other samples.
         pairs = {"applied_slope": slope * _number_in(found.pop("applied_slope", "1"), 1),
                  "applied_intercept": slope * _number_in(found.pop("applied_intercept", "0"), 0) + intercept}
         if pairs["applied_slope"] != 1 or pairs["applied_intercept"] != 0:
@@ -113,13 +114,13 @@ class Rescaled:
 
     @property
     def max_error(self) -> float:
-        """The bound in values: that of the volume, times the largest slope."""
+        """The bound in values: that of the volume times the largest slope."""
         return self.volume.max_error * float(np.max(np.abs(self._rule.slope)))
 
     @property
     def achieved(self) -> dict[str, float]:
-        """The errors of values that were measured, as Volume.achieved has those of samples. If slices have slopes of their
-        own, they are not larger than this."""
+        """The measured errors of values, as Volume.achieved has those of samples. If each slice has its own
+        slope, these are upper limits."""
         slope = float(np.max(np.abs(self._rule.slope)))
         return {name: error if name == "psnr" else error * slope for name, error in self.volume.achieved.items()}
 
@@ -127,7 +128,7 @@ class Rescaled:
         return "tagrid.Rescaled", self.volume.__dask_tokenize__()
 
     def _values(self, samples: Any, key: Any) -> Any:
-        """What samples mean that are volume[key]."""
+        """The values of the samples volume[key]."""
         rule = self._rule
         if not rule.is_of_slices and (rule.slope, rule.intercept) == (1, 0):
             return samples
@@ -148,7 +149,7 @@ class Rescaled:
         return values
 
     def _shifted(self, samples: npt.NDArray[Any]) -> Any:
-        """Integers, exactly: what is beyond the type on the way is back within it after the sum."""
+        """Integers, exactly: intermediate results may overflow, but the sum fits the type."""
         rule = self._rule
         if samples.size and not (rule.low <= samples.min() and samples.max() <= rule.high):
             raise DamagedError(f"{self.volume!r}: a sample is beyond the range that the index says")
@@ -158,7 +159,7 @@ class Rescaled:
 
 
 def _rule_of(volume: Volume) -> _Rule:
-    """ArgumentError: slices have slopes of their own, but not one for each slice."""
+    """ArgumentError: there are slopes for slices, but not one for each slice."""
     dtype, metadata = volume.dtype, volume.metadata
     low, high = _range_of(volume)
     if "slice_slopes" in metadata:
@@ -177,7 +178,7 @@ def _rule_of(volume: Volume) -> _Rule:
 
 
 def _range_of(volume: Volume) -> tuple[float, float]:
-    """The finite samples that a decoded volume can have."""
+    """The range of finite samples that a decoded volume can have."""
     limits: Any = np.finfo(volume.dtype) if volume.dtype.kind == "f" else np.iinfo(volume.dtype)
     least, most = float(limits.min), float(limits.max)
     low, high = volume.info["low"], volume.info["high"]

@@ -1,4 +1,4 @@
-"""numpy's rules of indexing, for samples that have to be decoded."""
+"""numpy indexing for samples that have to be decoded."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Run(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """What is read, and what numpy takes of it."""
+    """The samples to read, and the key to select among them."""
 
-    runs: tuple[list[Run], list[Run], list[Run]]  #: along z, y and x: blocks that are read one after the other
+    runs: tuple[list[Run], list[Run], list[Run]]  #: along z, y and x: blocks that are read in turn
     shape: tuple[int, int, int]  #: of the samples that are read
     key: tuple[Any, ...]  #: of the result among these samples
 
@@ -53,7 +53,7 @@ def select(key: Any, shape: Sequence[int], brick: int) -> Selection:
 
 
 def _with_ellipsis(key: tuple[Any, ...]) -> list[Any]:
-    """The key with three entries, besides None and Ellipsis, which then stands for no axis."""
+    """The key with three entries, besides None and Ellipsis. Ellipsis then stands for no axis."""
     ellipses = [i for i, entry in enumerate(key) if entry is Ellipsis]
     if len(ellipses) > 1:
         raise IndexError("an index can only have a single ellipsis ('...')")
@@ -65,7 +65,7 @@ def _with_ellipsis(key: tuple[Any, ...]) -> list[Any]:
 
 
 def _along_axis(entry: Any, axis: int, size: int, brick: int) -> tuple[list[Run], Any]:
-    """What is read along an axis, and the index among these samples that gives what was asked for."""
+    """The samples to read along an axis, and the index among them that gives the result."""
     if isinstance(entry, slice):
         positions = range(*entry.indices(size))
         if positions.step > 0 or len(positions) == 0:
@@ -82,7 +82,7 @@ def _along_axis(entry: Any, axis: int, size: int, brick: int) -> tuple[list[Run]
 
 
 def _positions(entry: Any, axis: int, size: int) -> np.ndarray[Any, Any]:
-    """The positions that an array or a list stands for, from 0 up to the size of the axis."""
+    """The positions in an array or a list, from 0 up to the size of the axis."""
     if not isinstance(entry, (list, np.ndarray)) and not hasattr(entry, "__array__"):
         raise IndexError(f"a volume is not indexed with {type(entry).__name__!r}; supported are {SUPPORTED}")
     array = np.asarray(entry)
@@ -116,8 +116,8 @@ def _run_of(positions: range) -> list[Run]:
 
 
 def _along_array(array: np.ndarray[Any, Any], brick: int) -> tuple[list[Run], np.ndarray[Any, Any]]:
-    """One run for each brick, so that a brick is decoded once. Runs may have more positions than the array, but they
-    never leave a brick."""
+    """One run for each brick, so that a brick is decoded once. Runs may have more positions than the array,
+    but never leave a brick."""
     positions = np.unique(array)
     runs: list[Run] = []
     # A brick begins after the sample on its low face, except for the first one.

@@ -1,4 +1,4 @@
-"""Where a .tag file is: a path, a file object, memory, or any object that is read at an offset."""
+"""Sources of .tag files: a path, a file object, memory, or any object that reads at an offset."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ._tagrid import Reader
 
 
 def describe(source: Any) -> str:
-    """A source in a word, for messages and repr()."""
+    """A short name of a source, for messages and repr()."""
     if isinstance(source, (str, bytes, os.PathLike)) and not is_memory(source):
         return os.fsdecode(source)
     name = getattr(source, "name", None)
@@ -52,7 +52,7 @@ def open_reader(source: Any) -> Reader:
 
 
 def _names_a_file(data: bytes) -> bool:
-    """Whether bytes are a path, as os.listdir(b".") gives them. No .tag file is that short."""
+    """Whether bytes are a path, as from os.listdir(b"."). No .tag file is that short."""
     try:
         return 0 < len(data) < 128 and os.path.exists(data)
     except ValueError:
@@ -64,13 +64,13 @@ def is_path(source: Any) -> bool:
 
 
 def is_tied(source: Any) -> bool:
-    """Whether a source belongs to this process, so that another one cannot have it."""
+    """Whether a source belongs to this process, so that another process cannot use it."""
     return isinstance(source, (memoryview, io.BufferedReader, io.BufferedRandom, io.FileIO))
 
 
 def is_memory(source: Any) -> bool:
     """Whether a source is the bytes of a file."""
-    # An array of bytes, as numpy.fromfile(path, numpy.uint8) has them.
+    # An array of bytes, as from numpy.fromfile(path, numpy.uint8).
     return isinstance(source, (bytes, bytearray, memoryview)) or (
         isinstance(source, np.ndarray) and source.dtype == np.uint8 and source.ndim == 1)
 
@@ -93,9 +93,9 @@ def _open_path(path: str | bytes) -> Reader:
 
 
 def _raise_what_python_knows(path: str | bytes) -> None:
-    """Python's own exceptions tell a missing file from one that must not be read."""
+    """Python's own exceptions distinguish a missing file from an unreadable one."""
     try:
-        # A pipe would wait for its writer.
+        # Opening a pipe would wait for its writer.
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         if not re.match(r"\w[\w+.-]+://", os.fsdecode(path)):
@@ -111,13 +111,13 @@ def _raise_what_python_knows(path: str | bytes) -> None:
 
 
 def _is_on_disk(source: Any) -> bool:
-    """Whether the bytes of a file of Python are those of its descriptor, without anything between them."""
+    """Whether a Python file returns the bytes of its descriptor directly."""
     raw = getattr(source, "raw", source) if isinstance(source, (io.BufferedReader, io.BufferedRandom)) else source
     return type(raw) is io.FileIO and raw.readable() and stat.S_ISREG(os.fstat(raw.fileno()).st_mode)
 
 
 class _DiskFile:
-    """A file on the disk, which is read at offsets: its position stays, and is not needed. Forked processes share it."""
+    """A file on disk, read at offsets. Its position stays, and is not needed. Forked processes share it."""
 
     def __init__(self, file: Any):
         self._file = file
@@ -128,7 +128,7 @@ class _DiskFile:
     def read_at(self, offset: int, size: int) -> bytes:
         parts: list[bytes] = []
         while size > 0:
-            # The descriptor is asked for each time: if the file was closed, another one may have the number.
+            # Get the descriptor each time: if the file was closed, another one may have the number.
             data = os.pread(self._file.fileno(), size, offset)
             if not data:
                 break
@@ -138,7 +138,7 @@ class _DiskFile:
 
 
 class _FileObject:
-    """A file whose position is shared by all threads: one of them seeks and reads at a time."""
+    """A file whose position all threads share: one thread seeks and reads at a time."""
 
     def __init__(self, file: Any):
         self._file = file

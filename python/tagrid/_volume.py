@@ -1,4 +1,4 @@
-"""Volumes in .tag files, read in parts."""
+"""Volumes in .tag files, read region by region."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Progress = Optional[Callable[[int, int], object]]
 
 
 def _opened_again(source: Any, threads: int, contents: str) -> Volume:
-    """A volume that was pickled. InputError: its file was replaced since then."""
+    """Restores a pickled volume. InputError: its file has been replaced since then."""
     volume = Volume(source, threads)
     if contents and volume._contents != contents:
         raise InputError(f"{volume._name}: the file is not the one that was open when the volume was pickled; open it again")
@@ -35,11 +35,11 @@ def _opened_again(source: Any, threads: int, contents: str) -> Volume:
 
 
 class Volume:
-    """An open .tag file, which tagrid.open() returns. It looks like an array of samples; only the bricks that a slice
-    meets are read and decoded.
+    """An open .tag file, which tagrid.open() returns. It acts like an array of samples. A slice reads and
+    decodes only the bricks that it intersects.
 
-    Axes are z, y, x, as numpy has them: v[z, y, x]. World coordinates are x, y, z. Samples are those that were encoded,
-    each within max_error of the original. If metadata has "rescale_slope", value = slope * sample + intercept, and
+    Axes are z, y, x, as in numpy: v[z, y, x]. World coordinates are x, y, z. Samples are stored samples, each
+    within max_error of the original. If metadata has "rescale_slope", value = slope * sample + intercept, and
     v.rescaled[z, y, x] is that value. Any number of threads may use one volume.
     """
 
@@ -51,7 +51,7 @@ class Volume:
         self._kept = KeptBox()
         self._info = self._reader.info()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
-        # Bytes go to another process with the volume; what has a name may be something else there.
+        # Bytes go to another process with the volume; a name may refer to another file there.
         self._contents = "" if is_memory(source) else self._digest()
         self._token = self._token_of(source)
 
@@ -78,19 +78,20 @@ class Volume:
 
     @property
     def nbytes(self) -> int:
-        """The bytes of all samples once they are decoded. The file has info["file_bytes"]."""
+        """The bytes of all decoded samples. The file has info["file_bytes"]."""
         return self.size * self.dtype.itemsize
 
     @property
     def chunks(self) -> tuple[int, int, int]:
-        """The size of a brick along z, y and x, (64, 64, 64) by default. Bricks begin after the samples on their low
-        faces: along an axis, the first one holds samples 0 to 64, the next one 65 to 128. See aligned_chunks()."""
+        """The size of a brick along z, y and x, (64, 64, 64) by default. Bricks begin after the samples on
+        their low faces: along an axis, the first one holds samples 0 to 64, the next one 65 to 128. See
+        aligned_chunks()."""
         edge = self._info["brick_edge"]
         return edge, edge, edge
 
     def aligned_chunks(self, bricks: int = 4) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
-        """The sizes of chunks along z, y and x that consist of so many whole bricks along each axis. With these no
-        brick is decoded twice:
+        """The sizes of chunks along z, y and x that hold this many complete bricks along each axis. With
+        these, no brick is decoded twice:
 
             dask.array.from_array(volume, chunks=volume.aligned_chunks())
         """
@@ -105,21 +106,21 @@ class Volume:
 
     @property
     def spacing(self) -> tuple[float, float, float]:
-        """The distances of neighbouring samples along z, y and x, in the units of the scan, mostly mm. NaN where it is
-        unknown."""
+        """The distances between neighboring samples along z, y and x, in the units of the scan, usually mm.
+        NaN if unknown."""
         x, y, z = self._info["spacing"] if self._info["has_spacing"] else (math.nan,) * 3
         return z, y, x
 
     @property
     def affine(self) -> npt.NDArray[np.float64]:
-        """4 x 4: affine @ (x, y, z, 1) is the place of sample v[z, y, x] in the world. Where the file does not say it,
-        samples are 1 apart and the first one is at 0."""
+        """4 x 4: affine @ (x, y, z, 1) is the world position of sample v[z, y, x]. If the file does not give
+        it, samples are 1 apart and the first one is at 0."""
         return affine_of(self._info)
 
     @property
     def slice_positions(self) -> Optional[npt.NDArray[np.float64]]:
-        """(slices, 3): x, y, z of the first sample of each slice in the world, if slices lie at unequal distances. None if
-        they lie at equal ones, as `affine` says."""
+        """(slices, 3): x, y, z of the first sample of each slice in the world, if slices are unevenly spaced.
+        None if they are evenly spaced; `affine` then gives their positions."""
         return slice_positions_of(self.metadata, self.shape[0])
 
     @property
@@ -130,8 +131,8 @@ class Volume:
 
     @property
     def achieved(self) -> dict[str, float]:
-        """The errors that were measured when the file was made: max_error, rmse, psnr (in dB) and mesh_error. NaN where
-        one is unknown."""
+        """The errors measured during encoding: max_error, rmse, psnr (in dB) and mesh_error. NaN if
+        unknown."""
         return {name: self._info[f"achieved_{name}"] for name in ("max_error", "rmse", "psnr", "mesh_error")}
 
     @property
@@ -142,18 +143,18 @@ class Volume:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What else the file says of its source: names and texts."""
+        """Other metadata of the source: names and strings."""
         return metadata_of(self._header)
 
     @property
     def header(self) -> str:
-        """All that the file says of its source, as lines of an NRRD header."""
+        """All metadata of the source, as lines of an NRRD header."""
         return self._header
 
     @property
     def info(self) -> dict[str, Any]:
-        """Everything that is known without decoding. The keys are the members of tagrid_info in tagrid.h; three numbers
-        are x, y, z here."""
+        """Everything known without decoding. The keys are the members of tagrid_info in tagrid.h; three
+        numbers are x, y, z here."""
         return dict(self._info)
 
     def __len__(self) -> int:
@@ -178,11 +179,12 @@ class Volume:
     # ---- samples
 
     def __getitem__(self, key: Any) -> Any:
-        """The samples v[z, y, x], with numpy's rules: integers, slices with any steps, Ellipsis, None, and an array of
-        integers, or of one bool for each position, along one axis. Decodes just the bricks that hold them. When a second
-        part in a row meets the same bricks, they are kept for the next one; all volumes of a process keep 256 MiB at most.
+        """Returns the samples v[z, y, x] with numpy indexing: integers, slices with any step, Ellipsis, None,
+        and an index array or a boolean mask along one axis. Decodes only the bricks that hold them. When two
+        consecutive reads need the same bricks, they are cached; all volumes of a process share a cache of at
+        most 256 MiB.
 
-        IndexError: a position is outside the volume, or the index is of another kind.
+        IndexError: a position is outside the volume, or the index is not supported.
         """
         selection = select(key, self.shape, self._info["brick_edge"])
         samples = np.empty(selection.shape, self.dtype)
@@ -190,7 +192,7 @@ class Volume:
         return samples[selection.key]
 
     def __iter__(self) -> Iterator[npt.NDArray[Any]]:
-        """Slices along z. Each brick is decoded once: a layer of bricks is in memory."""
+        """Yields slices along z. Each brick is decoded once, and a layer of bricks is in memory."""
         for layer in self._layers():
             yield from self[layer]
 
@@ -199,7 +201,8 @@ class Volume:
         return map(slice, borders[:-1], borders[1:])
 
     def __array__(self, dtype: npt.DTypeLike = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
-        """All samples, for np.asarray(v) and np.array(v, dtype). There is always a copy: copy=False is a ValueError."""
+        """Returns all samples, for np.asarray(v) and np.array(v, dtype). This always copies: copy=False is a
+        ValueError."""
         if copy is False:
             raise ValueError("the samples of a volume must be decoded, which makes a copy")
         samples = np.empty(self.shape, self.dtype if dtype is None else dtype)
@@ -213,16 +216,17 @@ class Volume:
     def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1,
              out: Any = None, *, threads: Optional[int] = None, memory_limit: int = 0,
              progress: Progress = None) -> npt.NDArray[Any]:
-        """Reads the samples of a region, ((z0, z1), (y0, y1), (x0, x1)), the second of each not included; None: all.
+        """Reads the samples of a region, ((z0, z1), (y0, y1), (x0, x1)), excluding the second number; None:
+        all.
 
         step: 2 takes every second sample. One number for all axes, or one for each (z, y, x).
-        out: a writable array of the same shape and dtype, with any strides, which is filled and returned.
-        threads: 0 for all processors; None for those of tagrid.open(). memory_limit: bytes for the work, without the
-        result; 0: no limit. progress(done, total): called now and then with bytes of samples; what it raises ends the
-        call.
+        out: a writable array of the same shape and dtype, with any strides. It is filled and returned.
+        threads: 0 for all processors; None for the number given to tagrid.open(). memory_limit: bytes for the
+        work, without the result; 0: no limit. progress(done, total): called from time to time with bytes of
+        samples; an exception cancels the call.
 
-        ArgumentError: the region is not within the volume, or `out` does not fit. TypeError: `out` is no array, or of
-        another type. DamagedError, InputError, MemoryLimitError: see there.
+        ArgumentError: the region is not within the volume, or `out` does not fit. TypeError: `out` is not an
+        array, or has another type. DamagedError, InputError, MemoryLimitError: see their help.
         """
         runs = runs_of(region, step, self.shape)
         shape = tuple(run.length for run in runs)
@@ -233,36 +237,37 @@ class Volume:
 
     @property
     def rescaled(self) -> Rescaled:
-        """An array of the values that samples mean, slope * sample + intercept, such as HU: v.rescaled[z, y, x].
+        """An array of values, slope * sample + intercept, such as HU: v.rescaled[z, y, x].
 
-        ArgumentError: slices have slopes of their own, but not one for each slice.
+        ArgumentError: there are slopes for slices, but not one for each slice.
         """
         return Rescaled(self)
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
-        """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
-        first thing that is wrong."""
+        """Decodes the entire file and checks everything possible without the original. DamagedError names the
+        first error."""
         self._reader.verify(*self._work(threads, memory_limit), progress)
 
     # ---- the grid
 
     def active_points(self, *, threads: Optional[int] = None, memory_limit: int = 0,
                       progress: Progress = None) -> npt.NDArray[np.uint64]:
-        """The number of vertices of the grid on each level, 0 up to `levels`. If the file does not store its grid, all
-        of it is decoded."""
+        """The number of grid vertices on each level, 0 up to `levels`. If the file does not store its grid,
+        the entire file is decoded."""
         return self._reader.levels(*self._work(threads, memory_limit), progress)
 
     def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
              rescaled: bool = False, threads: Optional[int] = None, memory_limit: int = 0,
              progress: Progress = None) -> Mesh:
-        """The tetrahedra of the grid, in the world: the coordinate system is metadata["space"].
+        """Returns the tetrahedra of the grid, in world coordinates. metadata["space"] names the coordinate
+        system.
 
-        level: the grid up to this level, for a coarser mesh. region: only tetrahedra that meet it, as in read(); only
-        bricks around it are read. padded: whole root cubes, instead of ending at the first and last samples.
-        rescaled: values are slope * sample + intercept, in float64, where the file has them; otherwise samples. If each
-        slice has a slope of its own, that is an ArgumentError.
+        level: the grid up to this level, for a coarser mesh. region: only tetrahedra that intersect it, as in
+        read(); reads only the bricks around it. padded: entire root cubes, instead of ending at the first and
+        last samples. rescaled: values are slope * sample + intercept, in float64, if the file has them;
+        otherwise samples. If each slice has its own slope, this raises ArgumentError.
 
-        A warning says if slices lie at unequal distances, which are equal in the mesh; slice_positions has their positions.
+        Warns if slices are unevenly spaced: the mesh is evenly spaced. slice_positions has their positions.
         """
         self._warn_of_uneven_slices("mesh")
         rescale = rescale_of(self.metadata) if rescaled else None
@@ -276,11 +281,12 @@ class Volume:
     def surface(self, iso: float, level: Optional[int] = None, region: Optional[Region] = None, close: bool = False, *,
                 rescaled: bool = False, threads: Optional[int] = None, memory_limit: int = 0,
                 progress: Progress = None) -> Surface:
-        """The isosurface between samples of at least `iso`, which are inside, and all others: points and triangles.
+        """Returns the isosurface as points and triangles. Samples of at least `iso` are inside.
 
-        iso: in the units of the samples; rescaled: in those of slope * sample + intercept, as `tagrid surface` has it.
-        level, region: as in mesh(). close: closed at the border of the volume, as if samples outside were below `iso`.
-        Within the volume, every edge has exactly two triangles. A warning as in mesh().
+        iso: in units of the samples; with rescaled, in units of slope * sample + intercept, as in `tagrid
+        surface`. level, region: as in mesh(). close: closes the surface at the border of the volume, as if
+        samples outside were below `iso`. Within the volume, every edge has exactly two triangles. Warns like
+        mesh().
         """
         self._warn_of_uneven_slices("surface")
         points, triangles = self._reader.surface(
@@ -295,14 +301,14 @@ class Volume:
     # ---- opening and closing
 
     def close(self) -> None:
-        """Ends the use of the file. Calls of other threads that are running come to their end. A file object that was
-        given to tagrid.open() stays open."""
+        """Closes the volume. Running calls of other threads complete. A file object given to tagrid.open()
+        stays open."""
         self._reader.close()
         self._kept.forget()
 
     @property
     def closed(self) -> bool:
-        """Whether close() was called. Then there are no samples any more, but all that the header says."""
+        """Whether close() was called. Samples are then unavailable, but everything in the header remains."""
         return self._reader.closed
 
     def __enter__(self) -> Volume:
@@ -312,13 +318,13 @@ class Volume:
         self.close()
 
     def __reduce__(self) -> Any:
-        # Objects with read_at(), and files of fsspec, know whether they can go to another process.
+        # Objects with read_at(), and fsspec files, know whether they can go to another process.
         if is_tied(self._source):
             raise TypeError(f"a volume from {type(self._source).__name__!r} cannot be pickled; open it by its path")
         return _opened_again, (self._source, self._threads, self._contents)
 
     def __dask_tokenize__(self) -> Any:
-        """Names of dask's tasks are the same as long as the file is."""
+        """Keeps the names of dask tasks as long as the file is the same."""
         return self._token
 
     def _token_of(self, source: Any) -> Any:
@@ -327,14 +333,14 @@ class Volume:
         except OSError:
             status = None
         if status is None:
-            # Not id(), which another volume has later.
+            # Not id(), which another volume may get later.
             return "tagrid.Volume", self._name, uuid.uuid4().hex
-        # As it is now: the name may be that of another file when the token is needed.
+        # The current status: later, the name may refer to another file.
         return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns, status.st_size,
                 self._contents)
 
     def _digest(self) -> str:
-        """Tells this file from others, without decoding it."""
+        """Distinguishes this file from others, without decoding it."""
         bricks = math.prod(self._info["bricks"])
         some = [self._reader.brick(number) for number in sorted({0, bricks // 2, bricks - 1})]
         numbers = [self._info[name] for name in ("file_bytes", "dims", "low", "high", "mean")]
@@ -382,7 +388,7 @@ class Volume:
         if all(len(runs) == 1 and runs[0].step == 1 for runs in selection.runs):
             part = tuple((runs[0].start, runs[0].stop) for runs in selection.runs)
             box = tuple(self._whole_bricks(axis, *ends) for axis, ends in enumerate(part))
-            # What has most samples of its bricks is not read slice by slice.
+            # Reads that need most samples of their bricks are not part of a slice-by-slice loop.
             if math.prod(high - low for low, high in box) >= 2 * samples.size and self._kept.read(box, part, samples, self.read):
                 return
         starts = [np.cumsum([0] + [run.length for run in runs]) for runs in selection.runs]

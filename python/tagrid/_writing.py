@@ -1,4 +1,4 @@
-"""Writes .tag files: from arrays, and slice by slice."""
+"""Writes .tag files from arrays, or slice by slice."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ._volume import Progress, Volume
 
 
 class Sink(Protocol):
-    """Takes the bytes of a file as they are made."""
+    """Receives the bytes of a file as they are produced."""
 
     def write(self, data: bytes, /) -> object: ...
 
@@ -31,21 +31,22 @@ Output = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]", Sink]
 
 
 class Writer:
-    """Writes a .tag file from slices, which it takes as they come:
+    """Writes a .tag file from consecutive slices:
 
         with tagrid.Writer("scan.tag", shape=(900, 512, 512), dtype="int16", max_error=5) as writer:
             for slices in source:
                 writer.write(slices)
 
-    The file appears under its name at the end of the block, complete and on the disk. An exception in the block, or too
-    few slices, leave nothing behind, and a file that had the name before stays. Memory does not grow with the number of
-    slices.
+    The file gets its name at the end of the block, complete and on disk. If the block raises an exception or
+    writes too few slices, no file remains, and an existing file stays. Memory does not grow with the number
+    of slices.
 
-    out: a path, or an object with write(), which gets the bytes as they are made.
+    out: a path, or an object with write(), which receives the bytes as they are produced.
     shape: samples along z, y and x. dtype: one of the eight types of samples.
-    samples: a function that returns samples first .. first + count - 1 of the volume, x fastest, as an array. It is called
-        before the first slice is taken, for what follows from the samples: max_error="noise:K", relative_error, psnr, and
-        the range of samples of 32 and 64 bits. Without it, these need value_range or field_scale.
+    samples: samples(first, count) returns samples first .. first + count - 1 of the volume, x fastest, as an
+        array. It is called before the first slice, for settings that depend on the samples:
+        max_error="noise:K", relative_error, psnr, and the range of samples of 32 and 64 bits. Without it,
+        such bounds are refused, and the range needs value_range or field_scale.
     The other arguments are those of encode().
     """
 
@@ -90,7 +91,8 @@ class Writer:
             raise
 
     def write(self, slices: npt.ArrayLike) -> None:
-        """Takes the next slices: an array (y, x) or (slices, y, x) of the volume's type, with any strides."""
+        """Writes the next slices: an array (y, x) or (slices, y, x) of the volume's type, with any
+        strides."""
         encoder = self._open_encoder()
         if isinstance(slices, np.ma.MaskedArray):
             raise TypeError("masked slices cannot be encoded; fill them first: slices.filled(value)")
@@ -108,8 +110,8 @@ class Writer:
         self._written += len(array)
 
     def close(self) -> None:
-        """Waits until the file is complete, and gives it its name. The end of a with block does this. If slices are
-        missing, this is an ArgumentError and nothing is left."""
+        """Waits until the file is complete, and gives it its name. The end of a with block does this. If
+        slices are missing, it raises ArgumentError, and no file remains."""
         if self._encoder is None:
             return
         try:
@@ -126,7 +128,7 @@ class Writer:
             self._file.commit()
 
     def abort(self) -> None:
-        """Ends the work. Nothing is left of the file."""
+        """Cancels the encoding. No file remains."""
         if self._encoder is not None:
             self._encoder.close()
             self._encoder = None
@@ -135,14 +137,14 @@ class Writer:
 
     @property
     def info(self) -> dict[str, Any]:
-        """What Volume.info says of the file. It is known once the file is complete."""
+        """The content of Volume.info, once the file is complete."""
         if self._info is None:
             raise ArgumentError("the file is not complete yet")
         return dict(self._info)
 
     @property
     def closed(self) -> bool:
-        """Whether no more slices are taken: the file is complete, or the work was ended."""
+        """Whether the writer accepts no more slices: the file is complete, or the encoding was canceled."""
         return self._encoder is None
 
     def __repr__(self) -> str:
@@ -201,35 +203,38 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None) -> Optional[bytes]:
-    """Encodes a volume as a .tag file. Returns its bytes if `out` is None.
+    """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
-    array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
-        and byte order; or anything with shape, dtype and slices, which is loaded slab by slab (h5py, zarr, dask); or an
-        open Volume or the path of a .tag file, whose place and metadata are kept; or a DataArray of xarray, whose
-        coordinates along z, y and x give its position. Its attributes are kept, and a warning names those that are not.
-        The program `tagrid encode` reads scans: DICOM, TIFF and others.
-    out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
-        object with write().
-    max_error: no sample is further than this from the original, in units of the samples; 0: lossless. "noise:K": K times
+    array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
+        any strides and byte order. Or any object with shape, dtype and slices, which is loaded slab by slab
+        (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. Or
+        an xarray DataArray, whose coordinates along z, y and x give its position. Its attributes are kept,
+        and a warning names those that are not. For DICOM, TIFF and other scans, use the program `tagrid
+        encode`.
+    out: a path, or an object with write(). The file appears at the path once it is complete and on disk, and
+        replaces an existing one.
+    max_error: no sample is off by more than this, in units of the samples; 0: lossless. "noise:K": K times
         the standard deviation of the noise. None, with grid_only: no bound.
-    relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the loosest bound that
-        reaches this many dB. They and "noise:K" read the samples before they are encoded; Volume.max_error is the bound.
-    spacing: the distances of samples along z, y and x, mostly in mm.
-    affine: 4 x 4: from voxels (x, y, z, 1) to the world, as Volume.affine.
-    metadata: names and texts to keep, as Volume.metadata; or lines of an NRRD header, as Volume.header.
-    effort: "fast", "default" or "best": time that is spent to make the file smaller.
+    relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the
+        loosest bound that reaches this many dB. They and "noise:K" read the samples before encoding;
+        Volume.max_error is the resulting bound.
+    spacing: the distances between samples along z, y and x, usually in mm.
+    affine: 4 x 4: from voxels (x, y, z, 1) to world coordinates, as in Volume.affine.
+    metadata: names and strings to keep, as in Volume.metadata; or lines of an NRRD header, as in
+    Volume.header.
+    effort: "fast", "default" or "best": trades time for size.
     threads: 0: all processors that the process may use.
-    surface_error, mesh_error: bounds of the active points and of the mesh.
-    grid: "stored", or "derived": it is computed from the decoded samples when it is needed. grid_only: only the grid is
-        stored, and samples are interpolated.
-    value_range: (low, high), the span of values that matters for the grid; by default that of the type, or of the samples
-        for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge of a root cube), brick (root cubes along the edge
-        of a brick): see docs/manual.md.
-    memory_limit: bytes for the work. progress(done, total): called now and then with bytes of samples; what it raises
-        ends the encoding.
+    surface_error, mesh_error: bounds for the active points and for the mesh.
+    grid: "stored", or "derived": computed from the decoded samples on demand. grid_only: stores only the
+        grid, and samples are interpolated.
+    value_range: (low, high), the span of values that matters for the grid. The default is the range of the
+        type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
+        of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md.
+    memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
+        an exception cancels the encoding.
 
-    TypeError: samples of another type. ArgumentError: settings that cannot be, or contradict each other. InputError,
-    OSError: reading or writing failed. Then nothing is left under the name.
+    TypeError: samples of another type. ArgumentError: invalid or contradictory settings. InputError, OSError:
+    reading or writing failed. No incomplete file remains.
     """
     volume, opened = _opened(array_or_path)
     try:
@@ -263,10 +268,11 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
 
 
 def verify(source: Any, *, threads: int = 0, memory_limit: int = 0, progress: Progress = None) -> None:
-    """Decodes a whole .tag file and checks everything that can be checked without the original: checksums, that every
-    brick decodes, that the grid has no crack, and the statistics. `source`: whatever tagrid.open() takes, or a Volume.
+    """Decodes an entire .tag file and checks everything possible without the original: checksums, that every
+    brick decodes, that the grid has no crack, and the statistics. `source`: anything that tagrid.open()
+    accepts, or a Volume.
 
-    DamagedError names the first thing that is wrong.
+    DamagedError names the first error.
     """
     if isinstance(source, Volume):
         source.verify(threads=threads, memory_limit=memory_limit, progress=progress)
@@ -290,7 +296,8 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
         while rest:
             taken = write(bytes(rest) if len(rest) < len(data) else data)
             if taken is None and not isinstance(out, io.RawIOBase):
-                # If write() returns None, everything was taken. Only in Python's raw files does None mean that nothing was.
+                # If write() returns None, it took all bytes. Only for Python's raw files, None means that it
+                # took none.
                 return
             if taken is None:
                 raise BlockingIOError(errno.EAGAIN, "the file takes no bytes at the moment; give one that waits until it does")
@@ -302,7 +309,7 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
 
 
 def _opened(array_or_path: Any) -> tuple[Any, bool]:
-    """The samples, and whether they have to be closed."""
+    """The samples, and whether to close them."""
     if not _is_path(array_or_path):
         return as_volume(array_or_path), False
     try:

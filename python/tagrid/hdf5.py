@@ -1,9 +1,9 @@
-"""HDF5: the filter's options for h5py, and chunks that several threads encode and decode.
+"""HDF5: the filter's options for h5py, and multithreaded encoding and decoding of chunks.
 
     with h5py.File("scan.h5", "w") as file:
         file.create_dataset("scan", data=scan, chunks=(64, 64, 64), **tagrid.hdf5.Filter(max_error=2))
 
-Reading needs h5py and the plugin alone, not this module: see docs/hdf5.md.
+To read, you need only h5py and the plugin, not this module: see docs/hdf5.md.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
-#: The numbers of the filter in a file: how many, and the version that the fifth one says (plugins/hdf5/settings.h).
+#: The filter's numbers in a file: how many, and the version, which is the fifth number
+#: (plugins/hdf5/settings.h).
 _STORED_NUMBERS, _LAYOUT = 11, 2
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
 else:
     try:
-        # With it, create_dataset(..., compression=Filter()) is right, too.
+        # With it, create_dataset(..., compression=Filter()) also works.
         import h5py
 
         _Base = h5py.filters.FilterRefBase
@@ -46,13 +47,13 @@ else:
 class Filter(_Base):
     """Options of h5py's create_dataset() that compress a data set: create_dataset(..., **Filter(max_error=2)).
 
-    max_error: no sample is further than this from the original, in units of the samples; 0: lossless.
-    effort: "fast", "default" or "best": time that is spent to make chunks smaller.
-    whole_chunks: promises that every chunk is written once and as a whole. Chunks with a bound then take fewer bytes. HDF5
-        decodes and encodes a chunk again whenever part of it is written, and the errors of these encodings add up.
-        Without this promise, the bound holds however a chunk is written.
+    max_error: no sample is off by more than this, in units of the samples; 0: lossless.
+    effort: "fast", "default" or "best": trades time for size.
+    whole_chunks: promises that every chunk is written once and completely. Chunks with a bound then take
+        fewer bytes. HDF5 decodes and encodes a chunk again whenever part of it is written, and the errors of
+        these encodings add up. Without this promise, the bound holds however a chunk is written.
 
-    Chunks of 64 x 64 x 64 are best. The filter must be the first one: not together with shuffle.
+    Chunks of 64 x 64 x 64 are best. The filter must be the first one, so do not combine it with shuffle.
     """
 
     def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False):
@@ -68,7 +69,7 @@ class Filter(_Base):
 
     @property
     def filter_options(self) -> tuple[int, ...]:
-        """The numbers (cd_values) that HDF5 hands to the filter."""
+        """The numbers (cd_values) that HDF5 passes to the filter."""
         return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), EFFORTS[self.effort], int(self.whole_chunks))
 
     def __getitem__(self, key: str) -> Any:
@@ -89,7 +90,7 @@ class Filter(_Base):
 
 
 def filter_of(dataset: Any) -> Filter:
-    """The filter of a data set. ArgumentError: it has none, or others beside it."""
+    """The filter of a data set. ArgumentError: it has none, or several."""
     if not hasattr(dataset, "id"):
         raise TypeError(f"give a data set of an open file, h5py.File(path)[name], not {dataset!r}")
     properties = dataset.id.get_create_plist()
@@ -102,13 +103,14 @@ def filter_of(dataset: Any) -> Filter:
 
 
 def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
-    """Writes all of a data set that has the filter; several threads encode chunks, where HDF5 itself uses one.
+    """Writes an entire data set that has the filter. Several threads encode chunks, whereas HDF5 uses one.
 
-    array: of the shape of the data set. Its samples may have another type if the type of the data set can hold them.
+    array: has the shape of the data set. It may have another type if the type of the data set can hold its
+    samples.
     threads: 0 for all processors that the process may use.
 
-    TypeError: floats for a data set of integers. ArgumentError: another shape, or a sample that does not fit; then some
-    chunks may be written already.
+    TypeError: floats for a data set of integers. ArgumentError: another shape, or a sample that does not fit.
+    Some chunks may then already be written.
     """
     settings = filter_of(dataset)
     if isinstance(array, np.ma.MaskedArray):
@@ -120,11 +122,12 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         raise TypeError(f"samples are {samples.dtype.name}, and the data set {dataset.dtype.name}; convert them first, for "
                         f"example by numpy.rint(array).astype({dataset.dtype.name!r})")
 
-    # Threads must not use h5py: it has one lock, which this thread may hold while a file of Python waits for a thread.
+    # Threads must not use h5py. It has one lock, which this thread may hold while a Python file waits for a
+    # thread.
     shape_of_chunk, fill, dtype = dataset.chunks, dataset.fillvalue, dataset.dtype
 
     def encoded(place: tuple[int, ...]) -> bytes:
-        # HDF5's chunks are whole, even where the data set ends before.
+        # HDF5 chunks are complete, even if the data set ends earlier.
         chunk = np.full(shape_of_chunk, fill, dtype)
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
         chunk[tuple(map(slice, part.shape))] = _converted(part, dtype)
@@ -135,10 +138,10 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
 
 
 def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
-    """Reads all of a data set that has the filter; several threads decode chunks, where HDF5 itself uses one.
+    """Reads an entire data set that has the filter. Several threads decode chunks, whereas HDF5 uses one.
 
-    DamagedError names the first chunk that is damaged, or is of another type, another shape or a larger bound than the data
-    set says.
+    DamagedError names the first chunk that is damaged, or whose type, shape or bound does not fit the data
+    set.
     """
     bound = filter_of(dataset).max_error
     # As in write(): threads must not use h5py.
@@ -169,7 +172,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
 
 
 def _converted(part: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Samples in the type of the data set. ArgumentError: a sample does not fit, where numpy would wrap it around."""
+    """Samples in the type of the data set. ArgumentError: a sample does not fit; numpy would wrap it
+    around."""
     if np.can_cast(part.dtype, dtype, "safe"):
         return part
     with np.errstate(over="ignore"):
@@ -182,7 +186,7 @@ def _converted(part: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]
 
 
 def _places(shape: tuple[int, ...], chunks: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """The first sample of each chunk."""
+    """The position of the first sample of each chunk."""
     return itertools.product(*(range(0, size, edge) for size, edge in zip(shape, chunks)))
 
 
@@ -195,7 +199,8 @@ def _stored_places(dataset: Any) -> Iterator[tuple[int, ...]]:
 
 
 def _in_order(work: Any, items: Iterator[Any], threads: int) -> Iterator[tuple[Any, Any]]:
-    """Items and what work() makes of them. A few are ahead, so that memory does not grow with their number."""
+    """Yields items and the results of work(). Only a few are ahead, so memory does not grow with their
+    number."""
     count = whole_number("threads", threads) or len(os.sched_getaffinity(0))
     if count < 0:
         raise ArgumentError("threads must be 0, for all processors, or more")

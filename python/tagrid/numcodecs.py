@@ -16,31 +16,33 @@ from ._errors import ArgumentError
 from ._lattice import decode_chunk, encode_chunk
 from ._volume import Volume
 
-#: Tells arrays whose samples have the byte order of other machines.
+#: Marks arrays whose samples do not have native byte order.
 _ORDER = "zarr_byte_order"
 
-#: The arrays that decode() returned, by their id. Zarr writes a part of a chunk into such an array, and encodes it again.
+#: The arrays that decode() returned, by their id. Zarr writes part of a chunk into such an array, and encodes
+#: it again.
 _decoded: weakref.WeakValueDictionary[int, np.ndarray[Any, Any]] = weakref.WeakValueDictionary()
 
 
 class Tagrid(Codec):
-    """Each chunk becomes a .tag file. Chunks have one of the eight types of samples, and at most three axes that are
-    longer than one sample; 64 along each edge or more are best.
+    """Each chunk becomes a .tag file. Chunks have one of the eight types of samples, and at most three axes
+    longer than one sample. Edges of 64 samples or more are best.
 
-    max_error: no sample is further than this from what the codec is given; 0: lossless. With a bound, use no filters of Zarr
-    (Delta and others): they add up the errors, or make numbers of which no bound is known.
-    whole_chunks: promises that every chunk is written once and as a whole. Chunks with a bound then take fewer bytes, and parts
-    of a chunk cannot be written. Without it, the bound holds however chunks are written. A chunk that is written in parts is
-    encoded once for each part, with a warning.
-    fill_value: a sample that marks missing data, such as _FillValue. It comes back unchanged, also with a bound. It cannot be
-    used with whole_chunks. Floats that are not finite always come back. The other arguments are those of tagrid.encode().
+    max_error: no sample is off by more than this; 0: lossless. Do not combine a bound with Zarr filters
+    (Delta and others): they add up the errors, or produce numbers without a known bound.
+    whole_chunks: promises that every chunk is written once and completely. Chunks with a bound then take
+    fewer bytes, and partial writes are refused. Without it, the bound holds however chunks are written. A
+    chunk that is written in parts is encoded once for each part, with a warning.
+    fill_value: a sample that marks missing data, such as _FillValue. It comes back unchanged, even with a
+    bound. Do not combine it with whole_chunks. Non-finite floats always come back unchanged. The other
+    arguments are those of tagrid.encode().
     """
 
     codec_id = "tagrid"
 
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0,
                  whole_chunks: bool = False, fill_value: float = 0):
-        # The configuration becomes JSON, which knows no numbers of numpy.
+        # The configuration becomes JSON, which does not support numpy numbers.
         self.max_error = number("max_error", max_error)
         if not 0 <= self.max_error < float("inf"):
             raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
@@ -61,7 +63,7 @@ class Tagrid(Codec):
     def encode(self, buf: Any) -> bytes:
         samples = np.asarray(buf)
         self._check_parts(samples)
-        # Zarr gives chunks in C or in Fortran order, and wants their bytes back as they lie in memory.
+        # Zarr passes chunks in C or Fortran order, and expects their bytes in memory order.
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
         order = {} if samples.dtype.isnative else {_ORDER: samples.dtype.byteorder}
@@ -88,7 +90,7 @@ class Tagrid(Codec):
         return self.fill_value
 
     def _check_parts(self, samples: np.ndarray[Any, Any]) -> None:
-        """Warns of a chunk that was decoded, written in part, and is encoded again."""
+        """Warns about a chunk that was decoded, partly written, and is encoded again."""
         owner = samples
         while isinstance(owner.base, np.ndarray):
             owner = owner.base

@@ -18,7 +18,7 @@ from ._volume import Volume
 
 
 class VolumeArray(BackendArray):
-    """The samples or the values of a volume, decoded when they are used."""
+    """The samples or values of a volume, decoded on demand."""
 
     def __init__(self, volume: Union[Volume, Rescaled]):
         self.volume = volume
@@ -26,10 +26,11 @@ class VolumeArray(BackendArray):
         self.dtype = volume.dtype
 
     def __getitem__(self, key: Any) -> Any:
-        # explicit_indexing_adapter() is not used, because it mistakes slices with steps below -1 for others.
+        # Does not use explicit_indexing_adapter(), which misinterprets slices with steps below -1.
         axes = [_along_axis(entry, size) for entry, size in zip(key.tuple, self.shape)]
         read = [positions for positions, _ in axes]
-        # A volume takes one array, along the axis with the sparsest positions. Other axes read all samples between positions.
+        # A volume accepts one array, here along the axis with the sparsest positions. Other axes read all
+        # samples between positions.
         arrays = [axis for axis in range(3) if isinstance(read[axis], np.ndarray)]
         for axis in sorted(arrays, key=lambda axis: float(np.ptp(read[axis])) / len(read[axis]))[:-1]:
             first, last = int(read[axis][0]), int(read[axis][-1])
@@ -45,7 +46,7 @@ class VolumeArray(BackendArray):
 
 
 def _along_axis(entry: Any, size: int) -> tuple[Any, Any]:
-    """What a volume reads along an axis, a slice or positions in ascending order, and the index among these samples."""
+    """The samples to read along an axis, as a slice or ascending positions, and the index among them."""
     if isinstance(entry, slice):
         positions = range(*entry.indices(size))
         upward = positions if positions.step > 0 else positions[::-1]
@@ -61,11 +62,11 @@ def _along_axis(entry: Any, size: int) -> tuple[Any, Any]:
 
 
 class TagridBackend(BackendEntrypoint):
-    """engine="tagrid": a dataset with the variable "volume" (z, y, x), and coordinates in the units of the scan, mostly
-    mm: in the world if the axes of the scan are those of the world, otherwise distances from the first sample. Attributes
-    have the affine matrix, the bound and the errors that were achieved.
+    """engine="tagrid": a dataset with the variable "volume" (z, y, x), and coordinates in the units of the
+    scan, usually mm. They are world coordinates if the axes of the scan are world axes, and otherwise
+    distances from the first sample. Attributes hold the affine matrix, the bound and the measured errors.
 
-    rescaled: the array has values, as Volume.rescaled has them, instead of stored samples.
+    rescaled: the array has values, as in Volume.rescaled, instead of stored samples.
     """
 
     description = "CT volumes in .tag files"
@@ -96,13 +97,13 @@ class TagridBackend(BackendEntrypoint):
 
 
 def _attributes_of(array: Union[Volume, Rescaled]) -> dict[str, Any]:
-    """The metadata. As in xarray, "units" are the units of samples or values; coordinates have the units of positions. What
-    marks missing samples is a number."""
+    """The metadata. As in xarray, "units" are the units of samples or values; coordinates have the units of
+    positions. Attributes that mark missing samples are numbers."""
     found: dict[str, Any] = dict(array.metadata)
     for name in MISSING:
         number = missing_of(found, name)
         if isinstance(array, Rescaled):
-            # The file has it as a sample.
+            # The file stores it as a sample.
             found.pop(name, None)
             number = None if number is None else array.value_of(number)
         if number is not None and _fits(number, array.dtype):
@@ -117,7 +118,7 @@ def _attributes_of(array: Union[Volume, Rescaled]) -> dict[str, Any]:
 
 
 def _fits(number: float, dtype: np.dtype[Any]) -> bool:
-    """Whether a sample of this type may have this value; floats may lose digits."""
+    """Whether a sample of this type can have this value; floats may lose digits."""
     if dtype.kind == "f":
         return True
     return number.is_integer() and bool(np.iinfo(dtype).min <= number <= np.iinfo(dtype).max)

@@ -1,4 +1,4 @@
-"""A .tag file as a Zarr array of several resolutions (Zarr 2, OME-Zarr 0.4), without a copy."""
+"""A .tag file as a multiresolution Zarr group (Zarr 2, OME-Zarr 0.4), without a copy."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ _Index = tuple[int, int, int]
 
 
 class Store(MutableMapping[str, bytes]):
-    """A read-only store for zarr.open_group(): the arrays "0", "1", "2" ... have every 1st, 2nd, 4th ... sample along
-    each axis, down to one chunk. Chunks have 64 samples along each edge, or as many as the volume has if it has fewer, and
-    are decoded when they are read.
+    """A read-only store for zarr.open_group(). The arrays "0", "1", "2" ... hold every 1st, 2nd, 4th ...
+    sample along each axis, down to one chunk. Chunks have 64 samples along each edge, or fewer if the volume
+    is smaller, and are decoded on read.
 
-    source: whatever tagrid.open() takes, or a Volume. chunk: samples along the edge of a chunk.
-    cache_bytes: memory for bricks that were decoded, since a chunk has samples of up to 8 bricks (see
+    source: anything that tagrid.open() accepts, or a Volume. chunk: samples along the edge of a chunk.
+    cache_bytes: memory for decoded bricks. A chunk has samples of up to 8 bricks (see
         Volume.aligned_chunks()).
 
-    Levels are samples of the volume, not means: all begin at the same sample, so their translations are equal. Places are
-    those of the world where the axes of the scan are those of the world, otherwise distances from the first sample. The
-    arrays "z", "y", "x", "z_1" ... have the place of each sample along an axis, also if slices lie at unequal distances.
+    Levels are samples of the volume, not means. All begin at the same sample, so their translations are
+    equal. Positions are world positions if the axes of the scan are world axes, and otherwise distances from
+    the first sample. The arrays "z", "y", "x", "z_1" ... hold the position of each sample along an axis, even
+    if slices are unevenly spaced.
 
-    Arrays have stored samples. If value = slope * sample + intercept, their attributes scale_factor and add_offset hold slope
-    and intercept; xarray.open_zarr() applies them, unless mask_and_scale=False. The attribute "tagrid" of the group has the
-    affine matrix, the bound and the metadata of the file.
+    Arrays hold stored samples. If value = slope * sample + intercept, their attributes scale_factor and
+    add_offset hold slope and intercept. xarray.open_zarr() applies them, unless mask_and_scale=False. The
+    attribute "tagrid" of the group has the affine matrix, the bound and the metadata of the file.
     """
 
     def __init__(self, source: Any, *, chunk: int = 64, threads: int = 0, cache_bytes: int = 1 << 27):
@@ -45,7 +46,7 @@ class Store(MutableMapping[str, bytes]):
             raise ArgumentError(f"a chunk has at least one sample along each edge, not {chunk}")
         self.volume = source if isinstance(source, Volume) else Volume(source, threads)
         cache_bytes = byte_count("cache_bytes", cache_bytes)
-        # A volume of one slice has no chunks of 64 slices, most of which would be filled up.
+        # For a volume of one slice, chunks of 64 slices would be mostly padding.
         self._chunks = tuple(min(chunk, size) for size in self.volume.shape)
         self._bricks = _Bricks(self.volume, cache_bytes)
         longest = max(self.volume.shape)
@@ -55,14 +56,14 @@ class Store(MutableMapping[str, bytes]):
         self._fixed.update((name, json.dumps(value).encode()) for name, value in described.items())
 
     def _described(self) -> tuple[dict[str, Any], dict[str, bytes]]:
-        """What describes the group and its arrays, and the only chunks of the coordinates."""
+        """The metadata of the group and its arrays, and the chunks of the coordinates."""
         found: dict[str, Any] = {".zgroup": {"zarr_format": 2},
                                  ".zattrs": {"multiscales": [self._multiscales()], "tagrid": _about(self.volume)}}
         places: dict[str, bytes] = {}
         coordinates = [coordinate_of(self.volume, axis) for axis in range(3)]
         values = _meaning_of_samples(self.volume)
         for level in range(self._levels):
-            # For xarray, where axes of one name have one length.
+            # In xarray, axes with the same name have the same length.
             axes = [f"{name}_{level}" if level else name for name in "zyx"]
             found[f"{level}/.zarray"] = _zarray(self._shape(level), self._chunks, self.volume.dtype)
             found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": axes, **values}
@@ -88,7 +89,7 @@ class Store(MutableMapping[str, bytes]):
         return [-(-size // edge) for size, edge in zip(self._shape(level), self._chunks)]
 
     def _samples(self, level: int, index: _Index) -> npt.NDArray[Any]:
-        """The samples of a chunk; beyond the volume it is filled with zeros."""
+        """The samples of a chunk, padded with zeros beyond the volume."""
         step, shape = 2**level, self._shape(level)
         lows = [number * edge for number, edge in zip(index, self._chunks)]
         highs = [min(low + edge, size) for low, edge, size in zip(lows, self._chunks, shape)]
@@ -151,7 +152,7 @@ class Store(MutableMapping[str, bytes]):
 
 
 class _Bricks:
-    """The bricks that were decoded last."""
+    """A cache of recently decoded bricks."""
 
     def __init__(self, volume: Volume, most_bytes: int):
         self._volume = volume
@@ -162,7 +163,7 @@ class _Bricks:
         self._turn = threading.Lock()
 
     def __getstate__(self) -> Any:
-        # Another process has its own lock, and decodes what it needs.
+        # Another process has its own lock and cache.
         return self._volume, self._borders, self._most
 
     def __setstate__(self, state: Any) -> None:
@@ -193,7 +194,7 @@ class _Bricks:
             if index in self._kept:
                 self._kept.move_to_end(index)
                 return self._kept[index]
-        # Without the lock, so that threads decode at once.
+        # Without the lock, so that threads decode concurrently.
         samples = self._volume.read([self._borders[axis][n:n + 2] for axis, n in enumerate(index)])
         with self._turn:
             self._kept[index] = samples
@@ -216,8 +217,8 @@ def _about(volume: Volume) -> dict[str, Any]:
 
 
 def _meaning_of_samples(volume: Volume) -> dict[str, Any]:
-    """Attributes of the CF conventions: value = scale_factor * sample + add_offset, and the unit of values. They cannot hold
-    a slope for each slice."""
+    """Attributes of the CF conventions: value = scale_factor * sample + add_offset, and the unit of values.
+    They cannot hold a slope for each slice."""
     metadata = volume.metadata
     slope, intercept = (1, 0) if "slice_slopes" in metadata else rescale_of(metadata)
     scale = {} if (slope, intercept) == (1, 0) else {"scale_factor": float(slope), "add_offset": float(intercept)}
@@ -225,13 +226,13 @@ def _meaning_of_samples(volume: Volume) -> dict[str, Any]:
     return {**scale, **({"units": units} if units else {})}
 
 
-#: What OME-Zarr calls units that files have.
+#: OME-Zarr's names of units in files.
 _UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "\u00b5m": "micrometer",
           "\u03bcm": "micrometer", "micron": "micrometer", "nm": "nanometer", "A": "angstrom", "in": "inch"}
 
 
 def _units(volume: Volume) -> list[dict[str, str]]:
-    """The unit of each axis; none where the spacing is unknown, or the unit has no name in OME-Zarr."""
+    """The unit of each axis; none if the spacing is unknown, or the unit has no name in OME-Zarr."""
     units = units_of(volume.metadata) or ["mm"] * 3
     names = [unit if unit in _UNITS.values() else _UNITS.get(unit) for unit in units]
     return [{} if name is None or math.isnan(step) else {"unit": name} for name, step in zip(names, volume.spacing)]

@@ -18,7 +18,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 
 class _Reader(VTKPythonAlgorithmBase):
-    """What the readers share: the file, which is opened when something is asked for."""
+    """The base of the readers, which opens the file on demand."""
 
     def __init__(self, output: str):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType=output)
@@ -34,7 +34,7 @@ class _Reader(VTKPythonAlgorithmBase):
     def volume(self) -> tagrid.Volume:
         if not self._path or self._path == "None":
             raise tagrid.ArgumentError("no file is chosen")
-        # File > Reload Files is for a file that was made anew under its name.
+        # File > Reload Files must notice a replaced file.
         status = os.stat(self._path)
         status = status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
         if self._volume is None or status != self._status:
@@ -45,7 +45,7 @@ class _Reader(VTKPythonAlgorithmBase):
 def _image_geometry(volume: tagrid.Volume) -> tuple[list[float], list[float], list[float]]:
     """Origin, spacing and direction (3 x 3, row by row) of the samples, along x, y and z.
 
-    Image data has no shear. Slices of a sheared volume stay where they are, but are no longer shifted against each other.
+    Image data has no shear, so slices of a sheared volume are shown straight.
     """
     directions, steps = np.linalg.qr(volume.affine[:3, :3])
     signs = np.where(np.diag(steps) < 0, -1, 1)
@@ -58,7 +58,8 @@ def _is_sheared(volume: tagrid.Volume) -> bool:
 
 
 class _Voxels(_Reader):
-    """What both readers of voxels share: they decode the part that is asked for. ParaView sees no properties of a base."""
+    """The base of the voxel readers, which decode only the requested region. ParaView ignores properties of a
+    base class."""
 
     def __init__(self, output: str):
         super().__init__(output)
@@ -79,7 +80,7 @@ class _Voxels(_Reader):
         return 1
 
     def decode(self, outputs: Any) -> tuple[list[int], Any]:
-        """The extent that is asked for, and its samples, as the array "value"."""
+        """The requested extent, and its samples as the array "value"."""
         extent = outputs.GetInformationObject(0).Get(Pipeline.UPDATE_EXTENT())
         step = self._step
         samples = self.volume().read([(step * extent[axis], step * extent[axis + 1] + 1) for axis in (4, 2, 0)], step)
@@ -90,8 +91,8 @@ class _Voxels(_Reader):
 
 @smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag", file_description="tagrid: image of the voxels")
 class TagridImage(_Voxels):
-    """The samples as image data, in the point array "value". Only what is asked for is decoded. Image data has equal
-    distances and right angles: a warning says if the volume has others."""
+    """The samples as image data, in the point array "value". Decodes only the requested region. Image data
+    has even spacing and right angles; a warning reports if the volume does not."""
 
     def __init__(self) -> None:
         super().__init__("vtkImageData")
@@ -106,7 +107,7 @@ class TagridImage(_Voxels):
     @smproperty.intvector(name="Step", default_values=1)
     @smdomain.intrange(min=1, max=64)
     def SetStep(self, step: int) -> None:
-        """Every how many samples along each axis."""
+        """Take every n-th sample along each axis."""
         self.set_step(step)
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
@@ -131,7 +132,7 @@ class TagridImage(_Voxels):
         return 1
 
     def _warn(self) -> None:
-        """Says once of each file what image data cannot show."""
+        """Warns once for each file about what image data cannot show."""
         volume = self.volume()
         if volume is self._judged:
             return
@@ -147,8 +148,8 @@ class TagridImage(_Voxels):
 @smproxy.reader(name="TagridStructuredGrid", label="Tagrid Structured Grid", extensions="tag",
                 file_description="tagrid: voxels at their places")
 class TagridStructuredGrid(_Voxels):
-    """The samples as a structured grid, in the point array "value": each has its own place in the world, also where slices
-    lie at unequal distances or are shifted against each other. Places take 24 bytes of memory a sample."""
+    """The samples as a structured grid, in the point array "value". Each sample has its own world position,
+    even if slices are unevenly spaced or sheared. Positions take 24 bytes of memory per sample."""
 
     def __init__(self) -> None:
         super().__init__("vtkStructuredGrid")
@@ -162,7 +163,7 @@ class TagridStructuredGrid(_Voxels):
     @smproperty.intvector(name="Step", default_values=1)
     @smdomain.intrange(min=1, max=64)
     def SetStep(self, step: int) -> None:
-        """Every how many samples along each axis."""
+        """Take every n-th sample along each axis."""
         self.set_step(step)
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
@@ -190,8 +191,8 @@ class TagridStructuredGrid(_Voxels):
 
 @smproxy.reader(name="TagridMesh", label="Tagrid Mesh", extensions="tag", file_description="tagrid: mesh of the grid")
 class TagridMesh(_Reader):
-    """The tetrahedra of the grid: the point array "value", and the cell array "level". Each process of a parallel server
-    makes those of some layers of root cubes."""
+    """The tetrahedra of the grid: the point array "value", and the cell array "level". Each process of a
+    parallel server creates the tetrahedra of some layers of root cubes."""
 
     def __init__(self) -> None:
         super().__init__("vtkUnstructuredGrid")
@@ -206,7 +207,7 @@ class TagridMesh(_Reader):
     @smproperty.intvector(name="Level", default_values=9)
     @smdomain.intrange(min=0, max=24)
     def SetLevel(self, level: int) -> None:
-        """The grid up to this level. All of it may be a hundred times as large as the file."""
+        """The grid up to this level. The complete grid may be a hundred times as large as the file."""
         if level != self._level:
             self._level = level
             self.Modified()
@@ -225,7 +226,7 @@ class TagridMesh(_Reader):
 
 
 def _layers(volume: tagrid.Volume, piece: int, pieces: int) -> tuple[int, int] | None:
-    """The samples [low, high) along z of the root cubes that belong to a piece; none if there are fewer than pieces."""
+    """The samples [low, high) along z of a piece's root cubes; None if the piece has none."""
     edge = volume.info["cube"]
     cubes = -(-(volume.shape[0] - 1) // edge)
     low, high = cubes * piece // pieces, cubes * (piece + 1) // pieces
@@ -237,7 +238,7 @@ def _mesh_of(volume: tagrid.Volume, level: int, layers: tuple[int, int]) -> tagr
     if (low, high) == (0, volume.shape[0]):
         return volume.mesh(level=level)
     mesh = volume.mesh(level=level, region=((low, high), (None, None), (None, None)))
-    # What meets the layers from outside belongs to another piece: no tetrahedron crosses the border of a root cube.
+    # Tetrahedra that only touch the layers belong to another piece: none crosses the border of a root cube.
     to_samples = np.linalg.inv(volume.affine)
     z = (mesh.points @ to_samples[2, :3] + to_samples[2, 3])[mesh.cells].mean(axis=1)
     inside = (low < z) & (z < high - 1)
@@ -250,7 +251,7 @@ def _fill(grid: Any, mesh: tagrid.Mesh) -> None:
     points.SetData(numpy_to_vtk(mesh.points))
     grid.SetPoints(points)
     cells = vtkCellArray()
-    # Copies: the array of cells takes the memory, but not the arrays that own it.
+    # Copies, because the cell array uses the memory, but does not keep the arrays that own it.
     offsets = numpy_to_vtkIdTypeArray(np.arange(0, 4 * len(mesh.cells) + 1, 4), deep=True)
     cells.SetData(offsets, numpy_to_vtkIdTypeArray(mesh.cells.ravel(), deep=True))
     grid.SetCells(VTK_TETRA, cells)

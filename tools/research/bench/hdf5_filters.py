@@ -87,7 +87,7 @@ def main():
     parser.add_argument("--errors", default="0,2,10")
     parser.add_argument("--repetitions", type=int, default=3)
     arguments = parser.parse_args()
-    print("| volume | E | filter | bits per voxel | write, ns a voxel | read, ns a voxel |\n| --- | --- | --- | --- | --- | --- |")
+    print("| volume | E | filter | bits per voxel | write, ns per voxel | read, ns per voxel |\n| --- | --- | --- | --- | --- | --- |")
     for path in arguments.volumes:
         data = volume_of(path)
         for error in map(int, arguments.errors.split(",")):
