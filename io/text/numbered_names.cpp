@@ -31,6 +31,13 @@ std::string joined(std::vector<std::string> pieces, std::size_t at, const std::s
   return name;
 }
 
+/// A name with `instead` for each of its numbers.
+std::string with_numbers_as(const std::string& instead, const std::vector<std::string>& pieces) {
+  std::string pattern;
+  for (std::size_t at = 0; at < pieces.size(); ++at) pattern += at % 2 == 0 ? pieces[at] : instead;
+  return pattern;
+}
+
 /// The last number that differs among names of the same texts. 0, which is a text, if none does.
 std::size_t last_that_differs(const std::vector<std::vector<std::string>>& names) {
   std::size_t last = 0;
@@ -92,19 +99,15 @@ std::string same_in_words(const NumberedFiles& files) {
          "folder";
 }
 
-std::string number_pattern(std::string_view name) {
-  std::string pattern;
-  const std::vector<std::string> pieces = pieces_of(name);
-  for (std::size_t at = 0; at < pieces.size(); ++at) pattern += at % 2 == 0 ? pieces[at] : "#";
-  return pattern;
-}
+std::string number_pattern(std::string_view name) { return with_numbers_as("#", pieces_of(name)); }
 
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
   std::ranges::sort(paths, comes_before);
   // Names with the same texts between their numbers.
   std::map<std::string, std::vector<std::string>> alike;
   for (std::string& path : paths) {
-    std::string texts = number_pattern(name_of_path(path));
+    // A name may have a # of its own, but no slash.
+    std::string texts = with_numbers_as("/", pieces_of(name_of_path(path)));
     alike[std::move(texts)].push_back(std::move(path));
   }
   std::vector<NumberedFiles> series;

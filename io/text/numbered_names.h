@@ -22,7 +22,8 @@ struct NumberedFiles {
 
 /// Sorts files of one folder into such series, which come in natural order of their patterns. A file without
 /// a number, or whose name has no like, is a series of one. If names differ in several numbers, the last one
-/// is that of the slice.
+/// is that of the slice. Two series have the same pattern if a file has a # in its name: a#.tif beside a1.tif
+/// and a2.tif.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
 /// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.

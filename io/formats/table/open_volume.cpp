@@ -269,8 +269,14 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
   if (series.empty()) throw BrokenInput(folder + ": has no files");
   if (!source.series.empty()) {
     std::vector<NumberedFiles> meant;
-    for (std::size_t i = 0; i < series.size(); ++i)
-      if (series[i].pattern == source.series || std::to_string(i + 1) == source.series) meant = {series[i]};
+    for (const NumberedFiles& files : series)
+      if (files.pattern == source.series) meant.push_back(files);
+    if (meant.size() > 1)
+      throw UsageError(
+          fmt::format("{}: has {} series that are called {}; move the files of one of them to another folder",
+                      folder, meant.size(), source.series));
+    for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
+      if (std::to_string(i + 1) == source.series) meant = {series[i]};
     if (meant.empty())
       throw UsageError(Sentence{"{}: has no series {}; without {}, those that it has are listed",
                                 {folder, source.series, Setting{"series", "this setting"}}});

@@ -99,6 +99,21 @@ TEST(NumberedFiles, AllNumbersThatAreMissingAreSaid) {
   EXPECT_EQ(number_pattern("a12b003.tif"), "a#b#.tif");
 }
 
+TEST(NumberedFiles, AHashInANameIsNoNumber) {
+  const auto series = numbered_files({"d/a0.tif", "d/a#.tif", "d/a1.tif", "d/a2.tif"});
+  ASSERT_EQ(series.size(), 2u);
+  for (const NumberedFiles& one : series) {
+    EXPECT_EQ(one.pattern, "a#.tif");
+    if (one.paths.size() == 1) {
+      EXPECT_THAT(one.paths, ElementsAre("d/a#.tif"));
+    } else {
+      EXPECT_THAT(one.paths, ElementsAre("d/a0.tif", "d/a1.tif", "d/a2.tif"));
+    }
+    EXPECT_FALSE(one.gap || one.same);
+  }
+  EXPECT_EQ(numbered_files({"1#2", "1#1", "##1", "##2", "1##", "2##"}).size(), 3u);
+}
+
 TEST(NumberedFiles, NumbersBeyondAllTypesAreNumbers) {
   const auto series = numbered_files({"s99999999999999999999999.tif", "s100000000000000000000000.tif"});
   ASSERT_EQ(series.size(), 1u);
