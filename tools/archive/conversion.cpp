@@ -1,5 +1,8 @@
 #include "tools/archive/conversion.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 
 #include "io/errors/errors.h"
@@ -65,12 +68,22 @@ void require_shared_folder(Ranks& ranks, const std::string& folder) {
   });
 }
 
+/// Volumes whose records are unreadable count as not done, and their originals are kept.
+void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
+  constexpr std::size_t most = 20;
+  const std::vector<std::string>& lines = known.unreadable();
+  for (std::size_t i = 0; i < std::min(lines.size(), most); ++i)
+    warn(run, lines[i] + "; its volume counts as not done");
+  if (lines.size() > most) warn(run, fmt::format("{} more lines are not records", lines.size() - most));
+}
+
 /// Collective. `account` is that of rank 0; for other ranks it is null.
 void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
   require_shared_folder(ranks, order.options.output_dir);
   std::unique_ptr<KnownOutputs> known;
   // Every rank reads the records before any rank writes to them.
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
+  if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
   const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
   shared.count = static_cast<std::int64_t>(order.lines.size());
@@ -124,6 +137,7 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results) {
   const KnownOutputs known(options.output_dir);
+  warn_of_unreadable(options.run, known);
   const RemovalPass removal(all, options, options.run.resources(ranks), known);
   ConversionAccount account(options.run, results);
   for (const ManifestLine& line : lines) {

@@ -178,10 +178,14 @@ void KnownOutputs::read(const std::string& path) {
   ++files_;
   FileBytes file(path);
   std::uint64_t number = 0;
-  // Half a last line is all that a killed run wrote of a record.
-  for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
+  for (std::string line;; line.clear()) {
+    // A line that is too long for a record is read in pieces, and is none.
+    bool is_too_long = false;
+    for (; !file.read_line(line, longest_record); line.clear()) is_too_long = true;
+    // Half a last line is all that a killed run wrote of a record.
+    if (!line.ends_with('\n')) break;
     ++number;
-    const ordered_json record = ordered_json::parse(line, nullptr, false);
+    const ordered_json record = is_too_long ? ordered_json() : ordered_json::parse(line, nullptr, false);
     try {
       note(record, line);
     } catch (const nlohmann::json::exception&) {

@@ -68,6 +68,25 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd") || exists("c.nrrd"));
 }
 
+TEST_F(ConvertRemoval, AnUnreadableRecordIsNamedAndItsOriginalKept) {
+  volumes(2);
+  expect_ok(convert());
+  const std::string whole = content("out/results.jsonl");
+  file("out/results.jsonl", "[" + whole.substr(1));
+  const Ending ending = remove();
+  EXPECT_EQ(ending.code, broken_input);
+  EXPECT_NE(
+      ending.err.find("tagrid: warning: out/results.jsonl: line 1 is not a record; its volume counts as "
+                      "not done\n"),
+      ending.err.npos)
+      << ending.err;
+  EXPECT_NE(ending.err.find("a.nrrd: no record says that it was encoded to out/a.tag; it is kept"),
+            ending.err.npos)
+      << ending.err;
+  EXPECT_TRUE(exists("a.nrrd"));
+  EXPECT_FALSE(exists("b.nrrd"));
+}
+
 // Two machines, one of whose clocks is wrong.
 TEST_F(ConvertRemoval, IsNotHiddenByAnOlderRecordOfALaterClock) {
   volumes(2);

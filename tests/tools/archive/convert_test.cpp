@@ -417,7 +417,15 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
   const std::size_t first = whole.find('\n') + 1;
   file("out/results.jsonl", "no record\n{}\n[1]\n" + whole.substr(0, first) + whole.substr(first, 300));
   file("out/results-9-of-9.jsonl", whole.substr(first, 300));
-  expect_ok(convert({"--skip-done"}));
+  const Ending ending = convert({"--skip-done"});
+  expect_ok(ending);
+  for (const char* line : {"1", "2", "3"})
+    EXPECT_NE(ending.err.find(std::string("tagrid: warning: out/results.jsonl: line ") + line +
+                              " is not a record; its volume counts as not done\n"),
+              ending.err.npos)
+        << ending.err;
+  EXPECT_EQ(ending.err.find("line 4"), ending.err.npos) << "a record";
+  EXPECT_EQ(ending.err.find("results-9"), ending.err.npos) << "what a killed run leaves";
   const std::string now = content("out/results.jsonl");
   EXPECT_EQ(now.rfind("no record\n{}\n[1]\n" + whole.substr(0, first), 0), 0U);
   file("out/results.jsonl", now.substr(now.find("[1]\n") + 4));
@@ -428,6 +436,20 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
   file("out/results.jsonl", std::string(9999, 'x'));
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(), "a ok, b ok");
+}
+
+TEST_F(Convert, ALineLongerThanAnyRecordHidesNoOther) {
+  volumes(2);
+  expect_ok(convert());
+  const std::string whole = content("out/results.jsonl");
+  file("out/results.jsonl", std::string((std::size_t{1} << 24) + 99, ' ') + whole);
+  const Ending ending = convert({"--skip-done"});
+  expect_ok(ending);
+  EXPECT_NE(ending.err.find("out/results.jsonl: line 1 is not a record;"), ending.err.npos) << ending.err;
+  const std::string now = content("out/results.jsonl");
+  file("out/results.jsonl", now.substr(now.find('\n') + 1));
+  // The long line held the record of a, whose output is compared with its volume again.
+  EXPECT_EQ(statuses(), "b ok, a ok, b skipped");
 }
 
 TEST_F(Convert, APipeWithTheNameOfRecordsIsRefusedAndNotWaitedFor) {
