@@ -89,12 +89,28 @@ TEST_F(ProgramSourceTest, AFileThatChangesIsNoticedWhenItIsReadAgain) {
 TEST_F(ProgramSourceTest, ErrorsAndListsArrive) {
   EXPECT_THROW(open("7 5"), BrokenInput);
   try {
-    open_with_reader(TAGRID_RAMP_READER, file("a.ramp", "7 5 3 any"), {{"series", "both"}});
+    open_with_reader(TAGRID_RAMP_READER, file("a.ramp", "7 5 3 any"), {{"series", "all"}});
     ADD_FAILURE() << "nothing was thrown";
   } catch (const UsageError& error) {
-    EXPECT_THAT(error.detail().choices,
-                testing::ElementsAre(Choice{"a", "the first"}, Choice{"b", "the second"}));
+    EXPECT_THAT(
+        error.detail().choices,
+        testing::ElementsAre(Choice{"a", "the first"}, Choice{"b", "the second"}, Choice{"a", "the third"}));
   }
+}
+
+TEST_F(ProgramSourceTest, ANameOfTwoVolumesMeansNeither) {
+  const std::string path = file("a.ramp", "7 5 3 any");
+  try {
+    open_with_reader(TAGRID_RAMP_READER, path, {{"series", "a"}});
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const UsageError& error) {
+    EXPECT_EQ(error.what(),
+              path + ": has 2 volumes that are called a; move the files of one of them to another folder");
+  }
+  // Other names, and numbers, say which.
+  for (const char* series : {"b", "1", "3"})
+    EXPECT_TRUE(open_with_reader(TAGRID_RAMP_READER, path, {{"series", series}}));
+  EXPECT_THROW(open_with_reader(TAGRID_RAMP_READER, path, {{"series", "4"}}), UsageError);
 }
 
 TEST_F(ProgramSourceTest, SamplesThatLiePlainlyAreReadWithoutTheProgram) {

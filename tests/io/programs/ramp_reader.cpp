@@ -104,9 +104,9 @@ class Ramp final : public ServedVolume {
 int main() {
   return tagrid::serve_volumes("ramp", [](const std::string& path, const tagrid::ReaderOptions& options) {
     const auto series = options.find("series");
-    if (series == options.end() || series->second != "both") return std::make_unique<tagrid::Ramp>(path);
-    const std::vector<tagrid::Choice> list = {{"a", "the first"}, {"b", "the second"}};
-    tagrid::chosen(path, "series", "", list);
-    return std::unique_ptr<tagrid::Ramp>();
+    if (series == options.end()) return std::make_unique<tagrid::Ramp>(path);
+    const std::vector<tagrid::Choice> list = {{"a", "the first"}, {"b", "the second"}, {"a", "the third"}};
+    tagrid::chosen(path, "series", series->second == "all" ? "" : series->second, list);
+    return std::make_unique<tagrid::Ramp>(path);
   });
 }
