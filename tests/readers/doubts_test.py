@@ -49,9 +49,42 @@ class Doubts(ReaderTest):
             content = path.read_bytes()
             self.assertEqual(content.count(b"7.25"), 1)
             path.write_bytes(content.replace(b"7.25", b"x 0 "))
+        self.slices_with_a_table()
         with h5py.File(self.folder / "a.h5", "w") as file:
             file.create_dataset("volume", data=self.samples()).attrs["rescale_slope"] = "abc"
-        return ("s", "RescaleSlope is \"x 0\""), ("a.h5", "abc"), (self.nrrd("rescale_slope:=abc\n"), "rescale_slope \"abc\"")
+        return ("t", "by a table (ModalityLUTSequence)"), ("s", "RescaleSlope is \"x 0\""), ("a.h5", "abc"), (self.nrrd("rescale_slope:=abc\n"), "rescale_slope \"abc\"")
+
+    def slices_with_a_table(self, folder="t", **attributes):
+        """Slices whose values are 5 * sample + 7, by a table; not all of them have it."""
+        from dicom_test import data_set
+
+        for z in range(3):
+            path = self.folder / folder / f"{z}.dcm"
+            path.parent.mkdir(exist_ok=True)
+            file = data_set(self.samples()[z], instance=f"2.{z}", position=(0, 0, z), **{"RescaleSlope": None, "RescaleIntercept": None} | attributes)
+            if z > 0:
+                table = pydicom.Dataset()
+                table.add_new("LUTDescriptor", "US", [3000, 0, 16])
+                table.ModalityLUTType = "US"
+                table.add_new("LUTData", "OW", (5 * numpy.arange(3000) + 7).astype("<u2").tobytes())
+                file.ModalityLUTSequence = pydicom.Sequence([table])
+            file.save_as(path, write_like_original=False)
+
+    def test_samples_that_pydicom_takes_by_a_table_are_kept_as_stored_and_in_doubt(self):
+        from pydicom.pixel_data_handlers.util import apply_modality_lut
+
+        # A table and a slope exclude each other; with both, the slope is no better known.
+        for attributes in ({}, {"RescaleSlope": 2, "RescaleIntercept": -5}):
+            self.slices_with_a_table(**attributes)
+            files = [pydicom.dcmread(self.folder / "t" / f"{z}.dcm") for z in range(3)]
+            stored = numpy.stack([file.pixel_array for file in files])
+            values = [apply_modality_lut(file.pixel_array, file) for file in files]
+            numpy.testing.assert_array_equal(values[1:], 5 * stored[1:].astype("int64") + 7)
+            self.assertIn("by a table (ModalityLUTSequence), which is not applied", self.run_ok("encode", "t", "-o", "a.tag", "-f"))
+            self.run_ok("decode", "a.tag", "-o", "b.raw", "-f")
+            numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "b.raw", "<i2").reshape(stored.shape), stored)
+            self.assertFalse({"rescale_slope", "rescale_intercept"} & set(self.info()["source"]["pairs"]))
+            self.assert_refused(64, "ModalityLUTSequence", "encode", "t", "-o", "c.tag", "--max-error", "5")
 
     def test_a_doubt_about_the_scale_is_in_the_file(self):
         for name, words in self.sources_of_unknown_scale():
