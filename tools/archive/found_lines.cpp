@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
+#include "io/bytes/checksum.h"
 #include "io/text/text.h"
 #include "tools/archive/found_names.h"
 #include "tools/report/advice.h"
@@ -21,6 +23,20 @@ bool fits_a_line(const fs::path& path, const OptionTexts& options) {
   };
   return fits(path.string()) &&
          std::ranges::all_of(options, [&](const auto& option) { return fits(option.second); });
+}
+
+/// Two outputs whose names differ in .tag alone would be one file.
+std::string file_of(const std::string& output) {
+  return output.ends_with(".tag") ? output.substr(0, output.size() - 4) : output;
+}
+
+/// Eight hexadecimal digits for the path of a volume and the options that choose it. Whether slices are
+/// missing does not count.
+std::string checksum_of_source(const std::string& relative, const OptionTexts& options) {
+  std::string source = relative;
+  for (const auto& [name, value] : options)
+    if (name != "gaps-ok") source += '\0' + name + '\0' + value;
+  return fmt::format("{:016x}", checksum_of({std::as_bytes(std::span(source))})).substr(0, 8);
 }
 
 }  // namespace
@@ -46,10 +62,12 @@ std::string FoundLines::output_of(const fs::path& path, const OptionTexts& optio
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
   std::string name = output_name_of(place.lexically_relative(root_).string(), options);
   if (name.empty()) name = root_.filename();
-  if (taken_.insert(name).second) return name;
-  // Files that have the pattern of others as their name.
-  for (int i = 2;; ++i)
-    if (const std::string other = fmt::format("{}-{}", name, i); taken_.insert(other).second) return other;
+  if (taken_.insert(file_of(name)).second) return name;
+  // A file may have the name of a series. What is added depends on this volume alone, as names must stay when
+  // others come.
+  name += "-" + checksum_of_source(path.lexically_relative(root_).string(), options);
+  taken_.insert(file_of(name));
+  return name;
 }
 
 }  // namespace tagrid

@@ -24,6 +24,8 @@ class FoundLines {
   std::size_t broken() const { return broken_.size(); }
 
  private:
+  /// Follows from the path and the options. If a volume that was found before has this name, a checksum of
+  /// both is added.
   std::string output_of(const std::filesystem::path& path, const OptionTexts& options);
 
   std::filesystem::path root_;
