@@ -35,27 +35,7 @@
 namespace tagrid {
 namespace {
 
-using Sink = std::unique_ptr<VolumeSink>;
-
-bool begins_tiff(std::string_view b) {
-  using namespace std::string_view_literals;
-  // Of 32 and of 64 bits, in either byte order.
-  for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
-    if (b.starts_with(magic)) return true;
-  return false;
-}
-
-bool begins_jpeg2000(std::string_view b) {
-  using namespace std::string_view_literals;
-  // A code stream, or a file with boxes.
-  return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
-}
-
-bool begins_hdf5(std::string_view b) {
-  constexpr std::string_view magic = "\x89HDF\r\n\x1a\n";
-  constexpr std::size_t user_block = 512;  // that of MATLAB
-  return b.starts_with(magic) || (b.size() > user_block && b.substr(user_block).starts_with(magic));
-}
+using namespace std::string_view_literals;
 
 std::vector<std::string> lost_in_vdb(const VolumeInfo& info) {
   if (!has_unknown_spacing(info.geometry)) return {};
@@ -82,18 +62,14 @@ std::vector<Format> all_formats() {
        .peek = 9,
        .is_mine = begins_nrrd,
        .open = open_nrrd,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_nrrd(path, info, options.files);
-       },
+       .create = create_nrrd,
        .any_order = true,
        .keeps_header = true},
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, with samples in a .raw file beside it",
        .read_as = "nrrd",
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_nhdr(path, samples_path(path, format_named("nhdr")), info, options.files);
-       },
+       .create_beside = create_nhdr,
        .any_order = true,
        .samples_extension = ".raw",
        .keeps_header = true},
@@ -101,16 +77,13 @@ std::vector<Format> all_formats() {
        .extensions = {".raw"},
        .help = "samples alone",
        .open = open_raw,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_raw(path, info, options.files);
-       },
+       .create = create_raw,
        .any_order = true},
       {.name = "vdb",
        .extensions = {".vdb"},
        .help = "OpenVDB",
        .what = "an OpenVDB file",
-       .peek = 8,
-       .is_mine = [](std::string_view b) { return b.starts_with(std::string_view(" BDV\0\0\0\0", 8)); },
+       .magic = {{" BDV\0\0\0\0"sv}},
        .reader = "vdb",
        .writer = "vdb",
        .writer_keeps_volume = true,
@@ -126,9 +99,7 @@ std::vector<Format> all_formats() {
        .is_mine = begins_nifti,
        .in_gzip = true,
        .open = open_nifti,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_nifti(path, info, options.files);
-       },
+       .create = create_nifti,
        .any_order = true,
        .slices_are_alike = true,
        .applies_rescale = true,
@@ -138,9 +109,7 @@ std::vector<Format> all_formats() {
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
        .read_as = "nifti",
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_nifti_gz(path, info, options.files);
-       },
+       .create = create_nifti_gz,
        .slices_are_alike = true,
        .applies_rescale = true,
        .own_pairs = "nifti_",
@@ -152,9 +121,7 @@ std::vector<Format> all_formats() {
        .peek = 14,
        .is_mine = begins_meta_image,
        .open = open_meta_image,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_mha(path, info, options.files);
-       },
+       .create = create_mha,
        .any_order = true,
        .slices_are_alike = true,
        .own_pairs = "metaimage_",
@@ -163,9 +130,7 @@ std::vector<Format> all_formats() {
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",
        .read_as = "metaimage",
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_mhd(path, samples_path(path, format_named("mhd")), info, options.files);
-       },
+       .create_beside = create_mhd,
        .any_order = true,
        .samples_extension = ".raw",
        .slices_are_alike = true,
@@ -176,21 +141,18 @@ std::vector<Format> all_formats() {
        .extensions = {".dcm", ".ima"},
        .help = "DICOM",
        .what = "a DICOM file",
-       .peek = 132,
-       .is_mine = [](std::string_view b) { return b.size() >= 132 && b.substr(128, 4) == "DICM"; },
+       .magic = {{"DICM", 128}},
        .reader = "dicom",
        .has_folders = true},
       {.name = "tiff",
        .extensions = {".tif", ".tiff"},
        .help = "TIFF",
        .what = "a TIFF file",
-       .peek = 4,
-       .is_mine = begins_tiff,
+       // Of 32 and of 64 bits, in either byte order.
+       .magic = {{"II*\0"sv}, {"MM\0*"sv}, {"II+\0"sv}, {"MM\0+"sv}},
        .reader = "tiff",
        .has_folders = true,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_tiff(path, info, options.files);
-       },
+       .create = create_tiff,
        .any_order = true,
        .slices_are_alike = true,
        .keeps_units = keeps_values_in_tiff,
@@ -199,9 +161,7 @@ std::vector<Format> all_formats() {
       {.name = "vti",
        .extensions = {".vti"},
        .help = "VTK image data",
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_vti(path, info, options.files);
-       },
+       .create = create_vti,
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_vti},
@@ -238,8 +198,8 @@ std::vector<Format> all_formats() {
        .extensions = {".h5", ".hdf5"},
        .help = "HDF5",
        .what = "an HDF5 file",
-       .peek = 512 + 8,
-       .is_mine = begins_hdf5,
+       // MATLAB has a block of its own before it.
+       .magic = {{"\x89HDF\r\n\x1a\n"}, {"\x89HDF\r\n\x1a\n", 512}},
        .reader = "hdf5",
        .writer = "hdf5",
        .applies_rescale = true,
@@ -254,8 +214,8 @@ std::vector<Format> all_formats() {
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",
        .what = "a JPEG 2000 file",
-       .peek = 12,
-       .is_mine = begins_jpeg2000,
+       // A code stream, or a file with boxes.
+       .magic = {{"\xff\x4f\xff\x51"}, {"\0\0\0\x0cjP  \r\n\x87\n"sv}},
        .reader = "jp2",
        .has_folders = true},
       {.name = "bmp",
@@ -272,6 +232,19 @@ std::vector<Format> all_formats() {
 }
 
 }  // namespace
+
+std::size_t Format::bytes_to_recognise() const {
+  std::size_t most = peek;
+  for (const Magic& one : magic) most = std::max(most, one.at + one.bytes.size());
+  return most;
+}
+
+bool Format::begins(std::string_view beginning) const {
+  const auto has = [&](const Magic& one) {
+    return beginning.size() >= one.at && beginning.substr(one.at).starts_with(one.bytes);
+  };
+  return std::ranges::any_of(magic, has) || (is_mine != nullptr && is_mine(beginning));
+}
 
 const std::vector<Format>& formats() {
   static const std::vector<Format> table = all_formats();
@@ -346,7 +319,9 @@ const Format& format_from_name(const std::string& path) {
 
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
-  if (format.create != nullptr) return format.create(path, info, options);
+  if (format.create != nullptr) return format.create(path, info, options.files);
+  if (format.create_beside != nullptr)
+    return format.create_beside(path, samples_path(path, format), info, options.files);
   const std::string program = writer_for(path, format.help, format.writer);
   auto wishes = options.wishes;
   wishes["format"] = format.name;
@@ -367,11 +342,15 @@ std::vector<std::string> read_format_names() {
   return {names.begin(), names.end()};
 }
 
-std::size_t bytes_to_recognise() { return std::ranges::max(formats(), {}, &Format::peek).peek; }
+std::size_t bytes_to_recognise() {
+  std::size_t most = 0;
+  for (const Format& format : formats()) most = std::max(most, format.bytes_to_recognise());
+  return most;
+}
 
 const Format* format_of(std::string_view beginning, bool is_read) {
   for (const Format& format : formats())
-    if (format.is_mine != nullptr && format.is_read() == is_read && format.is_mine(beginning)) return &format;
+    if (format.is_read() == is_read && format.begins(beginning)) return &format;
   return nullptr;
 }
 

@@ -27,9 +27,15 @@ struct WriteOptions {
   std::uint64_t first_memory = most_first_memory;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be
-/// written. A format with none of them is only recognized, so that a message can say what to do with the
-/// file.
+/// Bytes that files of a format have at this place.
+struct Magic {
+  std::string_view bytes;
+  std::size_t at = 0;
+};
+
+/// A format with neither `open` nor `reader` cannot be read; one without `create`, `create_beside` and
+/// `writer` cannot be written. A format with none of them is only recognized, so that a message can say what
+/// to do with the file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
@@ -38,12 +44,16 @@ struct Format {
   std::string_view what = "";  ///< "an NRRD volume"; "is a DICOM file" and what to do, if it is not read.
   Problem problem = Problem::none;  ///< Why a file is not read.
 
-  /// Returns true if a file that begins like this has the format. It gets the first `peek` bytes, or the
-  /// whole file if that is shorter. Formats without this function are read only if the user says what the
+  /// A file has the format if it has one of these, or if `is_mine` returns true for its first `peek` bytes,
+  /// or for the whole file if that is shorter. Formats with neither are read only if the user says what the
   /// file is.
+  std::vector<Magic> magic = {};
   std::size_t peek = 0;
   bool (*is_mine)(std::string_view beginning) = nullptr;
-  bool in_gzip = false;  ///< The whole file may be in gzip; then `is_mine` gets what is in it.
+  bool is_recognized() const { return !magic.empty() || is_mine != nullptr; }
+  bool begins(std::string_view beginning) const;
+  std::size_t bytes_to_recognise() const;  ///< how many bytes of a file begins() needs
+  bool in_gzip = false;  ///< The whole file may be in gzip; then what is in it is recognized.
   /// Reads `file`, which was opened at `path` and is at its beginning.
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) = nullptr;
@@ -61,11 +71,14 @@ struct Format {
   /// a file exists and may not be overwritten, or if the format cannot be written there; WorldError if it
   /// cannot be created.
   std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
-                                        const WriteOptions& options) = nullptr;
+                                        const SinkOptions& options) = nullptr;
+  /// The same for a format whose samples are in a file of their own, with `samples_extension`.
+  std::unique_ptr<VolumeSink> (*create_beside)(const std::string& path, const std::string& samples_path,
+                                               const VolumeInfo& info, const SinkOptions& options) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";
   bool writer_keeps_volume = false;  ///< in memory, as a whole
-  bool is_written() const { return create != nullptr || !writer.empty(); }
+  bool is_written() const { return create != nullptr || create_beside != nullptr || !writer.empty(); }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
   bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".

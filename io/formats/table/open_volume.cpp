@@ -68,7 +68,7 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
 std::string known_formats() {
   std::vector<std::string_view> known;
   for (const Format& format : formats())
-    if (format.is_read() && format.is_mine != nullptr) known.push_back(format.what);
+    if (format.is_read() && format.is_recognized()) known.push_back(format.what);
   const std::string_view last = known.back();
   known.pop_back();
   return fmt::format("{} or {}", fmt::join(known, ", "), last);
@@ -118,7 +118,7 @@ std::string contradicts_its_name(const std::string& path) {
   for (const Format& format : formats()) {
     const std::string_view what =
         format.read_as.empty() ? format.what : read_format_named(format.read_as)->what;
-    const bool is_recognised = format.is_mine != nullptr || !format.read_as.empty();
+    const bool is_recognised = format.is_recognized() || !format.read_as.empty();
     for (const std::string_view ending : format.extensions)
       if (is_recognised && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
           name.ends_with(ending))

@@ -7,11 +7,6 @@ namespace {
 
 using namespace std::string_view_literals;
 
-template <std::size_t at>
-bool has(std::string_view beginning, std::string_view magic) {
-  return beginning.size() >= at && beginning.substr(at).starts_with(magic);
-}
-
 /// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
 /// programs leave out, or a number of axes and bits that samples may have.
 bool begins_analyze(std::string_view b) {
@@ -27,6 +22,17 @@ bool begins_analyze(std::string_view b) {
   return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
 }
 
+/// Anything may be in it. `what` is for messages.
+Format compressed(std::string_view name, std::string_view extension, std::string_view what,
+                  std::string_view beginning) {
+  return {.name = name,
+          .extensions = {extension},
+          .help = name,
+          .what = what,
+          .problem = Problem::compressed_file,
+          .magic = {{beginning}}};
+}
+
 }  // namespace
 
 std::vector<Format> other_formats() {
@@ -35,60 +41,32 @@ std::vector<Format> other_formats() {
        .extensions = {".tag"},
        .help = "what encode makes",
        .what = "is already a .tag file; decode it, or give the original volume",
-       .peek = 4,
-       .is_mine = [](std::string_view b) { return has<0>(b, "\x89TAG"); }},
-      {.name = "gzip",
-       .extensions = {".gz"},
-       .help = "gzip",
-       .what = "is compressed (gzip)",
-       .problem = Problem::compressed_file,
-       .peek = 2,
-       .is_mine = [](std::string_view b) { return has<0>(b, "\x1f\x8b"); }},
-      {.name = "zstd",
-       .extensions = {".zst"},
-       .help = "zstd",
-       .what = "is compressed (zstd)",
-       .problem = Problem::compressed_file,
-       .peek = 4,
-       .is_mine = [](std::string_view b) { return has<0>(b, "\x28\xb5\x2f\xfd"); }},
-      {.name = "xz",
-       .extensions = {".xz"},
-       .help = "xz",
-       .what = "is compressed (xz)",
-       .problem = Problem::compressed_file,
-       .peek = 5,
-       .is_mine = [](std::string_view b) { return has<0>(b, "\xfd\x37zXZ"); }},
-      {.name = "bzip2",
-       .extensions = {".bz2"},
-       .help = "bzip2",
-       .what = "is compressed (bzip2)",
-       .problem = Problem::compressed_file,
-       .peek = 3,
-       .is_mine = [](std::string_view b) { return has<0>(b, "BZh"); }},
+       .magic = {{"\x89TAG"}}},
+      compressed("gzip", ".gz", "is compressed (gzip)", "\x1f\x8b"),
+      compressed("zstd", ".zst", "is compressed (zstd)", "\x28\xb5\x2f\xfd"),
+      compressed("xz", ".xz", "is compressed (xz)", "\xfd\x37zXZ"),
+      compressed("bzip2", ".bz2", "is compressed (bzip2)", "BZh"),
       {.name = "zip",
        .extensions = {".zip"},
        .help = "zip archive",
        .what = "is a zip archive; unpack it first",
-       .peek = 4,
-       .is_mine = [](std::string_view b) { return has<0>(b, "PK\x03\x04"); }},
+       .magic = {{"PK\x03\x04"}}},
       {.name = "tar",
        .extensions = {".tar"},
        .help = "tar archive",
        .what = "is a tar archive; unpack it first",
-       .peek = 262,
-       .is_mine = [](std::string_view b) { return has<257>(b, "ustar"); }},
+       .magic = {{"ustar", 257}}},
       {.name = "matlab",
        .extensions = {".mat"},
        .help = "MATLAB, versions 5 to 7",
        .what = "is a MATLAB file of version 5 to 7; save it in MATLAB as version 7.3, which is HDF5",
-       .peek = 10,
-       .is_mine = [](std::string_view b) { return has<0>(b, "MATLAB 5.0"); }},
+       .magic = {{"MATLAB 5.0"}}},
       {.name = "analyze",
        .extensions = {".img"},
        .help = "Analyze 7.5",
-       .what = "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it "
-               "to NIfTI "
-               "first",
+       .what =
+           "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it to "
+           "NIfTI first",
        .peek = 348,
        .is_mine = begins_analyze},
   };

@@ -48,19 +48,20 @@ std::map<std::string, std::vector<std::string>> beginnings() {
 TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
   const auto all = beginnings();
   for (const Format& format : formats()) {
-    ASSERT_EQ(format.is_mine != nullptr, all.contains(std::string(format.name))) << format.name;
-    if (format.is_mine == nullptr) continue;
+    ASSERT_EQ(format.is_recognized(), all.contains(std::string(format.name))) << format.name;
+    if (!format.is_recognized()) continue;
     for (const auto& [name, texts] : all)
       for (const std::string& text : texts) {
         const std::string longer = text + std::string(400, '\n');
-        EXPECT_EQ(format.is_mine(longer), name == format.name) << format.name << ", " << text;
+        EXPECT_EQ(format.begins(longer), name == format.name) << format.name << ", " << text;
         if (name != format.name) continue;
-        EXPECT_TRUE(format.is_mine(longer.substr(0, format.peek))) << "its peek is enough: " << format.name;
-        EXPECT_LE(format.peek, bytes_to_recognise());
+        EXPECT_TRUE(format.begins(longer.substr(0, format.bytes_to_recognise())))
+            << "these bytes are enough: " << format.name;
+        EXPECT_LE(format.bytes_to_recognise(), bytes_to_recognise());
         EXPECT_EQ(format_of(longer, format.is_read()), &format);
         EXPECT_EQ(format_of(longer, !format.is_read()), nullptr);
         for (std::size_t size = 0; size < 2; ++size)
-          EXPECT_FALSE(format.is_mine(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
+          EXPECT_FALSE(format.begins(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
       }
   }
 }
