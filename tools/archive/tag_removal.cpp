@@ -7,7 +7,7 @@
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/table/lost_attributes.h"
+#include "io/formats/table/formats.h"
 #include "io/tag/bricks.h"
 #include "tools/archive/input_removal.h"
 

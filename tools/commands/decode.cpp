@@ -12,7 +12,7 @@
 #include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/table/lost_attributes.h"
+#include "io/formats/table/formats.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/printable.h"
 #include "pipeline/run/run.h"

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -17,12 +16,9 @@
 #include "io/formats/nifti/header.h"
 #include "io/formats/nifti/sink.h"
 #include "io/formats/nifti/source.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/sink.h"
 #include "io/formats/nrrd/source.h"
-#include "io/formats/table/lost_attributes.h"
 #include "io/formats/table/other_formats.h"
 #include "io/formats/tiff/sink.h"
 #include "io/formats/vendors/vendors.h"
@@ -352,116 +348,6 @@ const Format* format_of(std::string_view beginning, bool is_read) {
   for (const Format& format : formats())
     if (format.is_read() == is_read && format.begins(beginning)) return &format;
   return nullptr;
-}
-
-namespace {
-
-/// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
-/// one kind of files.
-bool is_said_otherwise(std::string_view key, std::string_view value, const Format& format) {
-  constexpr std::array<std::string_view, 17> said = {"rescale_",
-                                                     "applied_",
-                                                     "slice_applied_",
-                                                     "slice_positions",
-                                                     "slice_slopes",
-                                                     "slice_intercepts",
-                                                     "dicom_added_intercept",
-                                                     "hdf5_dataset",
-                                                     "hdf5_element_size_um",
-                                                     "metaimage_AnatomicalOrientation",
-                                                     "nifti_pixdim",
-                                                     "nifti_scl_",
-                                                     "nifti_qoffset_",
-                                                     "nifti_quatern_",
-                                                     "nifti_qform_",
-                                                     "nifti_sform_",
-                                                     "nifti_srow_"};
-  const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
-  // ITK writes it into every file.
-  if (key == "metaimage_CenterOfRotation" &&
-      std::ranges::all_of(words_of(value), [](auto word) { return number_of(word) == 0.0; }))
-    return true;
-  return begins("vdb_") || std::ranges::any_of(said, begins) ||
-         (!format.own_pairs.empty() && begins(format.own_pairs));
-}
-
-/// False for the two lines that NRRD's own library puts into every header.
-bool is_remark(std::string_view comment) {
-  return !trimmed(comment).empty() && comment.find("NRRD file format specification") == comment.npos &&
-         comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
-}
-
-/// True for what the reader of DICOM notes for each series.
-bool is_of_dicom(std::string_view key) {
-  return key.starts_with("dicom_") || key == "slice_sop_instance_uids";
-}
-
-/// "2 key/value pairs ("owner", "year")"
-std::string in_words(const std::vector<std::string>& keys, std::string_view one, std::string_view several) {
-  constexpr std::size_t most = 3;
-  std::vector<std::string> shown;
-  for (std::size_t i = 0; i < std::min(keys.size(), most); ++i)
-    shown.push_back(quoted(std::string_view(keys[i])));
-  return fmt::format("{} {} ({}{})", keys.size(), keys.size() == 1 ? one : several, fmt::join(shown, ", "),
-                     keys.size() > most ? ", ..." : "");
-}
-
-std::string no_place_for(const Format& format, const std::string& what) {
-  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
-                     what);
-}
-
-/// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.
-std::string lost_texts(const Format& format, const VolumeInfo& info) {
-  std::vector<std::string> keys, others;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (!is_said_otherwise(key, value, format) && !is_of_dicom(key)) keys.push_back(key);
-  bool has_comments = false;
-  for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
-    const std::string_view text = take_line(rest);
-    const NrrdLine line = parse_nrrd_line(text);
-    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(text.substr(1)));
-    for (const std::string_view field :
-         {"content", "labels", "thicknesses", "sample units", "measurement frame"})
-      if (line.kind == NrrdLine::Kind::field && line.field == field)
-        others.push_back(fmt::format("the field {}", quoted(field)));
-  }
-  if (has_comments) others.emplace_back("comments");
-  if (!keys.empty()) others.insert(others.begin(), in_words(keys, "key/value pair", "key/value pairs"));
-  return others.empty() ? "" : no_place_for(format, fmt::format("{}", fmt::join(others, ", ")));
-}
-
-}  // namespace
-
-std::string lost_attributes(const Format& format, const VolumeInfo& info) {
-  if (!format.slices_are_alike || format.keeps_header) return "";
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
-  return keys.empty() ? ""
-                      : no_place_for(format, in_words(keys, "attribute of DICOM", "attributes of DICOM"));
-}
-
-std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
-  std::vector<std::string> all = format.lost(info);
-  if (!format.slices_are_alike) return all;
-  if (!format.keeps_header)
-    if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
-  std::vector<std::string> differences;
-  bool has_slopes = false;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
-    if (key == "slice_positions")
-      differences.emplace_back("slices lie at unequal distances (slice_positions)");
-    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
-    has_slopes = has_slopes || key == "slice_slopes";
-    if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
-      differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
-  }
-  if (!differences.empty())
-    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them{}",
-                              fmt::join(differences, ", and "), format.name,
-                              has_slopes ? "; the values in this file are the stored samples" : ""));
-  return all;
 }
 
 std::string samples_path(const std::string& path, const Format& format) {
