@@ -126,35 +126,28 @@ std::string SourceFiles::why_not_restorable() const {
   return why_not;
 }
 
-SourceFiles source_files(const SourceFacts& facts) {
-  SourceFiles source;
-  source.shape = {facts.info.dims, facts.info.type};
-  source.paths = facts.files;
-  const auto not_kept = [&](std::string why) {
-    source.files.clear();
-    source.why_not = std::move(why);
-    return source;
-  };
-  if (!is_file_or_folder(facts.files.front()) || !is_file_or_folder(facts.files.back()))
-    return not_kept("it came through a pipe");
-  source.names = names_in_common_folder(facts.files);
-  if (facts.places.empty() && !facts.plain_form)
-    return not_kept("its samples are compressed, or stored in pieces");
-  PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts);
-  if (!form.why_not.empty()) return not_kept(std::move(form.why_not));
+namespace {
+
+/// Takes the names, the sizes and the pieces of the files. Returns why the files are not kept; "" if they
+/// are.
+std::string take_files(const SourceFacts& facts, PlainForm& form, SourceFiles& source) {
   source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;
   if (std::set<std::string>(names.begin(), names.end()).size() != names.size())
-    return not_kept("two of its files would have the same name");
+    return "two of its files would have the same name";
   source.files.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!is_safe_name(names[i])) return not_kept(fmt::format("{} cannot be a name", names[i]));
+    if (!is_safe_name(names[i])) return fmt::format("{} cannot be a name", names[i]);
     source.files[i].name = names[i];
     // Whoever made the form may be wrong: it is compared with the file.
     source.files[i].is_changed = !is_as_it_is(facts, form.files[i]);
     source.pieces.push_back(std::move(form.files[i].pieces));
     source.files[i].size = PlainBytes(source.pieces[i], source.paths).size();
   }
+  return "";
+}
+
+void note_compression(const SourceFacts& facts, const PlainForm& form, SourceFiles& source) {
   bool is_changed = std::ranges::any_of(source.files, &EnvelopeFile::is_changed);
   // Samples that were not read at these places may be others than those that lie there.
   if (facts.places.empty() && !is_changed)
@@ -162,30 +155,38 @@ SourceFiles source_files(const SourceFacts& facts) {
   source.compression = !is_changed                ? ""
                        : form.compression.empty() ? "in an unknown way"
                                                   : form.compression.substr(0, longest_compression_name);
+}
+
+/// Gives each file its slices, in the order of their places. Returns why they cannot be; "" if they can.
+std::string place_slices(const PlainForm& form, SourceFiles& source) {
+  const SliceRows rows = source.shape.rows();
   std::int64_t z = 0;
   for (SliceRun run : form.places) {
     EnvelopeFile& file = source.files[run.file];
     run.file = 0;
-    if (run.slices == 1)
-      run.step = span_of_slice(run, source.shape.rows()).value_or(source.shape.slice_bytes());
+    if (run.slices == 1) run.step = span_of_slice(run, rows).value_or(source.shape.slice_bytes());
     file.slices.push_back({z, run});
     z += run.slices;
   }
-  std::uint64_t all = 0;
   for (EnvelopeFile& file : source.files) {
     std::ranges::sort(file.slices, {}, [](const SlicesInFile& slices) { return slices.run.offset; });
     std::uint64_t end = 0;
     for (const auto& [first, run, spare] : file.slices) {
-      const auto span = span_of_slice(run, source.shape.rows()),
-                 behind = end_of_run(run, source.shape.rows());
-      if (run.offset < end || !span || !behind || run.step < *span)
-        return not_kept("two of its slices lie at the same place");
-      end = *behind;
+      const auto span = span_of_slice(run, rows), end_of_slices = end_of_run(run, rows);
+      if (run.offset < end || !span || !end_of_slices || run.step < *span)
+        return "two of its slices lie at the same place";
+      end = *end_of_slices;
     }
-    if (end > file.size) return not_kept(fmt::format("{} has become shorter", file.name));
-    all += file.size;
+    if (end > file.size) return fmt::format("{} has become shorter", file.name);
   }
+  return "";
+}
+
+/// Why what surrounds the slices is not kept; "" if it is.
+std::string why_others_are_not_kept(const SourceFiles& source) {
+  std::uint64_t all = 0;
   for (std::size_t i = 0; i < source.files.size(); ++i) {
+    all += source.files[i].size;
     PlainBytes bytes(source.pieces[i], source.paths);
     bool has_bytes = true;
     if (!bytes.is_complete())
@@ -193,17 +194,41 @@ SourceFiles source_files(const SourceFacts& facts) {
         has_bytes = has_bytes && (slices != nullptr || bytes.has_bytes(begin, end));
       });
     if (!has_bytes)
-      return not_kept(fmt::format("{} has samples of other volumes, which are compressed", names[i]));
+      return fmt::format("{} has samples of other volumes, which are compressed", source.names[i]);
   }
   if (source.files.size() > most_files(source.shape))
-    return not_kept(fmt::format("it has {} files, of which most have no slice", source.files.size()));
+    return fmt::format("it has {} files, of which most have no slice", source.files.size());
   // Other volumes of a file would be kept with each of them.
-  const std::uint64_t samples = source.shape.bytes();
+  const std::uint64_t others = all - source.shape.bytes();
   const std::uint64_t most = most_other_bytes(source.shape, source.files.size());
-  if (all - samples > most)
-    return not_kept(
-        fmt::format("its files have {} bytes besides these samples, more than the {} that are kept",
-                    all - samples, most));
+  return others <= most
+             ? ""
+             : fmt::format("its files have {} bytes besides these samples, more than the {} that are kept",
+                           others, most);
+}
+
+/// Fills in all but `why_not`, and returns that.
+std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
+  if (!is_file_or_folder(facts.files.front()) || !is_file_or_folder(facts.files.back()))
+    return "it came through a pipe";
+  source.names = names_in_common_folder(facts.files);
+  if (facts.places.empty() && !facts.plain_form) return "its samples are compressed, or stored in pieces";
+  PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts);
+  if (!form.why_not.empty()) return form.why_not;
+  if (std::string why = take_files(facts, form, source); !why.empty()) return why;
+  note_compression(facts, form, source);
+  if (std::string why = place_slices(form, source); !why.empty()) return why;
+  return why_others_are_not_kept(source);
+}
+
+}  // namespace
+
+SourceFiles source_files(const SourceFacts& facts) {
+  SourceFiles source;
+  source.shape = {facts.info.dims, facts.info.type};
+  source.paths = facts.files;
+  source.why_not = fill_in(facts, source);
+  if (!source.why_not.empty()) source.files.clear();
   return source;
 }
 
