@@ -171,28 +171,87 @@ std::vector<DicomSeries> series_of(const Files& files) {
   return series;
 }
 
-DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::string& name) {
-  const Slices& slices = series.slices;
-  const DicomFrame& first = frame_of(files, slices.front());
-  const auto placed =
-      std::ranges::count_if(slices, [&](const DicomSlice& s) { return has_place(frame_of(files, s)); });
-  if (placed != 0 && placed != static_cast<std::ptrdiff_t>(slices.size())) {
+namespace {
+
+/// Throws BrokenInput if only some slices have a place, or if two have the same.
+void require_places_of_their_own(const Slices& slices, const Files& files, std::size_t placed,
+                                 const std::string& name) {
+  if (placed != 0 && placed != slices.size()) {
     const auto without =
         std::ranges::find_if(slices, [&](const DicomSlice& s) { return !has_place(frame_of(files, s)); });
     throw BrokenInput(fmt::format("{}: {} of {} slices have no position, as {}{}", name,
-                                  slices.size() - static_cast<std::size_t>(placed), slices.size(),
-                                  name_in(files, *without), about_place(files[without->file])));
+                                  slices.size() - placed, slices.size(), name_in(files, *without),
+                                  about_place(files[without->file])));
   }
   if (const std::size_t i = first_of_two(slices, files); i < slices.size())
     throw BrokenInput(about_one_place(slices[i], slices[i + 1], files, name));
+}
+
+/// The distances that a file of one slice gives, in mm.
+Geometry geometry_given_by(const DicomFrame& frame) {
+  Geometry geometry;
+  geometry.units.fill("mm");
+  if (frame.spacing) {
+    geometry.spacing = {(*frame.spacing)[0], (*frame.spacing)[1],
+                        frame.thickness > 0 ? frame.thickness : Geometry::unknown};
+    geometry.has_spacing = (*frame.spacing)[0] > 0 && (*frame.spacing)[1] > 0;
+  }
+  return geometry;
+}
+
+/// The distances of neighbors along the normal.
+std::vector<double> steps_between(const Slices& slices, const Files& files) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < slices.size(); ++i)
+    steps.push_back(along_normal(frame_of(files, slices[i])) - along_normal(frame_of(files, slices[i - 1])));
+  return steps;
+}
+
+/// Sets the third direction by the positions of at least two slices. If they are not even, their positions
+/// are kept.
+void set_direction_of_slices(const DicomSeries& series, const Files& files, const std::string& name,
+                             DicomPlaces& places) {
+  const Slices& slices = series.slices;
+  Geometry& geometry = places.geometry;
+  const DicomFrame& first = frame_of(files, slices.front());
+  const std::vector<double> steps = steps_between(slices, files);
+  const double usual = median(steps);
+  // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against
+  // each other.
+  const Vector3 whole = minus(*frame_of(files, slices.back()).position, *first.position);
+  geometry.directions[2] = scaled(whole, usual / dot(whole, normal_of(first)));
+  bool is_even = true;
+  std::string positions;
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    const Vector3& position = *frame_of(files, slices[i]).position;
+    const Vector3 expected = scaled(geometry.directions[2], static_cast<double>(i));
+    const double off = length(minus(minus(position, geometry.origin), expected));
+    // Rounding adds up from slice to slice; a gap is larger.
+    is_even = is_even && off <= same_step * usual * std::max<double>(1, static_cast<double>(i));
+    positions += fmt::format("{}{} {} {}", i > 0 ? "; " : "", position[0], position[1], position[2]);
+  }
+  for (const double step : steps) is_even = is_even && std::abs(step - usual) <= same_step * usual;
+  if (is_even) {
+    geometry.directions[2] = scaled(whole, 1 / static_cast<double>(slices.size() - 1));
+    return;
+  }
+  places.pairs.emplace_back("slice_positions", positions);
+  places.warnings.push_back(
+      fmt::format("{}: {}; the position of each slice is kept, but a mesh has equal steps", name,
+                  about_steps(steps, usual, series, files)));
+}
+
+}  // namespace
+
+DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::string& name) {
+  const Slices& slices = series.slices;
+  const DicomFrame& first = frame_of(files, slices.front());
+  const auto placed = static_cast<std::size_t>(
+      std::ranges::count_if(slices, [&](const DicomSlice& s) { return has_place(frame_of(files, s)); }));
+  require_places_of_their_own(slices, files, placed, name);
   DicomPlaces places;
   Geometry& geometry = places.geometry;
-  geometry.units.fill("mm");
-  if (first.spacing) {
-    geometry.spacing = {(*first.spacing)[0], (*first.spacing)[1],
-                        first.thickness > 0 ? first.thickness : Geometry::unknown};
-    geometry.has_spacing = (*first.spacing)[0] > 0 && (*first.spacing)[1] > 0;
-  }
+  geometry = geometry_given_by(first);
   if (placed == 0) {
     if (slices.size() > 1)
       places.warnings.push_back(fmt::format("{}: slices have no positions; they are in the order of their "
@@ -213,40 +272,9 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
   geometry.origin = *first.position;
   geometry.has_origin = true;
   for (std::size_t axis = 0; axis < 2; ++axis)
-    geometry.directions[axis] =
-        scaled((*first.orientation)[axis], geometry.has_spacing ? geometry.spacing[axis] : 1);
-  const Vector3 normal = normal_of(first);
-  geometry.directions[2] = scaled(normal, first.thickness > 0 ? first.thickness : 1);
-  if (slices.size() > 1) {
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < slices.size(); ++i)
-      steps.push_back(along_normal(frame_of(files, slices[i])) -
-                      along_normal(frame_of(files, slices[i - 1])));
-    const double usual = median(steps);
-    // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against
-    // each other.
-    const Vector3 whole = minus(*frame_of(files, slices.back()).position, *first.position);
-    geometry.directions[2] = scaled(whole, usual / dot(whole, normal));
-    bool is_even = true;
-    std::string positions;
-    for (std::size_t i = 0; i < slices.size(); ++i) {
-      const Vector3& position = *frame_of(files, slices[i]).position;
-      const Vector3 expected = scaled(geometry.directions[2], static_cast<double>(i));
-      const double off = length(minus(minus(position, geometry.origin), expected));
-      // Rounding adds up from slice to slice; a gap is larger.
-      is_even = is_even && off <= same_step * usual * std::max<double>(1, static_cast<double>(i));
-      positions += fmt::format("{}{} {} {}", i > 0 ? "; " : "", position[0], position[1], position[2]);
-    }
-    for (const double step : steps) is_even = is_even && std::abs(step - usual) <= same_step * usual;
-    if (is_even) {
-      geometry.directions[2] = scaled(whole, 1 / static_cast<double>(slices.size() - 1));
-    } else {
-      places.pairs.emplace_back("slice_positions", positions);
-      places.warnings.push_back(
-          fmt::format("{}: {}; the position of each slice is kept, but a mesh has equal steps", name,
-                      about_steps(steps, usual, series, files)));
-    }
-  }
+    geometry.directions[axis] = scaled((*first.orientation)[axis], geometry.spacing[axis]);
+  geometry.directions[2] = scaled(normal_of(first), first.thickness > 0 ? first.thickness : 1);
+  if (slices.size() > 1) set_direction_of_slices(series, files, name, places);
   geometry.has_directions = true;
   return places;
 }
