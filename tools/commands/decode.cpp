@@ -64,12 +64,7 @@ struct DecodeCommand {
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
-    if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
-    if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
-    if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
-    if (salvage && is_pipe_input(input))
-      throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
-                                   input == "-" ? "standard input" : input));
+    refuse_contradictions();
     const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
     std::vector<std::string> removed_after;
     if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb, numbers()});
@@ -79,12 +74,34 @@ struct DecodeCommand {
 
     FinishedDecode decoded = decode(ranks, path, chosen, wanted);
     const DecodeResult& result = decoded.result;
+    const nlohmann::ordered_json facts =
+        result.facts.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json::parse(result.facts);
+    report.write(figures_of(result, chosen, facts));
+    decoded.commit();
+    report.keep();
+    if (chosen.has_grids) tell_of_tolerance(run, path, facts);
+    for (const std::string& warning : result.warnings) warn(run, warning);
+    tell_of_result(path, chosen, result);
+    watched.require();
+    remove_files(removed_after);
+    if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
+  }
+
+  void refuse_contradictions() const {
+    if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
+    if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
+    if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
+    if (salvage && is_pipe_input(input))
+      throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
+                                   input == "-" ? "standard input" : input));
+  }
+
+  /// `facts`: what the writer of the format says; null if nothing.
+  static RunFigures figures_of(const DecodeResult& result, const Format& chosen,
+                               const nlohmann::ordered_json& facts) {
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
-    nlohmann::ordered_json facts;
-    if (!result.facts.empty())
-      settings[settings.contains(chosen.name) ? "written" : chosen.name] = facts =
-          nlohmann::ordered_json::parse(result.facts);
+    if (!facts.is_null()) settings[settings.contains(chosen.name) ? "written" : chosen.name] = facts;
     RunFigures figures = {result.dims,     parameters.type,  settings,
                           result.bytes_in, result.bytes_out, achieved_json(result.header, result.index)};
     figures.more["written_type"] = name_of(result.numbers.type(parameters.type));
@@ -94,11 +111,11 @@ struct DecodeCommand {
       if (!result.salvage->has_index || !result.salvage->lost.empty()) figures.achieved = nullptr;
       figures.more["lost"] = json_of_lost(result.salvage->lost, parameters.bricks());
     }
-    report.write(figures);
-    decoded.commit();
-    report.keep();
-    if (chosen.has_grids) tell_of_tolerance(run, path, facts);
-    for (const std::string& warning : result.warnings) warn(run, warning);
+    return figures;
+  }
+
+  /// Says what users should know of the output, and with -v what was done.
+  void tell_of_result(const std::string& path, const Format& chosen, const DecodeResult& result) const {
     const std::string name = path == "-" ? "standard output" : path;
     tell_of_numbers(name, chosen, result);
     const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
@@ -114,9 +131,6 @@ struct DecodeCommand {
       if (const std::string lost = lost_attributes(chosen, written); !lost.empty())
         say_line(fmt::format("{}: {}", name, lost));
     }
-    watched.require();
-    remove_files(removed_after);
-    if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
   }
 
   Numbers numbers() const {

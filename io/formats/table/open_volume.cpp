@@ -262,9 +262,9 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
                {folder, known, Setting{"find", "a search"}}});
 }
 
-/// A folder of samples without headers: equally many slices in each file.
-std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
-  const RawDescription& raw = *source.raw;
+/// The files of the series that is asked for, or of the only one. Throws UsageError, and BrokenInput if there
+/// are none.
+NumberedFiles raw_series(const std::string& folder, const SourceDescription& source) {
   std::vector<NumberedFiles> series = numbered_files(visible_files(folder));
   if (series.empty()) throw BrokenInput(folder + ": has no files");
   if (!source.series.empty()) {
@@ -290,7 +290,13 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
                             {folder, choices.size(), Setting{"series", "the series"}}};
     throw UsageError(sentence, std::move(choices));
   }
-  NumberedFiles& files = series.front();
+  return std::move(series.front());
+}
+
+/// A folder of samples without headers: equally many slices in each file.
+std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
+  const RawDescription& raw = *source.raw;
+  NumberedFiles files = raw_series(folder, source);
   if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
