@@ -40,8 +40,8 @@ struct EnvelopeFile {
   std::string name;  ///< relative, with '/' between folders
   std::uint64_t size = 0;
   bool is_changed = false;  ///< the source has it in another form: compressed
-  std::optional<std::uint64_t>
-      checksum;                      ///< XXH3 of the whole file, if its samples are kept exactly; see there
+  /// XXH3 of the whole file, if its samples are kept exactly; see look_at_content().
+  std::optional<std::uint64_t> checksum;
   std::vector<SlicesInFile> slices;  ///< in the order of their bytes, which do not overlap
 
   bool operator==(const EnvelopeFile&) const = default;
@@ -71,7 +71,7 @@ inline std::uint64_t most_other_bytes(const SampleShape& shape, std::uint64_t fi
 /// Takes the next bytes of an envelope.
 using PutBytes = std::function<void(std::span<const std::byte>)>;
 
-/// The files of a source, and why they are not all kept if they are not.
+/// The files of a source, or the reason why they are not kept.
 struct SourceFiles {
   /// Until look_at_content(), without checksums, and with spare bits that are zero.
   std::vector<EnvelopeFile> files;
@@ -91,19 +91,19 @@ struct SourceFiles {
 /// Looks at the files of a source. Throws WorldError.
 SourceFiles source_files(const SourceFacts& facts);
 
-/// Adds to files[number] what only its content says: a checksum and what its spare bits hold. Threads may do
-/// so for different files at once. `exact`: the samples are kept exactly, so that a checksum of the whole
-/// file can be kept as well, but for samples that only their decoder can give. Throws WorldError, and
-/// BrokenInput if a file has changed. REQUIRES: why_not is "".
+/// Reads files[number], and adds a checksum and what its spare bits hold. Threads may look at different files
+/// at once. `exact`: the samples are kept exactly, so a checksum of the whole file is kept, too. A file gets
+/// no checksum if only a decoder knows some of its bytes. Throws WorldError, and BrokenInput if a file has
+/// changed. REQUIRES: why_not is "".
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);
 
-/// Writes the envelope of these files. Throws as look_at_content() does. REQUIRES: why_not is ""; the content
-/// of all files was looked at. `next_file` is called before each file with its number.
+/// Writes the envelope of these files. Calls `next_file` before each file with its number. Throws as
+/// look_at_content() does. REQUIRES: why_not is ""; look_at_content() was called for all files.
 void write_envelope(const SourceFiles& source, const PutBytes& put,
                     const std::function<void(std::size_t)>& next_file = {});
 
-/// How often a sample is read for that, on average: by look_at_content(), and by write_envelope(). REQUIRES:
-/// the content of all files was looked at.
+/// How often look_at_content() and write_envelope() together read a sample, on average. REQUIRES:
+/// look_at_content() was called for all files.
 double times_read_for_envelope(const SourceFiles& source, bool exact);
 
 /// Gives the content of the next block of an envelope; false after the last one.
@@ -139,8 +139,8 @@ class EnvelopeReader {
   /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file
   /// was read.
   const std::string& compression() const { return compression_; }
-  /// Reads the other bytes of that file: `use` is called with their position in the file. Of samples with
-  /// spare bits that are kept, these bits come, and zeros for the others.
+  /// Reads the other bytes of that file, and calls `use` with their position in the file. Samples whose spare
+  /// bits are kept come, too: their spare bits as they were, and zeros for all other bits.
   void read_other_bytes(const EnvelopeFile& file,
                         const std::function<void(std::uint64_t, std::span<const std::byte>)>& use);
 
@@ -168,12 +168,12 @@ class EnvelopeReader {
   std::vector<bool> slices_;  ///< those that have their place
 };
 
-/// What compression() of an envelope that begins with these bytes is: those of its first block. Throws
-/// BrokenInput; `name` is that of the .tag file.
+/// The compression() of an envelope whose first block has these bytes. Throws BrokenInput; `name` is that of
+/// the .tag file.
 std::string compression_in(const std::string& name, std::span<const std::byte> beginning);
 
-/// Turns `count` samples at `samples` into the bytes that a file has for them, but for spare bits that are
-/// kept, which are zero. The inverse of reading them.
+/// Turns `count` samples at `samples` into the bytes that a file has for them: the inverse of reading them.
+/// Spare bits that the envelope keeps (SpareBits::kept) become zero.
 void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count);
 
 /// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes

@@ -32,10 +32,10 @@ bool lock_now(int descriptor);
 /// The folder of a path: "." if the path names none.
 std::string folder_of(const std::string& path);
 
-/// The status of a file; nothing if there is none, or if links lead nowhere or in a circle. Throws WorldError
-/// if that cannot be found out: a name that cannot be checked must not be taken to be free.
+/// The status of a file. Returns nothing if no file has this path, or if its links lead nowhere or in a
+/// circle. Throws WorldError if the system cannot tell: nobody may take such a name for a free one.
 std::optional<struct stat> status_of(const std::string& path);
-/// The same for a name, even if it is a symbolic link.
+/// The same, but of a symbolic link itself, not of the file that it leads to.
 std::optional<struct stat> status_of_name(const std::string& path);
 
 }  // namespace tagrid
