@@ -129,6 +129,12 @@ class UsageError : public Error {
   using Error::Error;
 };
 
+/// Throws UsageError with this message, a Sentence or plain text, unless the condition holds.
+template <class Message = Sentence>
+void require(bool condition, const Message& otherwise) {
+  if (!condition) throw UsageError(otherwise);
+}
+
 /// The work does not fit into the allowed memory.
 class MemoryLimit : public UsageError {
  public:

@@ -145,9 +145,8 @@ FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, dou
                    const Progress& progress) {
   if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
   const double peak = width(range_of_data(source));
-  if (!std::isfinite(peak))
-    throw UsageError(Sentence{"{}: {} has no meaning for samples whose range is not finite",
-                              {source.name(), setting::psnr}});
+  require(std::isfinite(peak),
+          {"{}: {} has no meaning for samples whose range is not finite", {source.name(), setting::psnr}});
   Psnr psnr(parameters, source, peak, progress);
   const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
   source.rewind();

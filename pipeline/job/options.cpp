@@ -12,10 +12,6 @@
 namespace tagrid {
 namespace {
 
-void require(bool condition, const Sentence& otherwise) {
-  if (!condition) throw UsageError(otherwise);
-}
-
 void require_bound(const std::optional<double>& bound, const Setting& setting) {
   require(!bound || is_bound(*bound),
           {"{} {} must be a finite number of at least 0", {setting, bound.value_or(0)}});

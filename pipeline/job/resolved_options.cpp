@@ -15,10 +15,6 @@
 namespace tagrid {
 namespace {
 
-void refuse_unless(bool condition, const Sentence& otherwise) {
-  if (!condition) throw UsageError(otherwise);
-}
-
 // The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
 // proportional to S, the number of active points would depend on S.
 constexpr double voxels_per_range = 8;
@@ -80,9 +76,9 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
-    refuse_unless(p.surface_error < p.max_error || p.surface_error < 0,
-                  {"{} must be below {} after both are rounded down to whole units",
-                   {setting::surface_error, setting::max_error}});
+    require(p.surface_error < p.max_error || p.surface_error < 0,
+            {"{} must be below {} after both are rounded down to whole units",
+             {setting::surface_error, setting::max_error}});
     if (!options.error_rule) require_mesh_of_voxels(p);
     return;
   }
@@ -97,7 +93,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
 
 // Refuses to write a file that a reader would refuse.
 void require_valid(const Status& status, const std::string& volume) {
-  refuse_unless(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
+  require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
 }
 
 // Rules follow from the samples, whatever they stand for.
@@ -147,10 +143,9 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
 
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
   options.validate();
-  refuse_unless(
-      source.scale_doubt.empty() || !bounds_values(options),
-      {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
-       {source.scale_doubt, setting::max_error}});
+  require(source.scale_doubt.empty() || !bounds_values(options),
+          {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
+           {source.scale_doubt, setting::max_error}});
   const VolumeInfo& info = source.info;
   require_valid(check_fields(info.nrrd_fields), "this volume");
   ResolvedOptions resolved;

@@ -18,10 +18,9 @@ EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
 }
 
 void require_known_range(const ResolvedOptions& options) {
-  if (options.range_from_data && !options.options.range_from_data)
-    throw UsageError(
-        Sentence{"a pipe of {} samples needs {} lo:hi or {}: its range is not known before it has been read",
-                 {name_of(options.parameters.type), setting::range, setting::field_scale}});
+  require(!options.range_from_data || options.options.range_from_data,
+          {"a pipe of {} samples needs {} lo:hi or {}: its range is not known before it has been read",
+           {name_of(options.parameters.type), setting::range, setting::field_scale}});
 }
 
 }  // namespace
@@ -47,9 +46,9 @@ EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeS
 
 EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan) {
   require_known_range(options);
-  if (options.options.error_rule || options.range_from_data)
-    throw UsageError(Sentence{"{} follows from the samples, which cannot be read beforehand",
-                              {options.range_from_data ? setting::range : setting::max_error}});
+  require(!options.options.error_rule && !options.range_from_data,
+          {"{} follows from the samples, which cannot be read beforehand",
+           {options.range_from_data ? setting::range : setting::max_error}});
   return job_of(options, plan);
 }
 

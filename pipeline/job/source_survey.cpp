@@ -44,9 +44,9 @@ double noise_of(VolumeSource& source) {
 }
 
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
-  if (!source.traits().again)
-    throw UsageError(Sentence{"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
-                              {setting::range, setting::range}});
+  require(source.traits().again,
+          {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
+           {setting::range, setting::range}});
   double low = INFINITY, high = -INFINITY;
   with_sample_type(source.info().type, [&](auto type) {
     using T = decltype(type);

@@ -75,9 +75,8 @@ std::uint64_t memory_beside_decoding(const CodingParameters& p, std::uint64_t ta
 int checked_level(std::optional<int> wanted, int cube_size) {
   const int deepest = max_level(cube_size);
   const int level = wanted.value_or(deepest);
-  if (level < 0 || level > deepest)
-    throw UsageError(Sentence{"{} must be from 0 to {}, because root cubes have an edge of {}",
-                              {Setting{"level", "the level"}, deepest, cube_size}});
+  require(level >= 0 && level <= deepest, {"{} must be from 0 to {}, because root cubes have an edge of {}",
+                                           {Setting{"level", "the level"}, deepest, cube_size}});
   return level;
 }
 

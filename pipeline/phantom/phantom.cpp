@@ -30,9 +30,9 @@ MakeSlice slice_maker(SampleType type) {
 
 VolumeInfo info_of(const PhantomOptions& options) {
   const Index3 n = options.dims;
-  if (!sample_bytes(n, options.type))
-    throw UsageError(Sentence{"{} {},{},{}: the volume must be smaller than 2^62 bytes",
-                              {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
+  require(sample_bytes(n, options.type).has_value(),
+          {"{} {},{},{}: the volume must be smaller than 2^62 bytes",
+           {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
   return volume_info(n, options.type, spacings_line({1, 1, 1}));
 }
 
