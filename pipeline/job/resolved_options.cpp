@@ -96,6 +96,11 @@ void require_valid(const Status& status, const std::string& volume) {
   require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
 }
 
+// The same for parameters that are complete; with_range() checks those that are not yet.
+void require_valid(const ResolvedOptions& options) {
+  if (!options.range_from_data) require_valid(check_parameters(options.parameters), options.volume);
+}
+
 // Rules follow from the samples, whatever they stand for.
 bool bounds_values(const EncodeOptions& options) {
   return options.max_error.value_or(0) > 0 || options.surface_error.value_or(0) > 0 ||
@@ -161,7 +166,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
     resolved.parameters.field_scale = *o.field_scale;
   else if (!resolved.range_from_data)
     set_range(o.range.value_or(usual_range(info.type)), resolved.parameters);
-  if (!resolved.range_from_data) require_valid(check_parameters(resolved.parameters), resolved.volume);
+  require_valid(resolved);
   return resolved;
 }
 
@@ -170,6 +175,7 @@ ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_er
   options.options.error_rule.reset();
   options.options.validate();
   set_bounds(options.options, options.parameters);
+  require_valid(options);
   return options;
 }
 

@@ -54,6 +54,15 @@ TEST(ResolvedOptions, HaveTheRangeOfSamplesWhereThatOfValuesWasGiven) {
   EXPECT_EQ(p.range_high, 0);
 }
 
+TEST(ResolvedOptions, AreCheckedAgainWhenARuleHasGivenTheBound) {
+  EncodeOptions options;
+  options.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
+  ResolvedOptions resolved = in_samples(options, facts_of(SampleType::int16));
+  EXPECT_EQ(with_bound(resolved, 7).parameters.max_error, 7);
+  resolved.parameters.range_low = INFINITY;
+  EXPECT_THROW(with_bound(resolved, 7), UsageError);
+}
+
 // What the samples tell is not read, but refused with the setting that would make it unnecessary.
 TEST(Settle, WithoutSamplesRefusesWhatFollowsFromThem) {
   EncodeOptions by_noise, by_range;
