@@ -44,50 +44,41 @@ bool is_control(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || turns || ends_line;
 }
 
-std::string escaped(std::string_view bytes) {
-  if (bytes == "\n") return "\\n";
-  if (bytes == "\t") return "\\t";
-  if (bytes == "\r") return "\\r";
-  std::string text;
-  for (const char c : bytes) text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  return text;
-}
-
-}  // namespace
-
-std::string printable(std::string_view text) {
+// `text` with the characters that stay, and each byte of all others as `escaped` writes it.
+std::string with_escapes(std::string_view text, bool (*stays)(std::uint32_t code),
+                         std::string (*escaped)(unsigned char byte)) {
   std::string result;
   while (!text.empty()) {
     const Character c = first_character(text);
     const std::string_view bytes = text.substr(0, c.bytes);
-    if (c.good && !is_control(c.code))
+    if (c.good && stays(c.code))
       result += bytes;
     else
-      result += escaped(bytes);
+      for (const char byte : bytes) result += escaped(static_cast<unsigned char>(byte));
     text.remove_prefix(c.bytes);
   }
   return result;
 }
 
-namespace {
-
 constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
 
 }  // namespace
 
+std::string printable(std::string_view text) {
+  return with_escapes(
+      text, [](std::uint32_t code) { return !is_control(code); },
+      [](unsigned char byte) -> std::string {
+        if (byte == '\n') return "\\n";
+        if (byte == '\t') return "\\t";
+        if (byte == '\r') return "\\r";
+        return fmt::format("\\x{:02x}", byte);
+      });
+}
+
 std::string text_of_name(std::string_view name) {
-  std::string text;
-  while (!name.empty()) {
-    const Character c = first_character(name);
-    const std::string_view bytes = name.substr(0, c.bytes);
-    if (c.good && bytes != replacement)
-      text += bytes;
-    else
-      for (const char byte : bytes)
-        text += fmt::format("{}{:02X}", replacement, static_cast<unsigned char>(byte));
-    name.remove_prefix(c.bytes);
-  }
-  return text;
+  return with_escapes(
+      name, [](std::uint32_t code) { return code != 0xFFFD; },
+      [](unsigned char byte) { return fmt::format("{}{:02X}", replacement, byte); });
 }
 
 std::string name_of_text(std::string_view text) {
