@@ -32,6 +32,7 @@ enum class Problem : std::uint8_t {
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
   program_memory,  ///< a program for a format lacks memory, or may lack it, of which a larger limit gives it more
+  cancelled,       ///< a caller of the library asked to stop
 };
 
 /// A setting of a caller: the name by which the layers above know it ("max-error"), and its description ("the

@@ -28,7 +28,7 @@ Resources resources_of(const tagrid_call& call) {
 Progress progress_of(const tagrid_call& call) {
   if (call.progress == nullptr) return {};
   return [function = call.progress, user = call.progress_user](std::uint64_t done, std::uint64_t total) {
-    if (function(user, done, total) != 0) throw Cancelled();
+    if (function(user, done, total) != 0) cancel();
   };
 }
 

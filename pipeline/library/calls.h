@@ -39,11 +39,11 @@ void hand_over(Struct result, Struct* to, std::size_t first_size) {
 tagrid_call settings_of(const tagrid_call* call);
 /// The limits on threads and memory for the call.
 Resources resources_of(const tagrid_call& call);
-/// The caller's function, or an empty one. Throws Cancelled if the caller asks to stop.
+/// The caller's function, or an empty one. It calls cancel() if the caller asks to stop.
 Progress progress_of(const tagrid_call& call);
 
 /// A half-open box of the caller within a volume of `dims` samples, with both ends included. Throws
-/// BadArgument.
+/// UsageError.
 Box box_of(const tagrid_box& box, const Index3& dims);
 /// `strides`; if null, those of `shape` samples without gaps.
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);

@@ -97,7 +97,7 @@ VolumeInfo volume_of(const tagrid_encode_options& given) {
   try {
     info.geometry = geometry_of(info.nrrd_fields);
   } catch (const BrokenInput& broken) {
-    throw BadArgument{std::string("geometry or metadata: ") + broken.what()};
+    throw UsageError(std::string("geometry or metadata: ") + broken.what());
   }
   return info;
 }

@@ -17,8 +17,10 @@ struct Message {
 };
 thread_local Message last_of_thread;
 
-tagrid_status status_of(ErrorKind kind) {
-  switch (kind) {
+tagrid_status status_of(const SortedError& error) {
+  if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
+  if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
+  switch (error.kind) {
     case ErrorKind::usage:
       return TAGRID_INVALID_ARGUMENT;
     case ErrorKind::broken_input:
@@ -34,24 +36,11 @@ tagrid_status status_of(ErrorKind kind) {
   return TAGRID_BUG;
 }
 
-tagrid_status sorted(std::string& message) {
-  try {
-    throw;
-  } catch (const BadArgument& bad) {
-    message = bad.what;
-    return TAGRID_INVALID_ARGUMENT;
-  } catch (const Cancelled&) {
-    message = "cancelled by the caller";
-    return TAGRID_CANCELLED;
-  } catch (const MemoryLimit& error) {
-    // The plan counts the whole process; a caller's limit is for the work of the call.
-    message = error.but_for(memory_of_program).what();
-    return TAGRID_MEMORY_LIMIT;
-  } catch (...) {
-    SortedError error = sorted_error(std::current_exception());
-    message = error.kind == ErrorKind::memory ? "out of memory" : std::move(error.message);
-    return status_of(error.kind);
-  }
+std::string message_of(const SortedError& error) {
+  if (error.kind == ErrorKind::memory) return "out of memory";
+  if (error.detail.problem != Problem::memory_limit) return error.message;
+  // The plan counts the whole process; a caller's limit is for the work of the call.
+  return MemoryLimit(error.message, error.detail).but_for(memory_of_program).what();
 }
 
 }  // namespace
@@ -69,7 +58,9 @@ const char* MessageOfEachThread::get() const {
 
 tagrid_status sorted_failure(std::string& message) noexcept {
   try {
-    return sorted(message);
+    const SortedError error = sorted_error(std::current_exception());
+    message = message_of(error);
+    return status_of(error);
   } catch (...) {
     message.clear();
     return TAGRID_OUT_OF_MEMORY;

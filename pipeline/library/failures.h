@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "io/errors/errors.h"
 #include "tagrid/tagrid.h"
 
 namespace tagrid::library {
@@ -33,13 +34,8 @@ class MessageOfEachThread {
   std::uint64_t handle_;  ///< unique: no other handle ever has this number
 };
 
-/// An invalid argument of a call.
-struct BadArgument {
-  std::string what;
-};
-
-/// Thrown if a callback of the caller asks to stop.
-struct Cancelled {};
+/// Stops the call, because a callback of the caller asked for it.
+[[noreturn]] inline void cancel() { throw UsageError("cancelled by the caller", Problem::cancelled); }
 
 /// The status of the exception that is being handled, and its message; "" if there is no memory for it.
 tagrid_status sorted_failure(std::string& message) noexcept;
@@ -56,10 +52,6 @@ tagrid_status call(Messages& messages, Work work) noexcept {
     messages.set(std::move(message));
     return status;
   }
-}
-
-inline void require(bool condition, const char* what) {
-  if (!condition) throw BadArgument{what};
 }
 
 }  // namespace tagrid::library

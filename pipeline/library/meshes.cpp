@@ -24,11 +24,11 @@ class CallbackMesh : public MeshSink {
   CallbackMesh(const tagrid_mesh_sink& sink, std::size_t sample_size) : sink_(sink), size_(sample_size) {}
   void add_points(std::span<const double> xyz, std::span<const std::byte> values) override {
     if (xyz.empty()) return;
-    if (sink_.points(sink_.user, values.size() / size_, xyz.data(), values.data()) != 0) throw Cancelled();
+    if (sink_.points(sink_.user, values.size() / size_, xyz.data(), values.data()) != 0) cancel();
   }
   void add_tetrahedra(std::span<const std::int64_t> points, std::span<const std::uint8_t> levels) override {
     if (levels.empty()) return;
-    if (sink_.tetrahedra(sink_.user, levels.size(), points.data(), levels.data()) != 0) throw Cancelled();
+    if (sink_.tetrahedra(sink_.user, levels.size(), points.data(), levels.data()) != 0) cancel();
   }
 
  private:
@@ -52,8 +52,8 @@ class CallbackSurface : public SurfaceSink {
     }
     for (const auto& triangle : piece.triangles)
       for (const std::uint32_t vertex : triangle) ids_.push_back(piece.ids[vertex]);
-    if (!xyz_.empty() && sink_.points(sink_.user, xyz_.size() / 3, xyz_.data()) != 0) throw Cancelled();
-    if (!ids_.empty() && sink_.triangles(sink_.user, ids_.size() / 3, ids_.data()) != 0) throw Cancelled();
+    if (!xyz_.empty() && sink_.points(sink_.user, xyz_.size() / 3, xyz_.data()) != 0) cancel();
+    if (!ids_.empty() && sink_.triangles(sink_.user, ids_.size() / 3, ids_.data()) != 0) cancel();
   }
 
  private:

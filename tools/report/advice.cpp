@@ -43,6 +43,7 @@ std::string advice_on_compressed(const std::vector<Term>& terms) {
 std::string advice_on(const ErrorDetail& detail) {
   switch (detail.problem) {
     case Problem::none:
+    case Problem::cancelled:
       return "";
     case Problem::output_exists:
       return "; give -f to overwrite it";
