@@ -1,5 +1,4 @@
-// The numbers of members of the structs that ranks send each other; see messages.h. A wrong number does not
-// compile.
+// The members of the structs that ranks send each other; see messages.h.
 #pragma once
 
 #include "pipeline/parts/decode_parts.h"
@@ -10,52 +9,31 @@
 
 namespace tagrid {
 
-template <>
-inline constexpr std::size_t member_count<Index3> = 3;
-template <>
-inline constexpr std::size_t member_count<RawDescription> = 5;
-template <>
-inline constexpr std::size_t member_count<SourceDescription> = 7;
-template <>
-inline constexpr std::size_t member_count<Resources> = 4;
+TAGRID_MEMBERS(Index3, x, y, z)
+TAGRID_MEMBERS(RawDescription, dims, type, big_endian, spacing, offset)
+TAGRID_MEMBERS(SourceDescription, raw, vdb_grid, from, series, gaps_ok, dataset, reader_memory)
+TAGRID_MEMBERS(Resources, threads, memory, processes, spool)
 
-template <>
-inline constexpr std::size_t member_count<PartOrder> = 6;
-template <>
-inline constexpr std::size_t member_count<PartPlace> = 2;
-template <>
-inline constexpr std::size_t member_count<PlaceOrder> = 5;
-template <>
-inline constexpr std::size_t member_count<DecodeOrder> = 6;
-template <>
-inline constexpr std::size_t member_count<WrittenNumbers> = 2;
-template <>
-inline constexpr std::size_t member_count<ValueRule> = 4;
-template <>
-inline constexpr std::size_t member_count<VerifyOrder> = 4;
+TAGRID_MEMBERS(PartOrder, input, source, folder, record, resources, code_after_signal)
+TAGRID_MEMBERS(PartPlace, position, checksum_before)
+TAGRID_MEMBERS(PlaceOrder, folder, record, file, name, places)
+TAGRID_MEMBERS(DecodeOrder, input, file, name, start, numbers, resources)
+TAGRID_MEMBERS(WrittenNumbers, rule, is_range_known)
+TAGRID_MEMBERS(ValueRule, from, to, slopes, intercepts)
+TAGRID_MEMBERS(VerifyOrder, input, original, source, resources)
 
-template <>
-inline constexpr std::size_t member_count<ContentOrder> = 3;
-template <>
-inline constexpr std::size_t member_count<SourceFiles> = 7;
-template <>
-inline constexpr std::size_t member_count<SampleShape> = 2;
-template <>
-inline constexpr std::size_t member_count<EnvelopeFile> = 5;
-template <>
-inline constexpr std::size_t member_count<SlicesInFile> = 3;
-template <>
-inline constexpr std::size_t member_count<SliceRun> = 8;
-template <>
-inline constexpr std::size_t member_count<StoredBits> = 3;
-template <>
-inline constexpr std::size_t member_count<PlainPiece> = 5;
+TAGRID_MEMBERS(ContentOrder, source, exact, resources)
+TAGRID_MEMBERS(SourceFiles, files, names, pieces, paths, shape, compression, why_not)
+TAGRID_MEMBERS(SampleShape, dims, type)
+TAGRID_MEMBERS(EnvelopeFile, name, size, is_changed, checksum, slices)
+TAGRID_MEMBERS(SlicesInFile, first_slice, run, spare)
+TAGRID_MEMBERS(SliceRun, file, offset, slices, step, big_endian, stored, row_step, bottom_up)
+TAGRID_MEMBERS(StoredBits, bits, is_signed, add)
+TAGRID_MEMBERS(PlainPiece, kind, bytes, file, offset, size)
 
-template <>
-inline constexpr std::size_t member_count<Statistics> = 10;
-template <>
-inline constexpr std::size_t member_count<OpenFace> = 3;
-template <>
-inline constexpr std::size_t member_count<Findings> = 2;
+TAGRID_MEMBERS(Statistics, active, max_error, mesh_error, sum_squared_error, sum_squared_real, low, high, sum,
+               finite, samples)
+TAGRID_MEMBERS(OpenFace, below, axis, checksum)
+TAGRID_MEMBERS(Findings, counted, open_faces)
 
 }  // namespace tagrid

@@ -1,12 +1,12 @@
 // Converts messages between ranks to and from bytes: the same walk over a value writes it and reads it.
 //
-// A struct is sent with all of its members, in their order. Nobody lists them: members_of() takes them from
-// the struct and only needs their number. member_count gives it, beside the struct or in order_members.h; a
-// wrong number does not compile. So a new member cannot be forgotten.
+// A struct is sent with all of its members. TAGRID_MEMBERS lists them, and does not compile with fewer or
+// more names than the struct has members. So a new member cannot be forgotten.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -23,46 +23,15 @@
 
 namespace tagrid {
 
-template <class Struct>
-inline constexpr std::size_t member_count = 0;
-
-/// References to all members of a struct, in their order.
-template <class Struct>
-auto members_of(Struct& of) {
-  constexpr std::size_t count = member_count<std::remove_const_t<Struct>>;
-  static_assert(count > 0 && count <= 10, "member_count does not say how many members there are");
-  if constexpr (count == 1) {
-    auto& [a] = of;
-    return std::tie(a);
-  } else if constexpr (count == 2) {
-    auto& [a, b] = of;
-    return std::tie(a, b);
-  } else if constexpr (count == 3) {
-    auto& [a, b, c] = of;
-    return std::tie(a, b, c);
-  } else if constexpr (count == 4) {
-    auto& [a, b, c, d] = of;
-    return std::tie(a, b, c, d);
-  } else if constexpr (count == 5) {
-    auto& [a, b, c, d, e] = of;
-    return std::tie(a, b, c, d, e);
-  } else if constexpr (count == 6) {
-    auto& [a, b, c, d, e, f] = of;
-    return std::tie(a, b, c, d, e, f);
-  } else if constexpr (count == 7) {
-    auto& [a, b, c, d, e, f, g] = of;
-    return std::tie(a, b, c, d, e, f, g);
-  } else if constexpr (count == 8) {
-    auto& [a, b, c, d, e, f, g, h] = of;
-    return std::tie(a, b, c, d, e, f, g, h);
-  } else if constexpr (count == 9) {
-    auto& [a, b, c, d, e, f, g, h, i] = of;
-    return std::tie(a, b, c, d, e, f, g, h, i);
-  } else {
-    auto& [a, b, c, d, e, f, g, h, i, j] = of;
-    return std::tie(a, b, c, d, e, f, g, h, i, j);
+/// Names all members of a struct, in their order, for walk(). Its place is the namespace of the struct:
+/// beside it, or in order_members.h.
+#define TAGRID_MEMBERS(Struct, ...)                      \
+  template <class Of>                                    \
+  requires std::same_as<std::remove_const_t<Of>, Struct> \
+  auto members_of(Of& of) {                              \
+    auto& [__VA_ARGS__] = of;                            \
+    return std::tie(__VA_ARGS__);                        \
   }
-}
 
 class OrderWriter {
  public:

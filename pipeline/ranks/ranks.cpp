@@ -13,6 +13,13 @@
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {
+
+TAGRID_MEMBERS(Term, text, setting)
+TAGRID_MEMBERS(Sentence, text, terms)
+TAGRID_MEMBERS(Choice, name, text)
+TAGRID_MEMBERS(ErrorDetail, problem, context, sentence, numbers, choices)
+TAGRID_MEMBERS(SortedError, kind, message, detail)
+
 namespace {
 
 /// The messages of ranks about the end of their work.
@@ -21,23 +28,7 @@ struct Outcome {
   SortedError error;
   std::string machine;
 };
-
-}  // namespace
-
-template <>
-inline constexpr std::size_t member_count<Term> = 2;
-template <>
-inline constexpr std::size_t member_count<Sentence> = 2;
-template <>
-inline constexpr std::size_t member_count<Choice> = 2;
-template <>
-inline constexpr std::size_t member_count<ErrorDetail> = 5;
-template <>
-inline constexpr std::size_t member_count<SortedError> = 3;
-template <>
-inline constexpr std::size_t member_count<Outcome> = 3;
-
-namespace {
+TAGRID_MEMBERS(Outcome, state, error, machine)
 
 Outcome outcome_of(const std::exception_ptr& exception) {
   if (!exception) return {};

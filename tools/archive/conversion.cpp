@@ -18,6 +18,11 @@
 #include "tools/report/process.h"
 
 namespace tagrid {
+
+TAGRID_MEMBERS(ManifestLine, number, input, output, options)
+TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, spool)
+TAGRID_MEMBERS(ConversionOptions, output_dir, overwrite, skip_done, trust_description, run)
+
 namespace {
 
 /// The data that the other ranks need.
@@ -25,27 +30,14 @@ struct ConversionOrder {
   std::vector<ManifestLine> lines;
   ConversionOptions options;
 };
+TAGRID_MEMBERS(ConversionOrder, lines, options)
 
 /// The result of a line that one of them processed.
 struct DoneLine {
   std::uint64_t index = 0;
   std::string record, error;
 };
-
-}  // namespace
-
-template <>
-inline constexpr std::size_t member_count<ManifestLine> = 4;
-template <>
-inline constexpr std::size_t member_count<RunOptions> = 7;
-template <>
-inline constexpr std::size_t member_count<ConversionOptions> = 5;
-template <>
-inline constexpr std::size_t member_count<ConversionOrder> = 2;
-template <>
-inline constexpr std::size_t member_count<DoneLine> = 3;
-
-namespace {
+TAGRID_MEMBERS(DoneLine, index, record, error)
 
 /// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none:
 /// outputs would be scattered.

@@ -18,6 +18,8 @@ struct Inner {
   std::vector<std::string> names;
   bool operator==(const Inner&) const = default;
 };
+TAGRID_MEMBERS(Inner, pair, names)
+
 struct Everything {
   bool truth = false;
   Colour colour = Colour::red;
@@ -30,6 +32,7 @@ struct Everything {
   std::optional<bool> maybe;
   bool operator==(const Everything&) const = default;
 };
+TAGRID_MEMBERS(Everything, truth, colour, small, real, wide, map, list, bytes, maybe)
 
 /// Changes one number, letter or presence of each leaf of a value, one after the other, and calls use() with
 /// each result.
@@ -83,15 +86,6 @@ int expect_that_all_of_it_is_sent(Order order = {}) {
   });
   return changes;
 }
-
-}  // namespace
-
-template <>
-inline constexpr std::size_t member_count<Inner> = 2;
-template <>
-inline constexpr std::size_t member_count<Everything> = 9;
-
-namespace {
 
 TEST(OrderFields, EveryMemberOfEveryOrderIsSent) {
   EXPECT_GT(expect_that_all_of_it_is_sent<PartOrder>(), 20);
