@@ -100,14 +100,15 @@ CodingParameters parameters_of_part(CodingParameters parameters, const Box& bric
 
 }  // namespace
 
-Box bricks_that_meet(const Box& box, const BrickGrid& bricks) {
+Box bricks_that_meet(const std::optional<Box>& box, const BrickGrid& bricks) {
   Box positions = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
+  if (!box) return positions;
   const std::int64_t length = bricks.length();
   for (int axis = 0; axis < 3; ++axis) {
     // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
     // both.
-    positions.low[axis] = bricks.owner(box.low[axis]);
-    positions.high[axis] = std::min(box.high[axis] / length, positions.high[axis]);
+    positions.low[axis] = bricks.owner(box->low[axis]);
+    positions.high[axis] = std::min(box->high[axis] / length, positions.high[axis]);
   }
   return positions;
 }

@@ -46,8 +46,9 @@ DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_b
 void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
               const Progress& progress = {});
 
-/// The bricks whose closed boxes contain a point of `box`, as a box of their positions.
-Box bricks_that_meet(const Box& box, const BrickGrid& bricks);
+/// The bricks whose closed boxes contain a point of `box`, as a box of their positions; without a box, all
+/// bricks.
+Box bricks_that_meet(const std::optional<Box>& box, const BrickGrid& bricks);
 
 /// The memory of take_some() with a number of threads.
 std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& positions,

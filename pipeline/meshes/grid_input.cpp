@@ -1,20 +1,46 @@
 #include "pipeline/meshes/grid_input.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "io/files/file_attributes.h"
+#include "io/files/output_file.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/formats/nrrd/spaces.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
+namespace {
 
-GridInput::GridInput(const std::string& path, bool is_part) {
+double smallest_spacing(const Geometry& geometry) {
+  double smallest = INFINITY;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& d = geometry.directions[axis];
+    const double distance = geometry.has_directions ? std::hypot(d[0], d[1], d[2]) : geometry.spacing[axis];
+    smallest = std::min(smallest, std::isnan(distance) ? 1 : std::abs(distance));
+  }
+  return smallest;
+}
+
+}  // namespace
+
+GridInput::GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite) {
+  refuse_same_file(path, output);
+  check_output(output, overwrite);
   if (is_part && is_regular_input(path))
     bricks_ = std::make_unique<TagBricks>(std::make_shared<FileSource>(path));
   else
     stream_ = std::make_unique<TagReader>(path);
 }
 
+MeshNotes GridInput::notes() const {
+  const Geometry geometry = in_one_unit(geometry_of(header().nrrd_fields));
+  return {short_name_of_space(geometry.space), rescale_of(header().nrrd_fields), smallest_spacing(geometry)};
+}
+
 Box GridInput::positions(const std::optional<Box>& box) const {
-  const BrickGrid bricks = header().parameters.bricks();
-  return bricks_ && box ? bricks_that_meet(*box, bricks)
-                        : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
+  return bricks_that_meet(bricks_ ? box : std::nullopt, header().parameters.bricks());
 }
 
 void GridInput::check_memory(const Box& positions, std::uint64_t taker_bytes,

@@ -1,4 +1,5 @@
-// A .tag file whose grid is passed on, whole or in part.
+// What write_mesh() and write_surface() have in common: the .tag file whose grid is passed on, whole or in
+// part.
 #pragma once
 
 #include <cstdint>
@@ -6,24 +7,33 @@
 #include <optional>
 #include <string>
 
+#include "io/meshes/mesh_notes.h"
 #include "io/tag/bricks.h"
-#include "io/tag/file.h"
-#include "pipeline/memory/resources.h"
 #include "pipeline/meshes/grid_bricks.h"
-#include "pipeline/progress/progress.h"
+#include "pipeline/meshes/grid_run.h"
 
 namespace tagrid {
 
 /// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all bricks come.
 class GridInput {
  public:
-  /// `is_part`: a region is wanted. Throws BrokenInput and WorldError.
-  GridInput(const std::string& path, bool is_part);
+  /// `is_part`: a region is wanted. Throws UsageError if the output is the input, or exists and is not to be
+  /// overwritten; BrokenInput and WorldError.
+  GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite);
 
   const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }
   const std::string& name() const { return bricks_ ? bricks_->name() : stream_->name(); }
   const TagIndex& index() const { return bricks_ ? bricks_->index() : stream_->index(); }
   std::uint64_t bytes() const { return bricks_ ? bricks_->sizes().file : stream_->sizes().file; }
+
+  /// What a file made of it says besides its arrays: the space of the coordinates and the meaning of values,
+  /// as far as the header says them.
+  MeshNotes notes() const;
+  /// The result of a run that made `output`, a MeshFile or a SurfaceFile.
+  template <class File>
+  GridResult result_in(const File& output) const {
+    return {header(), index(), bytes(), output.file_bytes(), output.warnings()};
+  }
 
   /// The bricks that will be passed, for this box of samples.
   Box positions(const std::optional<Box>& box) const;

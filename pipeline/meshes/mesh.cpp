@@ -1,15 +1,13 @@
 #include "pipeline/meshes/mesh.h"
 
 #include "io/errors/errors.h"
-#include "io/files/file_attributes.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/meshes/mesh_formats.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/of_writer.h"
-#include "pipeline/meshes/coarsened_mesh.h"
+#include "pipeline/meshes/coarsen_file.h"
 #include "pipeline/meshes/grid_input.h"
 #include "pipeline/meshes/mesh_builder.h"
-#include "pipeline/meshes/notes.h"
 #include "pipeline/reading/decode_region.h"
 
 namespace tagrid {
@@ -34,10 +32,8 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   const MeshOptions& options = run.options;
   const MeshFormat& format = mesh_format_of(run.output);
   check_coarsening(options);
-  refuse_same_file(run.input, run.output);
-  check_output(run.output, options.overwrite);
   // How coarse a mesh may be in a region depends on the whole volume.
-  GridInput input(run.input, !options.region.is_all() && !options.coarsen);
+  GridInput input(run.input, !options.region.is_all() && !options.coarsen, run.output, options.overwrite);
   if (options.coarsen && !options.of_samples)
     require_scale(input.header().nrrd_fields, {"coarsen", "the error of a mesh"});
   const CodingParameters& parameters = input.header().parameters;
@@ -50,7 +46,7 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   // Checked before anything is written.
   try {
     if (options.coarsen)
-      check_coarsened_mesh(parameters, bytes, run.resources);
+      plan_coarsening(parameters, bytes, run.resources);
     else
       input.check_memory(positions, bytes, run.resources);
   } catch (const MemoryLimit& limit) {
@@ -59,17 +55,20 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   }
 
   const std::shared_ptr<MeshFile> file = format.create(run.output, parameters.type, options.overwrite);
-  file->set_notes(notes_of(input.header()));
+  file->set_notes(input.notes());
   MeshBuilder builder(input.header(), positions, part, *file);
-  if (options.coarsen)
-    take_coarsened(input.stream(), part.padded, error_of_samples(options, input.header()), run.output, bytes,
-                   run.resources, builder, run.progress);
-  else
+  if (options.coarsen) {
+    const MeshBound bound{parameters.dims, parameters.cube_size, error_of_samples(options, input.header()),
+                          part.padded};
+    const auto add_brick = [&](Index3 position, const LatticeBits& active, const ValueOf& value_of) {
+      builder.add_brick(position, active, value_of);
+    };
+    coarsen_file(input.stream(), bound, positions, run.output, bytes, run.resources, add_brick, run.progress);
+  } else {
     input.pass_to(builder, positions, bytes, run.resources, run.progress);
+  }
   file->finish();
-  return {{input.header(), input.index(), input.bytes(), file->file_bytes(), file->point_count(),
-           file->tetrahedron_count(), file->warnings()},
-          file};
+  return {{input.result_in(*file), file->point_count(), file->tetrahedron_count()}, file};
 }
 
 }  // namespace tagrid

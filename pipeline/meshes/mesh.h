@@ -3,14 +3,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "io/tag/file.h"
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/memory/resources.h"
+#include "pipeline/meshes/grid_run.h"
 #include "pipeline/progress/finished.h"
-#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
@@ -29,22 +25,11 @@ struct MeshOptions {
   bool of_samples = false;  ///< `coarsen` is an error of stored samples
 };
 
-struct MeshRun {
-  std::string input;   ///< the .tag file; "-": the standard input
-  std::string output;  ///< its name chooses the format; "-": the standard output, VTU
-  MeshOptions options = {};
-  Resources resources{1};
-  Progress progress = {};
-};
+using MeshRun = GridRun<MeshOptions>;
 
-struct MeshResult {
-  TagHeader header;
-  TagIndex index;
-  std::uint64_t bytes_in = 0;   ///< of the .tag file
-  std::uint64_t bytes_out = 0;  ///< of the mesh
+struct MeshResult : GridResult {
   std::int64_t points = 0;
   std::int64_t tetrahedra = 0;
-  std::vector<std::string> warnings = {};  ///< MeshFile::warnings()
 };
 
 /// Writes the leaf tetrahedra of a .tag file, brick by brick in their order; see VtuFile for the arrays. With

@@ -6,7 +6,7 @@ namespace tagrid {
 namespace {
 
 std::uint64_t bytes_of_builder(const CodingParameters& parameters, const MeshPart& part) {
-  return MeshBuilder::working_bytes(parameters, bricks_of(part, parameters.bricks()));
+  return MeshBuilder::working_bytes(parameters, bricks_that_meet(part.box, parameters.bricks()));
 }
 
 }  // namespace
@@ -22,19 +22,19 @@ DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resour
 
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
-  MeshBuilder mesh(reader.header(), bricks_of(part, reader.parameters().bricks()), part, sink);
+  MeshBuilder mesh(reader.header(), bricks_that_meet(part.box, reader.parameters().bricks()), part, sink);
   take_all(reader, bytes_of_builder(reader.parameters(), part), resources, mesh, progress);
 }
 
 std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshPart& part, int threads) {
-  return memory_of_taking(parameters, bricks_of(part, parameters.bricks()),
+  return memory_of_taking(parameters, bricks_that_meet(part.box, parameters.bricks()),
                           bytes_of_builder(parameters, part), threads);
 }
 
 void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
-  const Box positions = bricks_of(part, parameters.bricks());
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
   MeshBuilder mesh(file.header(), positions, part, sink);
   take_some(file, positions, bytes_of_builder(parameters, part), resources, mesh, progress);
 }

@@ -41,11 +41,6 @@ std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters&
 
 }  // namespace
 
-Box bricks_of(const MeshPart& part, const BrickGrid& bricks) {
-  return part.box ? bricks_that_meet(*part.box, bricks)
-                  : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
-}
-
 MeshBuilder::MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink)
     : parameters_(header.parameters),
       geometry_(in_one_unit(geometry_of(header.nrrd_fields))),

@@ -25,14 +25,11 @@ struct MeshPart {
   std::optional<Box> box = std::nullopt;
 };
 
-/// The bricks that contain a tetrahedron of the part, as a box of their positions.
-Box bricks_of(const MeshPart& part, const BrickGrid& bricks);
-
 /// Builds the tetrahedra of bricks, in the order of bricks.
 class MeshBuilder : public GridTaker {
  public:
-  /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come, with all of
-  /// bricks_of(part).
+  /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come, with all that
+  /// meet the box of the part.
   MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink);
 
   /// The peak of the heap that a builder takes for the bricks at `positions`: the ids of points, what waits

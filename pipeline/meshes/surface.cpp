@@ -2,11 +2,8 @@
 
 #include <memory>
 
-#include "io/errors/errors.h"
-#include "io/files/file_attributes.h"
 #include "io/meshes/surface_file.h"
 #include "pipeline/meshes/grid_input.h"
-#include "pipeline/meshes/notes.h"
 #include "pipeline/meshes/surface_bricks.h"
 #include "pipeline/reading/decode_region.h"
 
@@ -15,9 +12,7 @@ namespace tagrid {
 Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   const SurfaceOptions& options = run.options;
   const SurfaceFormat& format = surface_format_of(run.output);
-  refuse_same_file(run.input, run.output);
-  check_output(run.output, options.overwrite);
-  GridInput input(run.input, !options.region.is_all());
+  GridInput input(run.input, !options.region.is_all(), run.output, options.overwrite);
   const CodingParameters& parameters = input.header().parameters;
   SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close,
                    options.area};
@@ -31,14 +26,12 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   input.check_memory(positions, builder_bytes, run.resources);
 
   const std::shared_ptr<SurfaceFile> file = format.create(run.output, options.overwrite);
-  file->set_notes(notes_of(input.header()));
+  file->set_notes(input.notes());
   SurfaceBuilder builder(input.header(), positions, part, level, *file);
   input.pass_to(builder, positions, builder_bytes, run.resources, run.progress);
-  const SurfaceCounts& counts = builder.counts();
   file->finish();
-  SurfaceResult result{input.header(),  input.index(), input.bytes(), file->file_bytes(), counts, {},
-                       file->warnings()};
-  if (!part.box && !counts.has_gaps) result.boundary_edges = counts.border_edges;
+  SurfaceResult result{input.result_in(*file), builder.counts(), {}};
+  if (!part.box && !result.counts.has_gaps) result.boundary_edges = result.counts.border_edges;
   return {std::move(result), file};
 }
 

@@ -3,15 +3,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "io/tag/file.h"
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/memory/resources.h"
+#include "pipeline/meshes/grid_run.h"
 #include "pipeline/meshes/surface_builder.h"
 #include "pipeline/progress/finished.h"
-#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
@@ -31,24 +27,13 @@ struct SurfaceOptions {
   bool overwrite = false;
 };
 
-struct SurfaceRun {
-  std::string input;   ///< the .tag file; "-": the standard input
-  std::string output;  ///< its name chooses the format; "-": the standard output, PLY
-  SurfaceOptions options = {};
-  Resources resources{1};
-  Progress progress = {};
-};
+using SurfaceRun = GridRun<SurfaceOptions>;
 
-struct SurfaceResult {
-  TagHeader header;
-  TagIndex index;
-  std::uint64_t bytes_in = 0;   ///< of the .tag file
-  std::uint64_t bytes_out = 0;  ///< of the surface
+struct SurfaceResult : GridResult {
   SurfaceCounts counts;
   /// Edges with one triangle alone; nothing if the surface has borders that are not counted, at a region or
   /// around NaN.
   std::optional<std::int64_t> boundary_edges;
-  std::vector<std::string> warnings = {};  ///< SurfaceFile::warnings()
 };
 
 /// Writes the isosurface of the piecewise linear field of the mesh that write_mesh() writes: it passes

@@ -14,13 +14,8 @@
 namespace tagrid {
 namespace {
 
-Box positions_of_surface(const SurfacePart& part, const BrickGrid& bricks) {
-  return part.box ? bricks_that_meet(*part.box, bricks)
-                  : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
-}
-
 std::uint64_t bytes_of_surface(const CodingParameters& parameters, const SurfacePart& part) {
-  return SurfaceBuilder::working_bytes(parameters, positions_of_surface(part, parameters.bricks()));
+  return SurfaceBuilder::working_bytes(parameters, bricks_that_meet(part.box, parameters.bricks()));
 }
 
 }  // namespace
@@ -46,7 +41,7 @@ SurfaceLevel surface_level(double iso, const TagHeader& header, const std::strin
 SurfaceCounts surface_of_all(TagReader& reader, const SurfacePart& part, const SurfaceLevel& level,
                              const Resources& resources, SurfaceSink& sink, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  SurfaceBuilder builder(reader.header(), positions_of_surface(part, parameters.bricks()), part, level, sink);
+  SurfaceBuilder builder(reader.header(), bricks_that_meet(part.box, parameters.bricks()), part, level, sink);
   take_all(reader, bytes_of_surface(parameters, part), resources, builder, progress);
   return builder.counts();
 }
@@ -54,7 +49,7 @@ SurfaceCounts surface_of_all(TagReader& reader, const SurfacePart& part, const S
 SurfaceCounts surface_of_box(const TagBricks& file, const SurfacePart& part, const SurfaceLevel& level,
                              const Resources& resources, SurfaceSink& sink, const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
-  const Box positions = positions_of_surface(part, parameters.bricks());
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
   SurfaceBuilder builder(file.header(), positions, part, level, sink);
   take_some(file, positions, bytes_of_surface(parameters, part), resources, builder, progress);
   return builder.counts();

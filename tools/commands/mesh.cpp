@@ -9,64 +9,27 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/printable.h"
-#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
-#include "tools/options/wanted_region.h"
-#include "tools/report/process.h"
-#include "tools/report/report.h"
-#include "tools/report/run_report.h"
+#include "tools/commands/grid_command.h"
 
 namespace tagrid {
 namespace {
 
-struct MeshCommand {
-  std::string input;
-  OutputOptions output;
-  RunOptions run;
-  MeshOptions options;
-  std::string region;
-
-  void execute(Ranks& ranks) {
-    run.obey_memory_limit();
-    options.region = wanted_region(region);
-    if (output.path.empty() && !options.region.is_all())
-      throw UsageError(
-          "a region needs -o FILE: without it, the output would have the name of the whole mesh");
-    const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
-    refuse_terminal_input(input);
-    refuse_folder(input);
-    refuse_terminal(ranks, path, "meshes");
+struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
+  void execute(const Ranks& ranks) {
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: says what the error of --coarsen means; give --coarsen as well");
-    options.overwrite = output.overwrite;
-    remove_abandoned(run, {input}, {path});
-    RunReport report(run.json, run.thread_count(), output.overwrite, "mesh", input, path);
-    Finished<MeshResult> mesh = write(ranks, path);
-    const MeshResult& result = mesh.result;
-    const CodingParameters& parameters = result.header.parameters;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    if (options.coarsen) settings["coarsen"] = *options.coarsen;
-    settings["points"] = result.points;
-    settings["tetrahedra"] = result.tetrahedra;
-    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.header, result.index)});
-    mesh.commit();
-    report.keep();
-    for (const std::string& warning : result.warnings) warn(run, warning);
-    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
-      warn(run, path + ": " + mixed);
-    if (has_uneven_slices(result.header))
-      warn(run,
-           path + ": slices of the source lie at unequal distances; in the mesh all distances are equal");
-    tell_of_values(path, result.header.nrrd_fields);
-    if (run.verbosity > 0 && !run.quiet) {
-      say_line(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra));
-      say_line("coordinates: " + coordinates_text(result.header));
-    }
+    const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {
+      if (options.coarsen) settings["coarsen"] = *options.coarsen;
+      settings["points"] = result.points;
+      settings["tetrahedra"] = result.tetrahedra;
+    };
+    const MeshResult result = write(ranks, {"mesh", "meshes", ".vtu"}, write_mesh, add_settings);
+    tell_of_values(result.header.nrrd_fields);
+    tell_size(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra), result.header);
   }
 
-  void tell_of_values(const std::string& path, const std::string& fields) const {
+  void tell_of_values(const std::string& fields) const {
     if (has_slopes_of_slices(fields))
       warn(run, path + ": slices have slopes of their own; in the mesh, value is the stored sample" +
                     (options.coarsen && !options.of_samples
@@ -80,15 +43,6 @@ struct MeshCommand {
     say_line(fmt::format("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}",
                          path == "-" ? "standard output" : path, rescale.slope,
                          rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept), unit));
-  }
-
-  Finished<MeshResult> write(const Ranks& ranks, const std::string& path) const {
-    ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    return write_mesh({.input = input,
-                       .output = path,
-                       .options = options,
-                       .resources = run.resources(ranks),
-                       .progress = meter.progress()});
   }
 };
 

@@ -7,59 +7,28 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
-#include "tools/options/wanted_region.h"
-#include "tools/report/process.h"
-#include "tools/report/report.h"
-#include "tools/report/run_report.h"
+#include "tools/commands/grid_command.h"
 
 namespace tagrid {
 namespace {
 
-struct SurfaceCommand {
-  std::string input;
-  OutputOptions output;
-  RunOptions run;
-  SurfaceOptions options;
-  std::string region;
-
-  void execute(Ranks& ranks) {
-    run.obey_memory_limit();
-    options.region = wanted_region(region);
-    if (output.path.empty() && !options.region.is_all())
-      throw UsageError(
-          "a region needs -o FILE: without it, the output would have the name of the whole surface");
-    const std::string path = output.path.empty() ? output_beside(input, ".ply") : output.path;
-    refuse_terminal_input(input);
-    refuse_folder(input);
-    refuse_terminal(ranks, path, "surfaces");
-    options.overwrite = output.overwrite;
+struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
+  void execute(const Ranks& ranks) {
     options.area = !run.json.empty();
-    remove_abandoned(run, {input}, {path});
-    RunReport report(run.json, run.thread_count(), output.overwrite, "surface", input, path);
-    Finished<SurfaceResult> surface = write(ranks, path);
-    const SurfaceResult& result = surface.result;
-    const CodingParameters& parameters = result.header.parameters;
-    report.write({parameters.dims, parameters.type, settings_of(result), result.bytes_in, result.bytes_out,
-                  achieved_json(result.header, result.index)});
-    surface.commit();
-    report.keep();
-    for (const std::string& warning : result.warnings) warn(run, warning);
-    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
-      warn(run, path + ": " + mixed);
-    if (has_uneven_slices(result.header))
-      warn(run, path +
-                    ": slices of the source lie at unequal distances; in the surface all distances are "
-                    "equal");
+    const auto add_settings = [this](const SurfaceResult& result, nlohmann::ordered_json& settings) {
+      settings["iso"] = options.iso;
+      settings["vertices"] = result.counts.vertices;
+      settings["triangles"] = result.counts.triangles;
+      settings["boundary_edges"] = nullptr;
+      if (result.boundary_edges) settings["boundary_edges"] = *result.boundary_edges;
+      settings["area"] = result.counts.area;
+    };
+    const SurfaceResult result = write(ranks, {"surface", "surfaces", ".ply"}, write_surface, add_settings);
     if (result.counts.triangles == 0) warn(run, path + ": the surface is empty: " + why_empty(result));
-    if (run.verbosity > 0 && !run.quiet) {
-      say_line(fmt::format("{} vertices, {} triangles", result.counts.vertices, result.counts.triangles));
-      say_line("coordinates: " + coordinates_text(result.header));
-    }
+    tell_size(fmt::format("{} vertices, {} triangles", result.counts.vertices, result.counts.triangles),
+              result.header);
   }
 
   std::string why_empty(const SurfaceResult& result) const {
@@ -77,26 +46,6 @@ struct SurfaceCommand {
         "the vertices of the grid have no surface of {}, although {}; encode the scan with --range auto or "
         "--mesh-error, so that the grid follows such small parts or differences",
         options.iso, span);
-  }
-
-  nlohmann::ordered_json settings_of(const SurfaceResult& result) const {
-    nlohmann::ordered_json settings = settings_json(result.header.parameters);
-    settings["iso"] = options.iso;
-    settings["vertices"] = result.counts.vertices;
-    settings["triangles"] = result.counts.triangles;
-    settings["boundary_edges"] = nullptr;
-    if (result.boundary_edges) settings["boundary_edges"] = *result.boundary_edges;
-    settings["area"] = result.counts.area;
-    return settings;
-  }
-
-  Finished<SurfaceResult> write(const Ranks& ranks, const std::string& path) const {
-    ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    return write_surface({.input = input,
-                          .output = path,
-                          .options = options,
-                          .resources = run.resources(ranks),
-                          .progress = meter.progress()});
   }
 };
 

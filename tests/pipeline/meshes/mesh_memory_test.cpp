@@ -44,14 +44,15 @@ TEST_F(MeshMemory, OfABuilderIsWhatItStates) {
       const double value = 0;
       Nowhere sink;
       const HeapPeak peak;
-      MeshBuilder builder(header, bricks_of(part, bricks), part, sink);
+      MeshBuilder builder(header, bricks_that_meet(part.box, bricks), part, sink);
       for (std::int64_t id = 0; id < bricks.count(); ++id) {
         const LatticeBits active = cut(everything, bricks.closed_box(bricks.position(id)));
         builder.add_brick(bricks.position(id), active,
                           [&](Index3) { return reinterpret_cast<const std::byte*>(&value); });
       }
       const std::uint64_t of_cut = LatticeBits::working_bytes(bricks.closed_box({0, 0, 0}).size());
-      const std::uint64_t stated = MeshBuilder::working_bytes(p, bricks_of(part, bricks)) + 2 * of_cut + 4096;
+      const std::uint64_t stated =
+          MeshBuilder::working_bytes(p, bricks_that_meet(part.box, bricks)) + 2 * of_cut + 4096;
       EXPECT_LE(peak.bytes(), stated) << name_of(type) << ", " << cube;
       EXPECT_LE(stated, 2 * peak.bytes()) << name_of(type) << ", " << cube;
     }

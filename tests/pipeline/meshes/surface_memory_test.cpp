@@ -46,11 +46,9 @@ TEST_F(SurfaceMemory, OfAWholeSurfaceAndOfARegionIsWithinThePlan) {
       for (const bool region : {false, true}) {
         const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
         const CodingParameters& p = file.parameters();
-        const BrickGrid bricks = p.bricks();
         SurfacePart part{max_level(cube)};
         if (region) part.box = Box{{3, 3, 3}, {44, 49, 30}};
-        const Box positions = region ? bricks_that_meet(*part.box, bricks)
-                                     : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
+        const Box positions = bricks_that_meet(part.box, p.bricks());
         const std::uint64_t of_builder = SurfaceBuilder::working_bytes(p, positions);
         TagReader reader(path("in.tag"));
         const std::uint64_t stated = region ? memory_of_taking(p, positions, of_builder, 1)

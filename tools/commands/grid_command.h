@@ -1,0 +1,84 @@
+// What the commands mesh and surface have in common: each writes a form of the grid of a .tag file.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "io/formats/nrrd/geometry.h"
+#include "io/volume/lengths.h"
+#include "pipeline/meshes/grid_run.h"
+#include "pipeline/progress/finished.h"
+#include "tools/options/shared_options.h"
+#include "tools/options/wanted_region.h"
+#include "tools/report/process.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+
+/// The words for what such a command writes, and the usual extension of its files.
+struct GridForm {
+  const char *name, *plural, *extension;
+};
+
+/// The options of such a command. Options has a region; Result is a GridResult.
+template <class Options, class Result>
+struct GridCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  Options options;
+  std::string region;
+  std::string path;  ///< of the output, after write()
+
+  /// Checks the options, calls `write_form`, writes the report, and warns of what the user should know of the
+  /// output. `add_settings(result, settings)` adds to the settings in the report.
+  template <class AddSettings>
+  Result write(const Ranks& ranks, const GridForm& form,
+               Finished<Result> (*write_form)(const GridRun<Options>&), AddSettings add_settings) {
+    run.obey_memory_limit();
+    options.region = wanted_region(region);
+    options.overwrite = output.overwrite;
+    if (output.path.empty() && !options.region.is_all())
+      throw UsageError(fmt::format(
+          "a region needs -o FILE: without it, the output would have the name of the whole {}", form.name));
+    path = output.path.empty() ? output_beside(input, form.extension) : output.path;
+    refuse_terminal_input(input);
+    refuse_folder(input);
+    refuse_terminal(ranks, path, form.plural);
+    remove_abandoned(run, {input}, {path});
+    RunReport report(run.json, run.thread_count(), output.overwrite, form.name, input, path);
+    Finished<Result> written = [&] {
+      ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
+      return write_form({input, path, options, run.resources(ranks), meter.progress()});
+    }();
+    const GridResult& result = written.result;
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    add_settings(written.result, settings);
+    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
+                  achieved_json(result.header, result.index)});
+    written.commit();
+    report.keep();
+    for (const std::string& warning : result.warnings) warn(run, warning);
+    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
+      warn(run, path + ": " + mixed);
+    if (has_uneven_slices(result.header))
+      warn(run,
+           fmt::format("{}: slices of the source lie at unequal distances; in the {} all distances are equal",
+                       path, form.name));
+    return std::move(written.result);
+  }
+
+  /// With -v, says how much was written, and in which coordinates.
+  void tell_size(const std::string& counts, const TagHeader& header) const {
+    if (run.verbosity == 0 || run.quiet) return;
+    say_line(counts);
+    say_line("coordinates: " + coordinates_text(header));
+  }
+};
+
+}  // namespace tagrid
