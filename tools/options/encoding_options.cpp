@@ -15,22 +15,6 @@
 
 namespace tagrid {
 
-std::optional<ErrorRule> EncodingOptions::error_rule() const {
-  using Kind = ErrorRule::Kind;
-  std::optional<ErrorRule> rule;
-  int given = options.max_error.has_value();
-  for (const auto& [kind, value] :
-       {std::pair(Kind::noise, times_noise), {Kind::relative, relative_error}, {Kind::psnr, psnr}}) {
-    if (!value) continue;
-    rule = ErrorRule{kind, *value};
-    ++given;
-  }
-  if (given > 1)
-    throw UsageError(
-        "--max-error, --relative-error and --psnr all say how large errors may be; give only one");
-  return rule;
-}
-
 Encoding EncodingOptions::checked(const RunOptions& run) const {
   Encoding encoding{options, run.limited(source.description())};
   if (range == "auto") {
@@ -39,7 +23,9 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
     encoding.options.range = value_range(range);
     if (!encoding.options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
   }
-  encoding.options.error_rule = error_rule();
+  require(rules.size() + options.max_error.has_value() <= 1,
+          "--max-error, --relative-error and --psnr all say how large errors may be; give only one");
+  for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
   encoding.options.validate();
   return encoding;
 }

@@ -26,15 +26,12 @@ struct Encoding {
 
 struct EncodingOptions {
   EncodeOptions options;
-  std::optional<double> times_noise, relative_error, psnr;  ///< instead of max_error
+  std::map<ErrorRule::Kind, double> rules;  ///< instead of max_error; more than one is refused
   std::string range;
   SourceOptions source;
 
   /// Throws UsageError if values are out of range or cannot be combined. `run` limits the memory of a reader.
   Encoding checked(const RunOptions& run = {}) const;
-
- private:
-  std::optional<ErrorRule> error_rule() const;
 };
 
 /// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and other options of the

@@ -50,18 +50,17 @@ void set_grid(EncodingOptions& o, const std::string& word) {
 void set_max_error(EncodingOptions& o, const std::string& text) {
   constexpr std::string_view noise = "noise:";
   o.options.max_error.reset();
-  o.times_noise.reset();
+  o.rules.erase(ErrorRule::Kind::noise);
   if (text.starts_with(noise))
-    read_number("--max-error noise", text.substr(noise.size()), o.times_noise);
+    read_number("--max-error noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
   else
     read_number("--max-error", text, o.options.max_error);
 }
 
-Row rule_row(const Setting& setting, const char* value, const char* help,
-             std::optional<double> EncodingOptions::*member) {
+Row rule_row(const Setting& setting, const char* value, const char* help, ErrorRule::Kind kind) {
   const std::string name(setting.name);
-  return {name, kept, value, help, [name, member](EncodingOptions& o, const std::string& text) {
-            read_number("--" + name, text, o.*member);
+  return {name, kept, value, help, [name, kind](EncodingOptions& o, const std::string& text) {
+            read_number("--" + name, text, o.rules[kind]);
           }};
 }
 
@@ -72,8 +71,8 @@ std::vector<Row> all_rows() {
        "Largest error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
        set_max_error},
       rule_row(setting::relative_error, "R", "Largest error as a fraction of the range of the samples",
-               &EncodingOptions::relative_error),
-      rule_row(setting::psnr, "D", "Loosest bound that reaches D dB", &EncodingOptions::psnr),
+               ErrorRule::Kind::relative),
+      rule_row(setting::psnr, "D", "Loosest bound that reaches D dB", ErrorRule::Kind::psnr),
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
       flag_row("strip", kept, "Drop metadata except geometry: names, dates, ...", &E::strip),
