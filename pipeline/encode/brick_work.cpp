@@ -8,7 +8,8 @@ namespace tagrid {
 
 EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {
   EncodedBrick encoded{parameters.bricks().id(brick.brick), std::make_shared<BrickCode>(), {}};
-  const BrickSamples samples = gathered(brick.slices, parameters, samples_to_encode(parameters, brick.brick));
+  const BrickSamples samples =
+      gather(brick.slices, parameters.dims, parameters.type, samples_to_encode(parameters, brick.brick));
   encode_brick(samples, brick.active, parameters, brick.brick, *encoded.code);
   if (parameters.mesh_error >= 0)
     encoded.mesh = std::make_shared<MeshedBrick>(MeshedBrick{std::move(brick), {}});
@@ -25,7 +26,7 @@ void take_mesh_values(EncodedBrick& encoded, const CodingParameters& parameters,
 
 void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
   const SubdividedBrick& brick = encoded.mesh->of;
-  const BrickSamples original = gathered(brick.slices, parameters, brick.active.box());
+  const BrickSamples original = gather(brick.slices, parameters.dims, parameters.type, brick.active.box());
   encoded.code->statistics.mesh_error =
       measure_mesh(original, encoded.mesh->values, brick.active, parameters, brick.brick);
   encoded.mesh.reset();

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/samples.h"
 
 namespace tagrid {
 
@@ -33,12 +35,12 @@ inline const std::byte* sample_at(const SliceRange& range, Index3 dims, std::siz
          static_cast<std::size_t>((p.y - range.first_row) * dims.x + p.x) * size;
 }
 
-/// The samples of `box`, x fastest, from a volume of `dims` samples of `size` bytes each. A point outside the
-/// volume takes the value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the
-/// box.
-inline std::vector<std::byte> gather(const SliceRange& range, Index3 dims, std::size_t size, const Box& box) {
-  std::vector<std::byte> samples(static_cast<std::size_t>(box.count()) * size);
-  std::byte* out = samples.data();
+/// The samples of `box` from a volume of `dims` samples of this type. A point outside the volume takes the
+/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box.
+inline BrickSamples gather(const SliceRange& range, Index3 dims, SampleType type, const Box& box) {
+  const std::size_t size = size_of(type);
+  BrickSamples samples{box, std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size)};
+  std::byte* out = samples.bytes.data();
   const auto copy = [&](const std::byte* from, std::int64_t count) {
     const std::size_t bytes = static_cast<std::size_t>(count) * size;
     std::memcpy(out, from, bytes);

@@ -8,13 +8,10 @@
 
 namespace tagrid {
 
-BrickSamples gathered(const SliceRange& slices, const CodingParameters& parameters, const Box& box) {
-  return {box, gather(slices, parameters.dims, size_of(parameters.type), box)};
-}
-
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule) {
   const Box cubes = schedule.tile_box(job.tile);
-  const BrickSamples samples = gathered(job.slices, parameters, cubes.grown(mark_halo(parameters)));
+  const BrickSamples samples =
+      gather(job.slices, parameters.dims, parameters.type, cubes.grown(mark_halo(parameters)));
   return {job.tile,
           std::make_shared<LatticeBits>(mark_tile(samples, cubes, schedule.mark_box(job.tile), parameters))};
 }

@@ -4,7 +4,6 @@
 #include "pipeline/grid/schedule.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
-#include "stages/sample/samples.h"
 
 namespace tagrid {
 
@@ -13,9 +12,6 @@ struct SubdividedBrick {
   SliceRange slices;
   LatticeBits active;
 };
-
-/// The samples of a box; see gather().
-BrickSamples gathered(const SliceRange& slices, const CodingParameters& parameters, const Box& box);
 
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule);
 /// Without marks around the brick: no grid, and an empty activity.

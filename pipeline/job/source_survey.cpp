@@ -33,7 +33,7 @@ double noise_of(VolumeSource& source) {
     const std::int64_t chosen = spread_row(i, wanted, bands);
     const Index3 low = {0, chosen % of_slice * dims.y / of_slice, chosen / of_slice};
     const Box box = intersection({low, low + Index3{dims.x - 1, band - 1, 0}}, Box::of_size(dims));
-    const BrickSamples samples = samples_of_box(slices_of_box(source, box), source.info(), box);
+    const BrickSamples samples = gather(slices_of_box(source, box), dims, source.info().type, box);
     with_sample_type(source.info().type, [&](auto type) {
       using T = decltype(type);
       append_deviations(Samples<T>{box, reinterpret_cast<const T*>(samples.bytes.data())}, deviations);
@@ -86,19 +86,16 @@ SliceRange slices_of_box(VolumeSource& source, const Box& box) {
   return range;
 }
 
-BrickSamples samples_of_box(const SliceRange& slices, const VolumeInfo& volume, const Box& box) {
-  return {box, gather(slices, volume.dims, size_of(volume.type), box)};
-}
-
 void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,
                            const std::function<void(std::int64_t, const BrickSamples&)>& work) {
   const std::int64_t nx = bricks.bricks(0), ny = bricks.bricks(1);
   const Index3 first = {0, row % ny, row / ny};
   const Box box = {bricks.owned_box(first).low, bricks.owned_box({nx - 1, first.y, first.z}).high};
   const SliceRange slices = slices_of_box(source, box);
+  const VolumeInfo& info = source.info();
   oneapi::tbb::parallel_for(std::int64_t{0}, nx, [&](std::int64_t x) {
     const Index3 position = {x, first.y, first.z};
-    work(bricks.id(position), samples_of_box(slices, source.info(), bricks.owned_box(position)));
+    work(bricks.id(position), gather(slices, info.dims, info.type, bricks.owned_box(position)));
   });
 }
 

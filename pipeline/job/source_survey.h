@@ -26,9 +26,6 @@ std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
 /// REQUIRES: source.traits().any_rows.
 SliceRange slices_of_box(VolumeSource& source, const Box& box);
 
-/// The samples of a box. A point outside the volume has the value of the nearest sample.
-BrickSamples samples_of_box(const SliceRange& slices, const VolumeInfo& volume, const Box& box);
-
 /// Calls work(brick number, samples that it owns) for every brick of a row along x, on the threads of the arena. `row` is
 /// the number of the row: y + z * bricks(1).
 void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,

@@ -101,7 +101,7 @@ void CoarsenedGrid::add_layer(const DecodedRows& layer) {
 }
 
 void CoarsenedGrid::add_brick(std::int64_t id, const SliceRange& slices) {
-  const Samples samples = gather(slices, parameters_.dims, size_of(parameters_.type), box_of(id));
+  const Samples samples = gather(slices, parameters_.dims, parameters_.type, box_of(id)).bytes;
   LatticeBits active = root_corners(box_of(id), parameters_.cube_size);
   {
     const std::scoped_lock lock(mutex_);

@@ -160,8 +160,8 @@ TEST_P(RealVolumes, ADerivedGridIsCloseToTheStoredOne) {
     const auto add = [&](Grid& grid, Index3 brick, const LatticeBits& active) {
       const Box box = p.bricks().closed_box(brick);
       count_active(active, p, brick, grid.counted);
-      const double error =
-          measure_mesh(gathered(original, p, box), gathered(decoded, p, box).bytes, active, p, brick);
+      const double error = measure_mesh(gather(original, p.dims, p.type, box),
+                                        gather(decoded, p.dims, p.type, box).bytes, active, p, brick);
       grid.mesh_error = std::max(grid.mesh_error, error);
     };
     for (std::int64_t id = 0; id < stored.count(); ++id) {
