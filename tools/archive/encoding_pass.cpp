@@ -52,8 +52,7 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["bytes_in"] = bytes_in;
   record["bytes_out"] = bytes_out;
   record["restorable"] = why_not_restorable.empty();
-  record["why_not_restorable"] =
-      why_not_restorable.empty() ? ordered_json(nullptr) : ordered_json(why_not_restorable);
+  record["why_not_restorable"] = json_text_or_null(why_not_restorable);
   record["lossy_source"] = json_text_or_null(lossy_source);
   record["input_files"] = json_of(files);
   record["headerless"] = headerless;

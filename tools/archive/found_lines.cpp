@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <span>
+#include <string_view>
 
 #include "io/bytes/checksum.h"
 #include "io/text/text.h"
-#include "tools/archive/found_names.h"
 #include "tools/report/advice.h"
 
 namespace tagrid {
@@ -37,6 +37,38 @@ std::string checksum_of_source(const std::string& relative, const OptionTexts& o
   for (const auto& [name, value] : options)
     if (name != "gaps-ok") source += '\0' + name + '\0' + value;
   return fmt::format("{:016x}", checksum_of({std::as_bytes(std::span(source))})).substr(0, 8);
+}
+
+/// Characters that paths have no place for, or Windows and the servers of its shares have not.
+constexpr std::string_view not_in_names = "/\\:*?\"<>|";
+
+/// A text from a file as one step of a path.
+std::string step_of(std::string_view text) {
+  std::string step;
+  for (const char c : text) {
+    const bool is_plain = static_cast<unsigned char>(c) >= ' ' && c != '\x7f' && c != '%' &&
+                          not_in_names.find(c) == not_in_names.npos;
+    // Not a hidden file, and not the folder above.
+    if (is_plain && !(c == '.' && step.empty()))
+      step += c;
+    else
+      step += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return step;
+}
+
+/// The place of an output: `relative`, the path of the file or folder of the volume, and below it the series
+/// or data set that `options` choose. It depends on nothing else, and different volumes have different ones.
+/// What a path cannot have, here or on Windows, is written as %2F.
+std::string output_name_of(const std::string& relative, const OptionTexts& options) {
+  fs::path name = relative == "." ? fs::path() : fs::path(relative);
+  if (const auto series = options.find("series"); series != options.end()) name /= step_of(series->second);
+  if (const auto dataset = options.find("dataset"); dataset != options.end())
+    // The path of a data set is one of folders, too.
+    for (const fs::path& step : fs::path(dataset->second).relative_path())
+      if (!step.empty()) name /= step_of(step.string());
+  if (const auto grid = options.find("vdb-grid"); grid != options.end()) name /= step_of(grid->second);
+  return name.string();
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "tools/commands/commands.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
+#include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
 namespace tagrid {
@@ -78,17 +79,16 @@ struct ConvertCommand {
     if (!remove_verified) remove_abandoned_of(own);
     const ConversionSums sums = remove_verified ? remove_originals(ranks, own, lines, options, results)
                                                 : encode_lines(ranks, own, options, results);
-    report.write_json(
-        {{"shard", shard.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(shard)},
-         {"results", results.name()},
-         {"files", sums.files},
-         {"ok", sums.ok},
-         {"skipped", sums.skipped},
-         {"removed", sums.removed},
-         {"failed", sums.failed},
-         {"not_restorable", sums.not_restorable},
-         {"bytes_in", sums.bytes_in},
-         {"bytes_out", sums.bytes_out}});
+    report.write_json({{"shard", json_text_or_null(shard)},
+                       {"results", results.name()},
+                       {"files", sums.files},
+                       {"ok", sums.ok},
+                       {"skipped", sums.skipped},
+                       {"removed", sums.removed},
+                       {"failed", sums.failed},
+                       {"not_restorable", sums.not_restorable},
+                       {"bytes_in", sums.bytes_in},
+                       {"bytes_out", sums.bytes_out}});
     report.keep();
     const char* wrong = remove_verified ? "not removed" : "failed";
     if (options.run.is_watched()) {

@@ -45,8 +45,7 @@ struct VerifyCommand {
     const VerifyResult result = verified(ranks, description, report);
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
-    settings["against"] =
-        original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
+    settings["against"] = json_text_or_null(original);
     const std::vector<std::string>& differences = result.geometry.differences;
     // Where the geometry differs, the files do, too; but that says less.
     const std::string files = differences.empty() ? compare_files(description) : "not compared";
@@ -130,8 +129,7 @@ struct VerifyCommand {
     if (lost.empty() && !file->is_damaged_elsewhere()) return;  // it differs from the original
     RunFigures figures = {parameters.dims, parameters.type, settings_json(parameters), file->file_bytes(), 0,
                           nullptr};
-    figures.settings["against"] =
-        original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
+    figures.settings["against"] = json_text_or_null(original);
     figures.more["damaged"] = json_of_lost(lost, bricks);
     report.write(figures);
     report.keep();

@@ -78,8 +78,7 @@ nlohmann::ordered_json geometry_json(const TagHeader& header) {
   if (!g.space.empty()) json["space"] = json_text(g.space);
   if (g.units == std::array<std::string, 3>()) return json;
   json["units"] = ordered_json::array();
-  for (const std::string& unit : g.units)
-    json["units"].push_back(unit.empty() ? ordered_json(nullptr) : ordered_json(json_text(unit)));
+  for (const std::string& unit : g.units) json["units"].push_back(json_text_or_null(unit));
   return json;
 }
 
@@ -312,8 +311,7 @@ nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
   json["achieved"] = achieved_json(header, index);
   const std::string compression = compression_of(file);
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
-  json["compression"] =
-      compression.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(json_text(compression));
+  json["compression"] = json_text_or_null(compression);
   json["source"] = source_json(header);
   return json;
 }

@@ -10,13 +10,10 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "tools/report/process.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {
-
-nlohmann::ordered_json text_or_null(const std::string& text) {
-  return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
-}
 
 /// True if two names belong to one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
@@ -84,8 +81,8 @@ void RunReport::put(const nlohmann::ordered_json& figures) {
   nlohmann::ordered_json json;
   json["command"] = command_;
   json["version"] = TAGRID_VERSION;
-  json["input"] = text_or_null(input_);
-  json["output"] = text_or_null(output_);
+  json["input"] = json_text_or_null(input_);
+  json["output"] = json_text_or_null(output_);
   json.update(figures);
   // File names may contain any bytes, but JSON may not.
   file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");

@@ -3,17 +3,35 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstring>
 #include <limits>
 
 #include "io/bytes/memory_size.h"
 #include "tools/formats/tiff/directories.h"
 #include "tools/formats/tiff/libtiff.h"
-#include "tools/formats/tiff/packed_samples.h"
 #include "tools/formats/tiff/tiff_file.h"
 
 namespace tagrid {
 namespace {
+
+/// Unpacks unsigned integers of `bits` bits, which follow each other with the highest bit first: to bytes if
+/// bits < 8, otherwise to 16-bit integers in the byte order of memory. REQUIRES: 1 <= bits <= 15; `packed`
+/// has (count * bits + 7) / 8 bytes, `samples` has room for `count`.
+void unpack(const std::byte* packed, int bits, std::size_t count, std::byte* samples) {
+  assert(1 <= bits && bits <= 15);
+  std::uint32_t window = 0;  // bytes that were taken, of which the last `left` bits are still to come
+  int left = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (; left < bits; left += 8) window = window << 8 | std::to_integer<std::uint32_t>(*packed++);
+    left -= bits;
+    const auto sample = static_cast<std::uint16_t>(window >> left & ((1U << bits) - 1));
+    if (bits < 8)
+      samples[i] = static_cast<std::byte>(sample);
+    else
+      std::memcpy(samples + 2 * i, &sample, sizeof sample);
+  }
+}
 
 /// The samples of a strip or tile that was never written.
 void fill(std::byte* out, std::size_t count, const TiffPage& page) {
