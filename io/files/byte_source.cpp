@@ -9,10 +9,11 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 
-FileSource::FileSource(const std::string& path) : name_(path == "-" ? "standard input" : path) {
+FileSource::FileSource(const std::string& path) : name_(shown_input(path)) {
   // O_NONBLOCK: opening a pipe must not wait for a writer, as a pipe is refused anyway.
   descriptor_ = path == "-"
                     ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)

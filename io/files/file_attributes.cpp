@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 namespace {
@@ -68,7 +69,7 @@ void refuse_same_file(const std::string& input, const std::string& output) {
   const auto in = status_of_stream_or(input, STDIN_FILENO), out = status_of_stream_or(output, STDOUT_FILENO);
   if (!in || !out) return;
   if (!S_ISREG(in->st_mode) || in->st_dev != out->st_dev || in->st_ino != out->st_ino) return;
-  throw UsageError((output == "-" ? "standard output" : output) +
+  throw UsageError(shown_output(output) +
                    ": is the input itself, which is never written to; choose another output");
 }
 

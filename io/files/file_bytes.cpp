@@ -12,11 +12,11 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 
-FileBytes::FileBytes(const std::string& path)
-    : name_(path == "-" ? "standard input" : path), buffer_(peek_limit) {
+FileBytes::FileBytes(const std::string& path) : name_(shown_input(path)), buffer_(peek_limit) {
   descriptor_ =
       path == "-" ? STDIN_FILENO : uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);

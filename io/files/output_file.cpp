@@ -15,6 +15,7 @@
 #include "io/files/abandoned_files.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 namespace {
@@ -67,10 +68,7 @@ void check_output(const std::string& path, bool overwrite) {
 }
 
 OutputFile::OutputFile(const std::string& path, bool overwrite, OutputFileOptions options)
-    : path_(path),
-      name_(path == "-" ? "standard output" : path),
-      overwrite_(overwrite),
-      options_(std::move(options)) {
+    : path_(path), name_(shown_output(path)), overwrite_(overwrite), options_(std::move(options)) {
   check_output(path, overwrite);
   if (path == "-") {
     descriptor_ = STDOUT_FILENO;

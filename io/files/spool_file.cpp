@@ -15,6 +15,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 namespace {
@@ -36,9 +37,7 @@ std::string folder_beside(const std::string& path) {
 
 }  // namespace
 
-SpoolFile SpoolFile::beside(const std::string& path) {
-  return {folder_beside(path), path == "-" ? "standard output" : path};
-}
+SpoolFile SpoolFile::beside(const std::string& path) { return {folder_beside(path), shown_output(path)}; }
 
 SpoolFile SpoolFile::in(const std::string& folder, const std::string& whose) { return {folder, whose}; }
 

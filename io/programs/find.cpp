@@ -11,6 +11,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 
 namespace tagrid {
 namespace {
@@ -86,7 +87,7 @@ std::string writer_for(const std::string& path, std::string_view format, std::st
   if (auto program = find_writer(name)) return *program;
   throw WorldError(fmt::format(
       "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
-      path == "-" ? "standard output" : path, format, name, fmt::join(program_folders(), ", ")));
+      shown_output(path), format, name, fmt::join(program_folders(), ", ")));
 }
 
 std::vector<FoundProgram> all_readers() { return all(reader_prefix); }

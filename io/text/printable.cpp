@@ -75,6 +75,9 @@ std::string printable(std::string_view text) {
       });
 }
 
+std::string shown_input(const std::string& path) { return path == "-" ? "standard input" : path; }
+std::string shown_output(const std::string& path) { return path == "-" ? "standard output" : path; }
+
 std::string text_of_name(std::string_view name) {
   return with_escapes(
       name, [](std::uint32_t code) { return code != 0xFFFD; },

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/text/printable.h"
 #include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
 #include "io/volume/volume_info.h"
@@ -60,7 +61,7 @@ struct SourceFacts {
   /// For messages: the path that the user gave, or "standard input". REQUIRES: there are files.
   std::string shown_name() const {
     const std::string& shown = name.empty() ? files.back() : name;
-    return shown == "-" ? "standard input" : shown;
+    return shown_input(shown);
   }
 };
 

@@ -10,6 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
 #include "tools/archive/input_removal.h"
@@ -167,8 +168,7 @@ struct ConvertCommand {
       try {
         refuse_without_bound(encoding_of(line.options, options.run).options, "--remove-verified");
       } catch (const UsageError& error) {
-        throw UsageError(fmt::format("{}: line {}: {}", manifest == "-" ? "standard input" : manifest,
-                                     line.number, error.what()));
+        throw UsageError(fmt::format("{}: line {}: {}", shown_input(manifest), line.number, error.what()));
       }
     }
   }

@@ -92,8 +92,8 @@ struct DecodeCommand {
     if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
-      throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
-                                   input == "-" ? "standard input" : input));
+      throw UsageError(
+          fmt::format("{}: --salvage reads a file in any order; save it to one first", shown_input(input)));
   }
 
   /// `facts`: what the writer of the format says; null if nothing.
@@ -116,11 +116,11 @@ struct DecodeCommand {
 
   /// Says what users should know of the output, and with -v what was done.
   void tell_of_result(const std::string& path, const Format& chosen, const DecodeResult& result) const {
-    const std::string name = path == "-" ? "standard output" : path;
+    const std::string name = shown_output(path);
     tell_of_numbers(name, chosen, result);
     const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
     if (!doubts.empty())
-      warn(run, fmt::format("{}: was encoded in doubt: {}", input == "-" ? "standard input" : input,
+      warn(run, fmt::format("{}: was encoded in doubt: {}", shown_input(input),
                             printable(fmt::format("{}", fmt::join(doubts, "; ")))));
     const VolumeInfo written =
         volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields);

@@ -13,6 +13,7 @@
 #include "io/files/unchanged_files.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "io/text/printable.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
@@ -83,8 +84,8 @@ struct EncodeCommand {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
-        say_line(fmt::format("{}: the files cannot be restored byte for byte: {}",
-                             input == "-" ? "standard input" : input, result.why_not_restorable));
+        say_line(fmt::format("{}: the files cannot be restored byte for byte: {}", shown_input(input),
+                             result.why_not_restorable));
     }
     watched.require();
     remove_files(removed_after);

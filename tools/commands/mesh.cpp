@@ -41,8 +41,8 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
     if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));
     say_line(fmt::format("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}",
-                         path == "-" ? "standard output" : path, rescale.slope,
-                         rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept), unit));
+                         shown_output(path), rescale.slope, rescale.intercept < 0 ? '-' : '+',
+                         std::abs(rescale.intercept), unit));
   }
 };
 

@@ -62,8 +62,7 @@ struct VerifyCommand {
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
     if (!differences.empty())
-      throw BrokenInput(
-          fmt::format("{}: {}", input == "-" ? "standard input" : input, fmt::join(differences, "; ")));
+      throw BrokenInput(fmt::format("{}: {}", shown_input(input), fmt::join(differences, "; ")));
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {

@@ -109,7 +109,7 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
     return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   const double span = high - low, made_for = p.range_high - p.range_low;
-  const std::string name = input == "-" ? "standard input" : input;
+  const std::string name = shown_input(input);
   if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
     return warn(run,
                 fmt::format("{}: its samples span {}, but the grid was made for {}, the default range of {}: "
@@ -129,8 +129,7 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
   warn(run,
        fmt::format("{}: the source was compressed with loss already ({}), and the .tag file is {:.{}f} % "
                    "larger; keep the source instead, or give a bound with --max-error",
-                   input == "-" ? "standard input" : input, printable(result.lossy_source), 100 * more,
-                   more < 0.1 ? 1 : 0));
+                   shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0));
 }
 
 }  // namespace tagrid
