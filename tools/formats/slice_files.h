@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -56,6 +58,23 @@ void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::st
 
 /// What the names of the files say, as a pair for VolumeInfo.
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files);
+
+/// Opens a folder of slices in the order of their numbers, or a file as a volume of one slice; see
+/// slice_files(). Volume is a ServedVolume that is made of the paths of its slices.
+template <class Volume>
+std::unique_ptr<ServedVolume> open_slices(const std::string& path, const std::vector<std::string>& extensions,
+                                          const ReaderOptions& options) {
+  std::error_code unknown;
+  if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<Volume>(std::vector{path});
+  NumberedFiles files = slice_files(path, extensions, options);
+  const auto names = pair_of(files);
+  SliceLog log = log_of_slices(path, files);
+  auto volume = std::make_unique<Volume>(std::move(files.paths));
+  volume->pairs.push_back(names);
+  add_warning_of_gaps(path, files, volume->warnings);
+  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
+  return volume;
+}
 
 /// The value of an option; "" if it is not given.
 std::string option(const ReaderOptions& options, const std::string& name);

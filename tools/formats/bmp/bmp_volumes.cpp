@@ -1,9 +1,9 @@
-#include "tools/formats/bmp/bmp_volumes.h"
+// tagrid-read-bmp: reads folders of BMP slices, which SkyScan's programs write.
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/formats/bmp/image.h"
@@ -59,20 +59,10 @@ class BmpSlices final : public ServedVolume {
 };
 
 }  // namespace
-
-std::unique_ptr<ServedVolume> open_bmp(const std::string& path, const ReaderOptions& options) {
-  std::error_code unknown;
-  if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<BmpSlices>(std::vector{path});
-  NumberedFiles files = slice_files(path, {".bmp"}, options);
-  const auto names = pair_of(files);
-  std::vector<std::string> gaps;
-  add_warning_of_gaps(path, files, gaps);
-  SliceLog log = log_of_slices(path, files);
-  auto volume = std::make_unique<BmpSlices>(std::move(files.paths));
-  volume->pairs.push_back(names);
-  volume->warnings.insert(volume->warnings.end(), gaps.begin(), gaps.end());
-  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
-  return volume;
-}
-
 }  // namespace tagrid
+
+int main() {
+  return tagrid::serve_volumes("bmp", [](const std::string& path, const tagrid::ReaderOptions& options) {
+    return tagrid::open_slices<tagrid::BmpSlices>(path, {".bmp"}, options);
+  });
+}

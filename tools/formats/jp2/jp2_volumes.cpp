@@ -1,9 +1,9 @@
-#include "tools/formats/jp2/jp2_volumes.h"
+// tagrid-read-jp2: reads folders of JPEG 2000 slices with OpenJPEG.
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
@@ -98,20 +98,10 @@ class Jp2Slices final : public ServedVolume {
 };
 
 }  // namespace
-
-std::unique_ptr<ServedVolume> open_jp2(const std::string& path, const ReaderOptions& options) {
-  std::error_code unknown;
-  if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<Jp2Slices>(std::vector{path});
-  NumberedFiles files = slice_files(path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"}, options);
-  const auto names = pair_of(files);
-  std::vector<std::string> gaps;
-  add_warning_of_gaps(path, files, gaps);
-  SliceLog log = log_of_slices(path, files);
-  auto volume = std::make_unique<Jp2Slices>(std::move(files.paths));
-  volume->pairs.push_back(names);
-  volume->warnings.insert(volume->warnings.end(), gaps.begin(), gaps.end());
-  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
-  return volume;
-}
-
 }  // namespace tagrid
+
+int main() {
+  return tagrid::serve_volumes("jp2", [](const std::string& path, const tagrid::ReaderOptions& options) {
+    return tagrid::open_slices<tagrid::Jp2Slices>(path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"}, options);
+  });
+}
