@@ -7,6 +7,19 @@
 
 using namespace tagrid;
 
+namespace {
+
+// Everything 0 but the size; false if there is no struct.
+template <class Struct>
+bool set_up(Struct* given) {
+  if (given == nullptr) return false;
+  *given = {};
+  given->struct_size = sizeof *given;
+  return true;
+}
+
+}  // namespace
+
 const char* tagrid_version(void) { return TAGRID_VERSION; }
 
 const char* tagrid_status_text(tagrid_status status) {
@@ -36,61 +49,24 @@ size_t tagrid_sample_size(tagrid_type type) {
   return size_of(static_cast<SampleType>(type));
 }
 
-void tagrid_call_init(tagrid_call* call) {
-  if (call == nullptr) return;
-  *call = {};
-  call->struct_size = sizeof *call;
-}
-
-void tagrid_input_init(tagrid_input* input) {
-  if (input == nullptr) return;
-  *input = {};
-  input->struct_size = sizeof *input;
-}
-
-void tagrid_info_init(tagrid_info* info) {
-  if (info == nullptr) return;
-  *info = {};
-  info->struct_size = sizeof *info;
-}
-
-void tagrid_brick_init(tagrid_brick* brick) {
-  if (brick == nullptr) return;
-  *brick = {};
-  brick->struct_size = sizeof *brick;
-}
-
-void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) {
-  if (sink == nullptr) return;
-  *sink = {};
-  sink->struct_size = sizeof *sink;
-}
+void tagrid_call_init(tagrid_call* call) { set_up(call); }
+void tagrid_input_init(tagrid_input* input) { set_up(input); }
+void tagrid_info_init(tagrid_info* info) { set_up(info); }
+void tagrid_brick_init(tagrid_brick* brick) { set_up(brick); }
+void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) { set_up(sink); }
+void tagrid_surface_sink_init(tagrid_surface_sink* sink) { set_up(sink); }
 
 void tagrid_mesh_options_init(tagrid_mesh_options* options) {
-  if (options == nullptr) return;
-  *options = {};
-  options->struct_size = sizeof *options;
-  options->level = -1;
-}
-
-void tagrid_surface_sink_init(tagrid_surface_sink* sink) {
-  if (sink == nullptr) return;
-  *sink = {};
-  sink->struct_size = sizeof *sink;
+  if (set_up(options)) options->level = -1;
 }
 
 void tagrid_surface_options_init(tagrid_surface_options* options) {
-  if (options == nullptr) return;
-  *options = {};
-  options->struct_size = sizeof *options;
-  options->level = -1;
+  if (set_up(options)) options->level = -1;
 }
 
 void tagrid_encode_options_init(tagrid_encode_options* options) {
-  if (options == nullptr) return;
+  if (!set_up(options)) return;
   const EncodeOptions defaults;
-  *options = {};
-  options->struct_size = sizeof *options;
   options->max_error = options->surface_error = options->mesh_error = NAN;
   options->accuracy = defaults.accuracy;
   options->cube = defaults.cube_size;
