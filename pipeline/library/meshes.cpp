@@ -74,7 +74,7 @@ SurfacePart part_of_surface(const tagrid_surface_options& options, const CodingP
   part.level = level_of(options.level, parameters);
   part.close = options.close != 0;
   if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
-  require(!is_flat(parameters, {}), "a volume of one slice has no surface");
+  require(!is_flat(parameters), "a volume of one slice has no surface");
   return part;
 }
 
@@ -82,7 +82,7 @@ MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& param
   const tagrid_mesh_options options = taken_over(given, tagrid_mesh_options_init, sizeof *given);
   MeshPart part = {level_of(options.level, parameters), options.padded != 0};
   if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
-  require(!is_flat(parameters, part),
+  require(part.padded || !is_flat(parameters),
           "a volume of one slice or less fills no space; only its padded mesh, of whole root cubes, does");
   return part;
 }

@@ -80,9 +80,14 @@ int checked_level(std::optional<int> wanted, int cube_size) {
   return level;
 }
 
+bool is_flat(const CodingParameters& parameters) {
+  const Index3& n = parameters.dims;
+  return n.x == 1 || n.y == 1 || n.z == 1;
+}
+
 void refuse_flat(const CodingParameters& parameters, const std::string& name, Problem problem) {
   const Index3& n = parameters.dims;
-  if (n.x > 1 && n.y > 1 && n.z > 1) return;
+  if (!is_flat(parameters)) return;
   throw UsageError(
       fmt::format("{}: a volume of {} x {} x {} samples is one slice or less, so it fills no space", name,
                   n.x, n.y, n.z),

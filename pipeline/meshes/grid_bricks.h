@@ -25,7 +25,9 @@ using ValueOf = std::function<const std::byte*(Index3)>;
 /// The level up to which the grid is used: `wanted`, or all levels. Throws UsageError if the grid cannot have it.
 int checked_level(std::optional<int> wanted, int cube_size);
 
-/// Throws UsageError, with this code, if the volume is at most one slice, so that it fills no space. `name`: of the file.
+/// True if the volume is at most one slice, so that it fills no space.
+bool is_flat(const CodingParameters& parameters);
+/// Throws UsageError, with this code, if the volume of the file `name` is flat.
 void refuse_flat(const CodingParameters& parameters, const std::string& name, Problem problem);
 
 class GridTaker {

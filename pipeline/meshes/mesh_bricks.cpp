@@ -11,11 +11,6 @@ std::uint64_t bytes_of_builder(const CodingParameters& parameters, const MeshPar
 
 }  // namespace
 
-bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
-  const Index3& n = parameters.dims;
-  return !part.padded && (n.x == 1 || n.y == 1 || n.z == 1);
-}
-
 DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resources) {
   return plan_taking(parameters, bytes_of_builder(parameters, {}), resources);
 }

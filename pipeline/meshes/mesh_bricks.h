@@ -11,15 +11,12 @@
 
 namespace tagrid {
 
-/// True if the mesh fills no space because the volume is at most one slice.
-bool is_flat(const CodingParameters& parameters, const MeshPart& part);
-
 /// The plan of mesh_all(). Throws MemoryLimit.
 DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resources);
 
 /// The whole mesh, from a file that has not been read yet, front to back. Memory: that of decoding, and the
 /// activity of one layer of bricks. Throws BrokenInput, WorldError, and the exceptions of `sink` and
-/// `progress`. REQUIRES: no box; the grid has the level; !is_flat().
+/// `progress`. REQUIRES: no box; the grid has the level; padded, or !is_flat().
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress = {});
 
@@ -29,7 +26,7 @@ std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshP
 /// The part of the mesh that meets a box. Reads the bricks that contain some of it, and the bricks below
 /// them, which own the samples on their low faces. Memory: these bricks of two layers. Progress counts layers
 /// of bricks. Throws as mesh_all() does, and MemoryLimit. REQUIRES: a box within the volume; the grid has the
-/// level; !is_flat().
+/// level; padded, or !is_flat().
 void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress = {});
 

@@ -106,7 +106,7 @@ TYPED_TEST(DerivedGridOfType, IsTheGridOfTheDecodedSamples) {
       for (const bool padded : {false, true})
         for (const int level : {max_level(cube), 4}) {
           const MeshPart part = {level, padded};
-          if (is_flat(stored.header.parameters, part)) continue;
+          if (!padded && is_flat(stored.header.parameters)) continue;
           EXPECT_TRUE(mesh_of(this->derived_, part, 3) == mesh_of(this->stored_, part, 1));
         }
       if (this->HasFailure()) return;
