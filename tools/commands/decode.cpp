@@ -123,7 +123,7 @@ struct DecodeCommand {
       warn(run, fmt::format("{}: was encoded in doubt: {}", shown_input(input),
                             printable(fmt::format("{}", fmt::join(doubts, "; ")))));
     const VolumeInfo written =
-        volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields);
+        volume_info(result.dims, result.numbers.type(result.header.parameters.type), result.nrrd_fields);
     for (const std::string& lost : losses(chosen, written)) warn(run, fmt::format("{}: {}", name, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
