@@ -29,6 +29,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 
   flow::graph graph;
   flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
+    if (streams.before_reading && bricks_left > 0) streams.before_reading();
     auto bytes = std::make_shared<BrickBytes>();
     if (bricks_left == 0 || !streams.bricks.next(*bytes))
       control.stop();

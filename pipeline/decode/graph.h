@@ -26,6 +26,7 @@ struct DecodeStreams {
   std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
+  std::function<void()> before_reading = {};  ///< the same, before each brick
   /// Changes the samples of a decoded brick to those of `sample_bytes` bytes each that are gathered. Called
   /// by several threads at once. May be empty.
   std::function<void(DecodedBrick&)> change_samples = {};

@@ -7,10 +7,8 @@ namespace tagrid {
 void RowDecoder::decode(const BrickRows& rows, const BrickStream& bricks,
                         const std::function<void(const DecodedRows&)>& write, const Watch& watch) {
   DecodeStreams streams;
-  streams.bricks = {bricks.name, [&](BrickBytes& brick) {
-                      if (watch.before_reading) watch.before_reading();
-                      return bricks.next(brick);
-                    }};
+  streams.bricks = bricks;
+  streams.before_reading = watch.before_reading;
   if (numbers_.are_values()) {
     streams.sample_bytes = numbers_.value_bytes();
     streams.change_samples = [&](DecodedBrick& brick) {

@@ -37,6 +37,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       control.stop();
       return {};
     }
+    if (streams.before_reading) streams.before_reading();
     SliceSamples slice = streams.read_slice(next_rows);
     ++next_rows.low.z, ++next_rows.high.z;
     return slice;

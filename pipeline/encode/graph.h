@@ -28,6 +28,8 @@ struct EncodeStreams {
   /// Called by a worker when it has encoded a brick, before the brick is put in order; several workers may
   /// call it at once. For tests, which wait here so that bricks finish in any order. May be empty.
   std::function<void(std::int64_t brick)> brick_done = {};
+  /// Called before each slice is read; an exception ends the run. May be empty.
+  std::function<void()> before_reading = {};
 };
 
 /// Encodes the bricks of `rows`, and returns when the last one has been written. The bricks do not depend on

@@ -11,10 +11,8 @@ RowEncoder::RowEncoder(const CodingParameters& parameters, EncodePlan plan, Read
 
 void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& watch) {
   EncodeStreams streams;
-  streams.read_slice = [&](const Box& samples) {
-    if (watch.before_reading) watch.before_reading();
-    return read_slice_(samples);
-  };
+  streams.before_reading = watch.before_reading;
+  streams.read_slice = read_slice_;
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
     output_works_.run([&] {
       sink.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
