@@ -170,6 +170,28 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   return resolved;
 }
 
+std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& p) {
+  const auto bound = [](double value) { return value < 0 ? "none" : fmt::format("{}", value); };
+  const bool ranged = p.range_low < p.range_high;
+  const std::pair<const Setting&, std::string> words[] = {
+      {setting::grid_only, p.mode == FileMode::grid ? "given" : "not given"},
+      {setting::grid, std::string(name_of(p.grid))},
+      {setting::max_error, bound(p.max_error)},
+      {setting::surface_error, bound(p.surface_error)},
+      {setting::mesh_error, bound(p.mesh_error)},
+      {setting::effort, std::string(name_of(p.effort))},
+      {setting::accuracy, fmt::format("{}", p.accuracy)},
+      {setting::cube, fmt::format("{}", p.cube_size)},
+      {setting::brick, fmt::format("{}", p.brick_edge)},
+      {setting::max_level, fmt::format("{}", p.max_level)},
+      {setting::range, ranged ? fmt::format("{}:{}", p.range_low, p.range_high) : "not given"},
+      {setting::field_scale, fmt::format("{}", p.field_scale)},
+  };
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& [named, text] : words) all.emplace_back(named.name, text);
+  return all;
+}
+
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error) {
   options.options.max_error = max_error;
   options.options.error_rule.reset();

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
@@ -28,8 +29,12 @@ struct ResolvedOptions {
 /// knows which values the samples stand for.
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
 
-/// The same with this largest error of samples instead of any that they have. Throws UsageError if the other
-/// options do not allow it.
+/// The settings of an encoding by their names, and their values as text. Users read them in messages, and two
+/// runs are compared by them.
+std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& parameters);
+
+/// The options with this largest error of samples instead of any that they have. Throws UsageError if the
+/// other options do not allow it.
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error);
 
 /// The parameters with the scale that follows from this range of the samples. Throws UsageError if the volume

@@ -40,7 +40,8 @@ std::string difference_of_texts(const OptionTexts& was, const OptionTexts& now) 
 /// has their results.
 std::string difference_of_settings(const ordered_json& was, const ordered_json& now, bool with_rules) {
   for (const auto& [name, value] : now.items()) {
-    const bool is_rule = value.is_string() && name != "effort" && name != "mode" && name != "grid";
+    const bool is_rule =
+        value.is_string() && (name == "max_error" || name == "range" || name == "field_scale");
     const auto found = was.is_object() ? was.find(name) : was.end();
     if (found == was.end()) return fmt::format("{} is not recorded, now {}", name, value.dump());
     if (*found != value && (with_rules || !is_rule))
