@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-class Nowhere : public SurfaceSink {
+class SurfaceToNowhere : public SurfaceSink {
  public:
   void add(const SurfacePiece&) override {}
 };
@@ -42,7 +42,7 @@ TEST_F(SurfaceMemory, OfAWholeSurfaceAndOfARegionIsWithinThePlan) {
   for (const bool grid_only : {false, true})
     for (const int cube : {8, 16}) {
       encode(grid_only, cube);
-      Nowhere sink;
+      SurfaceToNowhere sink;
       for (const bool region : {false, true}) {
         const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
         const CodingParameters& p = file.parameters();

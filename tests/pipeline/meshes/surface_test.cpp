@@ -76,13 +76,13 @@ std::pair<std::set<Place>, std::size_t> march(const ValuedMesh& mesh, double iso
   return {places, triangles};
 }
 
-struct Case {
+struct SurfaceCase {
   Index3 dims;
   int cube_size, brick_edge;
   bool grid_only, derived, phantom;
 };
 
-std::ostream& operator<<(std::ostream& out, const Case& c) {
+std::ostream& operator<<(std::ostream& out, const SurfaceCase& c) {
   return out << c.dims.x << "x" << c.dims.y << "x" << c.dims.z << " S " << c.cube_size << " brick "
              << c.brick_edge
              << (c.grid_only ? " grid"
@@ -91,8 +91,8 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
              << (c.phantom ? " phantom" : " spikes");
 }
 
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
+std::vector<SurfaceCase> surface_cases() {
+  std::vector<SurfaceCase> cases;
   int i = 0;
   for (const Index3 dims :
        {Index3{2, 19, 3}, {9, 9, 9}, {13, 17, 18}, {21, 6, 25}, {33, 12, 7}, {2, 2, 2}, {14, 15, 30}})
@@ -105,10 +105,10 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-class SurfaceOfMesh : public Surfaces, public ::testing::WithParamInterface<Case> {
+class SurfaceOfMesh : public Surfaces, public ::testing::WithParamInterface<SurfaceCase> {
  protected:
   SurfaceOfMesh() {
-    const Case& c = GetParam();
+    const SurfaceCase& c = GetParam();
     const auto seed = static_cast<std::uint64_t>(c.dims.x + 100 * c.dims.y);
     EncodeOptions options;
     options.cube_size = c.cube_size;
@@ -141,7 +141,7 @@ TEST_P(SurfaceOfMesh, HasTheVerticesAndTrianglesOfTheMeshAtEveryLevel) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SurfaceOfMesh, ::testing::ValuesIn(all_cases()));
+INSTANTIATE_TEST_SUITE_P(All, SurfaceOfMesh, ::testing::ValuesIn(surface_cases()));
 
 TEST_F(Surfaces, AreTheSameForAnyBricksAndThreads) {
   for (const bool close : {false, true}) {
