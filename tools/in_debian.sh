@@ -26,13 +26,15 @@ if [ ! -e "$root/complete" ]; then
     { tail -5 "$root.log" >&2; echo "$0: debootstrap failed; see $root.log" >&2; exit 74; }
   # How the host reaches its packages.
   cp /etc/apt/apt.conf.d/* "$root/etc/apt/apt.conf.d/" 2>/dev/null || true
+  # What is lost with the power is installed again.
+  echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/unsafe-io"
   touch "$root/complete"
 fi
 
 mkdir -p "$root/work" "$root-build"
-# Mounts end with the process.
+# Mounts end with the process, and the command ends with this script.
 # shellcheck disable=SC2016
-exec unshare --mount --pid --fork --mount-proc="$root/proc" bash -c '
+exec unshare --mount --pid --fork --kill-child --mount-proc="$root/proc" bash -c '
   set -e
   mount --bind "$1" "$2/work"
   mount --bind "$2-build" "$2/work/build"
