@@ -36,9 +36,12 @@ mkdir -p "$root/work" "$root-build"
 # shellcheck disable=SC2016
 exec unshare --mount --pid --fork --kill-child --mount-proc="$root/proc" bash -c '
   set -e
+  # What unshares its mounts, as some tests do, needs a root that is a mount.
+  mount --rbind "$2" "$2"
   mount --bind "$1" "$2/work"
   mount --bind "$2-build" "$2/work/build"
   mount --rbind /dev "$2/dev"
+  mount --rbind /sys "$2/sys"
   root=$2
   shift 2
   exec chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 TERM="${TERM:-dumb}" \
