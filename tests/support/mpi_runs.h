@@ -24,8 +24,9 @@ class MpiRuns : public ResumedRuns {
 #else
     const std::string program;
 #endif
-    return with(with({"env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root",
-                      "--oversubscribe", "-q", "-n", std::to_string(processes)},
+    // Open MPI 5 has no option to be quiet.
+    return with(with({"env", "OMPI_MCA_rmaps_base_oversubscribe=1", "OMPI_MCA_orte_execute_quiet=1", "mpirun",
+                      "--allow-run-as-root", "--oversubscribe", "-n", std::to_string(processes)},
                      more),
                 {program});
   }

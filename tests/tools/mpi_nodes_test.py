@@ -19,9 +19,10 @@ TAGRID, TAGRID_MPI, FAULT_INJECTION = (os.path.abspath(argument) for argument in
 NODE = Path(__file__).resolve().parents[1] / "support/node.sh"
 BROKEN, WORLD = 65, 74
 # Ranks 0 and 1 are on the first node, 2 and 3 on the second. mpirun is on neither, so it starts both by the agent.
-MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--host", "n1:2,n2:2", "--mca", "plm", "rsh",
-          "--mca", "plm_rsh_agent", NODE, "--mca", "btl_tcp_if_include", "lo", "--mca", "oob_tcp_if_include", "lo",
-          "-n", "4"]
+MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--map-by", "ppr:2:node", "--host", "n1:2,n2:2",
+          "--mca", "btl_tcp_if_include", "lo", "-n", "4"]
+# The agent of Open MPI 4, and that of Open MPI 5.
+AGENT = {"OMPI_MCA_plm_rsh_agent": str(NODE), "PRTE_MCA_plm_ssh_agent": str(NODE)}
 SETTINGS = ["--cube=8", "--brick=1", "--max-error=2", "-T2"]
 ENCODE = ["encode", "volume.nhdr", "-qo", "new.tag", *SETTINGS]
 RESUME = [*ENCODE, "--resume"]
@@ -39,7 +40,7 @@ class TwoNodes(unittest.TestCase):
 
     def start(self, *command, **environment):
         # mpirun counts the processors of this machine for each of the nodes.
-        environment = {**os.environ, "OMPI_MCA_rmaps_base_oversubscribe": "1", **environment}
+        environment = {**os.environ, "OMPI_MCA_rmaps_base_oversubscribe": "1", **AGENT, **environment}
         return subprocess.Popen([*MPIRUN, *command], cwd=self.folder, env=environment, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
