@@ -1,9 +1,9 @@
-"""A codec for the chunks of Zarr 2 arrays: zarr.array(samples, compressor=tagrid.numcodecs.Tagrid(max_error=5))."""
+"""A codec for the chunks of Zarr 2 arrays: zarr.array(samples, compressor=tagrid.numcodecs.Tagrid(max_error=5)); with the
+library zarr 3 also zarr_format=2."""
 
 from __future__ import annotations
 
 import warnings
-import weakref
 from typing import Any, Optional
 
 import numpy as np
@@ -19,9 +19,9 @@ from ._volume import Volume
 #: Marks arrays whose samples do not have native byte order.
 _ORDER = "zarr_byte_order"
 
-#: The arrays that decode() returned, by their id. Zarr writes part of a chunk into such an array, and encodes
-#: it again.
-_decoded: weakref.WeakValueDictionary[int, np.ndarray[Any, Any]] = weakref.WeakValueDictionary()
+
+class _Decoded(np.ndarray[Any, Any]):
+    """What decode() returned. Zarr writes part of a chunk into it, or into a copy (Zarr 3), and encodes that again."""
 
 
 class Tagrid(Codec):
@@ -61,8 +61,9 @@ class Tagrid(Codec):
                 "whole_chunks": self.whole_chunks, "fill_value": self.fill_value}
 
     def encode(self, buf: Any) -> bytes:
+        if isinstance(buf, _Decoded):
+            self._accept_part(buf)
         samples = np.asarray(buf)
-        self._check_parts(samples)
         # Zarr passes chunks in C or Fortran order, and expects their bytes in memory order.
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
@@ -78,8 +79,7 @@ class Tagrid(Codec):
             samples = samples.astype(samples.dtype.newbyteorder(">" if order == ">" else "<"))
         if out is not None:
             return ndarray_copy(samples.ravel(), out)
-        _decoded[id(samples)] = samples
-        return samples.ravel()
+        return samples.ravel().view(_Decoded)
 
     def _fill_in(self, dtype: np.dtype[Any]) -> Any:
         """The fill value in the type of the samples. ArgumentError: it does not fit."""
@@ -89,13 +89,11 @@ class Tagrid(Codec):
             raise ArgumentError(f"the samples are {dtype.name}, and cannot be the fill_value {self.fill_value:g}")
         return self.fill_value
 
-    def _check_parts(self, samples: np.ndarray[Any, Any]) -> None:
-        """Warns about a chunk that was decoded, partly written, and is encoded again."""
-        owner = samples
-        while isinstance(owner.base, np.ndarray):
-            owner = owner.base
-        if _decoded.get(id(owner)) is not owner:
-            return
+    def _accept_part(self, samples: np.ndarray[Any, Any]) -> None:
+        """Warns about a chunk that was decoded, partly written, and is encoded again.
+
+        ArgumentError: its bound would not hold.
+        """
         if self.whole_chunks and self.max_error > 0:
             raise ArgumentError(f"a part of a chunk of {samples.size} samples is written, but the codec has whole_chunks=True: the "
                                 "errors of two encodings would add up. Write whole chunks, or make the array without whole_chunks")

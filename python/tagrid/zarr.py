@@ -7,7 +7,7 @@ import math
 import threading
 from collections import OrderedDict
 from itertools import product
-from typing import Any, Iterator, MutableMapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, MutableMapping, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +20,17 @@ from ._volume import Volume
 
 _Index = tuple[int, int, int]
 
+if TYPE_CHECKING:
+    _Mapping = MutableMapping[str, bytes]
+else:
+    try:
+        from ._zarr3 import StoreMapping as _Mapping
+    except ImportError:
+        _Mapping = MutableMapping
 
-class Store(MutableMapping[str, bytes]):
-    """A read-only store for zarr.open_group(). The arrays "0", "1", "2" ... hold every 1st, 2nd, 4th ...
+
+class Store(_Mapping):
+    """A read-only store for zarr.open_group(mode="r"). The arrays "0", "1", "2" ... hold every 1st, 2nd, 4th ...
     sample along each axis, down to one chunk. Chunks have 64 samples along each edge, or fewer if the volume
     is smaller, and are decoded on read.
 
