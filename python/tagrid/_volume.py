@@ -97,7 +97,7 @@ class Volume:
         """
         if bricks < 1:
             raise ArgumentError(f"a chunk has at least one brick along each axis, not {bricks}")
-        z, y, x = (tuple(np.diff(self._borders(axis, bricks)).tolist()) for axis in range(3))
+        z, y, x = (tuple(int(count) for count in np.diff(self._borders(axis, bricks))) for axis in range(3))
         return z, y, x
 
     def _borders(self, axis: int, bricks: int = 1) -> list[int]:

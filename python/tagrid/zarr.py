@@ -6,7 +6,7 @@ import json
 import math
 import threading
 from collections import OrderedDict
-from itertools import product
+from itertools import accumulate, product
 from typing import TYPE_CHECKING, Any, Iterator, MutableMapping, Optional, Sequence, Union
 
 import numpy as np
@@ -164,7 +164,7 @@ class _Bricks:
 
     def __init__(self, volume: Volume, most_bytes: int):
         self._volume = volume
-        self._borders = [np.cumsum((0, *sizes)).tolist() for sizes in volume.aligned_chunks(1)]
+        self._borders = [list(accumulate(sizes, initial=0)) for sizes in volume.aligned_chunks(1)]
         edge = volume.chunks[0] + 1
         self._most = max(8, most_bytes // (edge**3 * volume.dtype.itemsize))
         self._kept: OrderedDict[_Index, npt.NDArray[Any]] = OrderedDict()
@@ -249,5 +249,6 @@ def _units(volume: Volume) -> list[dict[str, str]]:
 def _places(volume: Volume) -> tuple[list[float], list[float]]:
     """The scale and the translation along z, y and x."""
     if is_along_world(volume):
-        return np.diag(volume.affine)[2::-1].tolist(), volume.affine[2::-1, 3].tolist()
+        steps, places = np.diag(volume.affine)[2::-1], volume.affine[2::-1, 3]
+        return [float(step) for step in steps], [float(place) for place in places]
     return [1.0 if math.isnan(step) else step for step in volume.spacing], [0.0, 0.0, 0.0]
