@@ -284,6 +284,8 @@ class DicomOdd(ReaderTest):
                     truth = apply_modality_lut(file.pixel_array, file)
             except (RuntimeError, NotImplementedError, AttributeError):
                 return 0  # it has no decoder for it
+            except OverflowError:
+                return 0  # pydicom 2.4 with numpy 2: signed samples in JPEG 2000
             numpy.testing.assert_allclose(values, truth.reshape((-1, *truth.shape[-2:])) * file.get("DoseGridScaling", 1), rtol=1e-9, err_msg=f"{path} {what}")
         return run.returncode
 

@@ -318,7 +318,7 @@ class Odd(ReaderTest):
             file.create_dataset("data", SHAPE, "i2", external=[("samples", 0, volume().nbytes)])[...] = volume()
         (self.folder / "a.h5").unlink()
         self.make(external, str(self.folder / "a.h5"))
-        os.path.exists("samples") and os.replace("samples", self.folder / "samples")
+        os.path.exists("samples") and shutil.move("samples", self.folder / "samples")
         copy = self.advised_repack(self.assert_refused(65, "external storage", "encode", "a.h5"))
         self.assert_same(self.encoded(copy)[0], volume())
 
