@@ -24,7 +24,7 @@ configure() {
     gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
       -DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON ;;
     clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
-      -DCMAKE_CXX_COMPILER=clang++-14 ;;
+      -DCMAKE_CXX_COMPILER=clang++ ;;
   esac
 }
 for build in "${builds[@]}"; do
