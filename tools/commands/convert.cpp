@@ -237,35 +237,36 @@ struct ConvertCommand {
 
 Action add_convert_command(CLI::App& app) {
   auto state = std::make_shared<ConvertCommand>();
-  CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each");
+  CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each output");
   const char* group = "The list";
   command->add_option("--manifest", state->manifest, "List of volumes, one per line, or - for standard input")
       ->option_text("FILE")
       ->group(group);
-  command->add_option("--output-dir", state->options.output_dir, "Folder for the outputs and their records")
+  command
+      ->add_option("--output-dir", state->options.output_dir, "Directory for the outputs and their records")
       ->option_text("DIR")
       ->group(group);
   command
       ->add_option("--find", state->find,
-                   "Encode nothing; write a list of all volumes below a folder to standard output")
+                   "Encode nothing; print a list of all volumes below ROOT, for --manifest")
       ->option_text("ROOT")
       ->group(group);
   command
       ->add_flag("--keep-folders", state->keep_folders,
-                 "Keep the folders of the list: the output of 2019/knee.nhdr is DIR/2019/knee.tag")
+                 "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag")
       ->group(group);
   command
       ->add_option("--shard", state->shard,
-                   "Process only part i of n equal parts of the list, counted from 0")
+                   "Process only part i of n equal parts of the list; i counts from 0")
       ->option_text("i/n")
       ->group(group);
   CLI::Option* skip = command
                           ->add_flag("--skip-done", state->options.skip_done,
-                                     "Skip volumes that are done according to a record")
+                                     "Skip volumes that are done according to the records")
                           ->group(group);
   command
       ->add_flag("--remove-verified", state->remove_verified,
-                 "Encode nothing; verify the outputs once more, and remove the originals")
+                 "Encode nothing; verify the outputs again, and remove their originals")
       ->excludes(skip)
       ->group(group);
   add_trust_option(*command, state->options.trust_description);

@@ -223,19 +223,18 @@ Action add_decode_command(CLI::App& app) {
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
-  add_region_option(*command, state->region, "Samples");
-  add_number_option(*command, "--step", state->step,
-                    "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")
+  add_region_option(*command, state->region, "Only the samples of this region");
+  add_number_option(
+      *command, "--step", state->step,
+      "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...")
       ->option_text("N");
   command->add_flag("--samples", state->samples,
-                    "Write samples as they are stored, also where values are slope * sample + intercept");
+                    "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,
-                    "Write values in every format; float32 where slopes or intercepts are not whole numbers");
-  command->add_flag(
-      "--salvage", state->salvage,
-      "Decode what is whole of a damaged file, and list what is not; the exit code is 65 all the same");
-  add_number_option(*command, "--fill", state->fill,
-                    "With --salvage: the value of samples that are lost; default: 0")
+                    "Write values in every format; float32 if slope or intercept is not an integer");
+  command->add_flag("--salvage", state->salvage,
+                    "Decode intact bricks of a damaged file and list the others; exits with 65");
+  add_number_option(*command, "--fill", state->fill, "With --salvage: value of lost samples (default: 0)")
       ->option_text("V");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);

@@ -116,13 +116,12 @@ struct EstimateCommand {
 
 Action add_estimate_command(CLI::App& app) {
   auto state = std::make_shared<EstimateCommand>();
-  CLI::App* command = app.add_subcommand("estimate",
-                                         "Estimate noise, size, PSNR and time, and the size, PSNR and time "
-                                         "of its encodings with a list of bounds");
+  CLI::App* command =
+      app.add_subcommand("estimate", "Estimate noise, file size, PSNR and time before you encode");
   command->add_option("INPUT", state->input, volume_input_help)->required();
   command
       ->add_option("--errors", state->errors,
-                   "Largest errors to try, such as 0,2,5; default: a list that fits the noise")
+                   "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)")
       ->option_text("E,E,...");
   add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr"});
   add_report_options(*command, state->run, state->overwrite);

@@ -144,11 +144,10 @@ struct FormatsCommand {
 
 Action add_formats_command(CLI::App& app) {
   auto state = std::make_shared<FormatsCommand>();
-  CLI::App* command =
-      app.add_subcommand("formats", "List the formats of volumes that can be read and written");
+  CLI::App* command = app.add_subcommand("formats", "List the formats that can be read and written");
   command->add_flag("--json", state->as_json, "Print one JSON object");
   command->add_flag("-v,--verbose", state->verbose,
-                    "Also print how the programs that read formats are confined");
+                    "Also print the sandbox of the programs that read formats");
   return [state](Ranks&) { state->execute(); };
 }
 

@@ -23,11 +23,11 @@ Action add_info_command(CLI::App& app) {
     }
   };
   auto state = std::make_shared<State>();
-  CLI::App* command = app.add_subcommand(
-      "info", "Print geometry, parameters, where the bytes are, and active points per level");
+  CLI::App* command =
+      app.add_subcommand("info", "Print geometry, parameters, sizes and active points per level");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   command->add_flag("--no-levels", state->no_levels,
-                    "Leave out the levels, for which a file without a stored grid must be decoded");
+                    "Omit the table of levels, which can require decoding the entire file");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();

@@ -13,6 +13,7 @@
 #include "io/errors/errors.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line_error.h"
+#include "tools/options/help_layout.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
@@ -58,10 +59,11 @@ std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::Ap
 
 int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
-      "Store a CT volume in one file: a conforming tetrahedral adaptive grid, and every voxel within a bound",
+      "Compress CT volumes: every voxel within a bound, and an adaptive tetrahedral mesh in the same file",
       "tagrid"};
-  app.set_version_flag("-V,--version", version);
+  app.set_version_flag("-V,--version", version, "Print the version and exit");
   app.require_subcommand(1);
+  lay_out_help(app);
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   std::vector<std::pair<CLI::App*, Action>> commands;

@@ -51,20 +51,20 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
 Action add_mesh_command(CLI::App& app) {
   auto state = std::make_shared<MeshCommand>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a mesh: VTU, VTKHDF or Gmsh");
+      app.add_subcommand("mesh", "Write the adaptive grid as a tetrahedral mesh: VTU, VTKHDF or Gmsh");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_output_options(*command, state->output);
   add_number_option(*command, "--level", state->options.level,
-                    "Use the grid up to this level only; default: all levels")
+                    "Use the grid only up to level N (default: all levels)")
       ->option_text("N");
   add_number_option(*command, "--coarsen", state->options.coarsen,
-                    "Write the coarsest mesh whose values are within E of all decoded voxels")
+                    "Write the coarsest mesh that is within E of every decoded voxel")
       ->option_text("E");
   command->add_flag("--samples", state->options.of_samples,
-                    "With --coarsen: E is an error of stored samples, not of values");
+                    "With --coarsen: E is in units of stored samples, not of values");
   add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
   command->add_flag("--padded", state->options.padded,
-                    "Fill whole root cubes instead of ending at the first and last samples");
+                    "Fill complete root cubes instead of ending at the first and last samples");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

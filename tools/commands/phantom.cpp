@@ -47,14 +47,15 @@ struct PhantomCommand {
 
 Action add_phantom_command(CLI::App& app) {
   auto state = std::make_shared<PhantomCommand>();
-  CLI::App* command = app.add_subcommand("phantom", "Make a CT-like volume of any size, for tests");
-  add_dims_option(*command, state->dims)->required()->option_text("X,Y,Z REQUIRED");
+  CLI::App* command =
+      app.add_subcommand("phantom", "Create a synthetic CT-like volume of any size, for tests");
+  add_dims_option(*command, state->dims)->required();
   command
       ->add_option("--type", state->type,
-                   "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
+                   "Sample type: uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
   add_number_option(*command, "--seed", state->seed,
-                    "Choose the volume: another seed gives another volume (1)")
+                    "Select the volume: another seed gives another one (default: 1)")
       ->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);

@@ -123,14 +123,12 @@ struct PreviewCommand {
 
 Action add_preview_command(CLI::App& app) {
   auto state = std::make_shared<PreviewCommand>();
-  CLI::App* command =
-      app.add_subcommand("preview", "Write a picture of three slices and of the grid's levels, as PNG");
-  command->add_option("INPUT", state->input, ".tag file; a pipe cannot be read in any order")->required();
+  CLI::App* command = app.add_subcommand("preview", "Write a PNG of three slices and the levels of the grid");
+  command->add_option("INPUT", state->input, ".tag file, not a pipe")->required();
   add_output_options(*command, state->output);
   command
-      ->add_option(
-          "--slice", state->slices,
-          "The slice across an axis, instead of one in or near the middle; may be given for each axis")
+      ->add_option("--slice", state->slices,
+                   "Slice across an axis (default: in or near the middle); can be given once per axis")
       ->option_text("x=N|y=N|z=N")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)
@@ -138,8 +136,8 @@ Action add_preview_command(CLI::App& app) {
   command
       ->add_option(
           "--window", state->window,
-          "Values from black to white, rescaled if the source says so; default: all but the lowest and "
-          "highest 0.5 per cent of those in the picture")
+          "Values that are black and white, rescaled if the source defines slope and intercept (default: all "
+          "except the lowest and highest 0.5 %)")
       ->option_text("lo:hi");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);

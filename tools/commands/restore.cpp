@@ -144,18 +144,15 @@ struct RestoreCommand {
 
 Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
-  CLI::App* command =
-      app.add_subcommand("restore", "Give back the files that a .tag file was encoded from, byte for byte");
+  CLI::App* command = app.add_subcommand("restore", "Restore the source files of a .tag file, byte for byte");
   command->add_option("INPUT", state->input, ".tag file");
   command
       ->add_option(
           "--records", state->records,
-          "Restore every original that convert --remove-verified removed: all that the records in the "
-          "folder of its outputs name")
+          "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs")
       ->option_text("DIR");
   command
-      ->add_option("-o,--output", state->output.path,
-                   "Folder for the files; it is made, with its parents, if it is not there")
+      ->add_option("-o,--output", state->output.path, "Directory for the files, created if it does not exist")
       ->option_text("DIR");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_run_options(*command, state->run);

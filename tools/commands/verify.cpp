@@ -154,8 +154,8 @@ struct VerifyCommand {
 
 Action add_verify_command(CLI::App& app) {
   auto state = std::make_shared<VerifyCommand>();
-  CLI::App* command = app.add_subcommand(
-      "verify", "Check a .tag file: checksums, grid, statistics, and every voxel against the original");
+  CLI::App* command =
+      app.add_subcommand("verify", "Check that a .tag file is intact, or compare it with the original");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   command->add_option("--against", state->original, "Compare every voxel with this volume")
       ->option_text("ORIGINAL");

@@ -16,7 +16,7 @@ namespace tagrid {
 
 /// What commands say of an input that is a volume: one list has all formats.
 inline constexpr const char* volume_input_help =
-    "Volume: a file, a folder of slices, or - for standard input; see tagrid formats";
+    "Volume: a file, a directory of slices, or - for standard input; see tagrid formats";
 
 /// The values of these options.
 struct Encoding {

@@ -7,7 +7,7 @@ namespace {
 
 using Row = OptionRow<EncodingOptions>;
 
-constexpr const char* kept = "What is kept";
+constexpr const char* kept = "Bounds and content";
 constexpr const char* grid = "The grid";
 
 template <class Value>
@@ -68,19 +68,21 @@ std::vector<Row> all_rows() {
   using E = EncodeOptions;
   std::vector<Row> rows = {
       {"max-error", kept, "E|noise:K",
-       "Largest error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
+       "Maximum error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
        set_max_error},
-      rule_row(setting::relative_error, "R", "Largest error as a fraction of the range of the samples",
+      rule_row(setting::relative_error, "R", "Maximum error as a fraction of the range of the samples",
                ErrorRule::Kind::relative),
       rule_row(setting::psnr, "D", "Loosest bound that reaches D dB", ErrorRule::Kind::psnr),
-      number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
+      number_row(setting::surface_error, kept, "F", "Tighter bound at the active points of the grid",
                  &E::surface_error),
       flag_row("strip", kept, "Drop metadata except geometry: names, dates, ...", &E::strip),
-      flag_row("grid-only", kept, "Store the adaptive grid alone; voxels are interpolated", &E::grid_only),
+      flag_row("grid-only", kept, "Store only the adaptive grid; voxels between its points are interpolated",
+               &E::grid_only),
       {"grid",
        kept,
        "stored|derived",
-       "stored: keep the grid of the original; derived: recompute it from decoded voxels on demand",
+       "stored, the default: keep the grid of the original; derived: recompute it from decoded voxels on "
+       "demand",
        set_grid,
        {"stored", "derived"}},
       {"effort",
@@ -89,21 +91,21 @@ std::vector<Row> all_rows() {
        "Trade time for size; no effect on bricks whose values span more than 65536 units",
        set_effort,
        {"fast", "default", "best"}},
-      number_row(
-          setting::mesh_error, kept, "E",
-          "Refine until the mesh is within E of every sample; E must not be below the bound on active voxels",
-          &E::mesh_error),
+      number_row(setting::mesh_error, kept, "E",
+                 "Refine until the mesh is within E of every sample; at least the bound on active voxels",
+                 &E::mesh_error),
       number_row(setting::accuracy, grid, "m",
-                 "Follow the volume as closely as a regular m-gon follows its circle (20)", &E::accuracy),
-      number_row(setting::cube, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (32)",
+                 "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",
+                 &E::accuracy),
+      number_row(setting::cube, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
                  &E::cube_size),
-      number_row(setting::max_level, grid, "n", "Refine no further than this level", &E::max_level),
+      number_row(setting::max_level, grid, "n", "Refine no further than level n", &E::max_level),
       text_row(setting::range.name, grid, "lo:hi|auto",
-               "Span of values that counts as 8 voxels of height, or auto for that of the data",
+               "Span of values that counts as 8 voxels of height; auto: the span of the data",
                &EncodingOptions::range),
       number_row(setting::field_scale, grid, "lambda",
                  "Voxels of height per unit of value, instead of --range", &E::field_scale),
-      number_row(setting::brick, grid, "N", "Edge of a brick in root cubes; default max(2, 64/S)",
+      number_row(setting::brick, grid, "N", "Edge of a brick in root cubes (default: 64/S, but at least 2)",
                  &E::brick_edge),
   };
   for (const auto& row : source_rows()) {

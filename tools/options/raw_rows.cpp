@@ -10,11 +10,12 @@ const std::vector<OptionRow<RawOptions>>& raw_rows() {
   };
   static const std::vector<OptionRow<RawOptions>> rows = {
       row("dims", "X,Y,Z", "Samples along x (fastest), y and z", &RawOptions::dims),
-      row("type", "TYPE", "uint8, int8, uint16, int16, uint32, int32, float32 or float64", &RawOptions::type),
-      row("endian", "little|big", "Order of the bytes in a sample: little (default) or big",
-          &RawOptions::endian, {"little", "big"}),
+      row("type", "TYPE", "Sample type: uint8, int8, uint16, int16, uint32, int32, float32 or float64",
+          &RawOptions::type),
+      row("endian", "little|big", "Byte order of the samples (default: little)", &RawOptions::endian,
+          {"little", "big"}),
       row("spacing", "X,Y,Z", "Distance between samples along x, y and z", &RawOptions::spacing),
-      row("offset", "BYTES", "Bytes before the first sample; K, M, G, T mean times 1024, 1024^2 and so on",
+      row("offset", "BYTES", "Bytes before the first sample; K, M, G and T are powers of 1024",
           &RawOptions::offset),
   };
   return rows;

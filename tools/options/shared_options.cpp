@@ -39,19 +39,20 @@ int RunOptions::thread_count() const { return threads > 0 ? threads : available_
 
 void add_run_options(CLI::App& command, RunOptions& options) {
   add_number_option(command, "-T,--threads", options.threads,
-                    "Threads to use; 0, the default, means all processors that the process may run on")
+                    "Threads to use; 0, the default, means all processors available to the process")
+      ->option_text("N")
       ->check([](const std::string& text) {
         const auto threads = whole_number<int>(text);
         const bool good = threads && *threads >= 0 && *threads <= most_threads;
         return good ? std::string()
                     : fmt::format("{} is not a whole number from 0 to {}", text, most_threads);
       });
-  command.add_flag("-q,--quiet", options.quiet, "Print nothing but errors");
-  command.add_flag("-v,--verbose", options.verbosity, "Print more");
+  command.add_flag("-q,--quiet", options.quiet, "Print only errors");
+  command.add_flag("-v,--verbose", options.verbosity, "Print more details");
   command
       .add_option_function<std::string>(
           "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
-          "How to show progress: auto (a bar on a terminal, otherwise nothing), bar, plain (a line per "
+          "How to show progress: auto (a bar on a terminal, nothing elsewhere), bar, plain (a line per "
           "minute) or none")
       ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
@@ -94,21 +95,22 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
               throw UsageError(
                   fmt::format("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G", text));
           },
-          "Never use more memory than SIZE bytes; K, M, G, T mean times 1024, 1024^2 and so on")
+          "Never use more memory than SIZE bytes, such as 800M or 1.5G; K, M, G and T are powers of 1024")
       ->option_text("SIZE");
 }
 
 void add_spool_option(CLI::App& command, RunOptions& options) {
   command
-      .add_option("--spool", options.spool,
-                  "Folder for temporary files: of samples, needed if the slices of a pipe are too wide for "
-                  "memory, and of "
-                  "what another program writes for a pipe")
+      .add_option(
+          "--spool", options.spool,
+          "Directory for temporary files: samples of a pipe whose slices exceed the memory limit, or output "
+          "of another program for a pipe")
       ->option_text("DIR");
 }
 
 void add_json_option(CLI::App& command, RunOptions& options) {
-  command.add_option("--json", options.json, "Write statistics of the run to FILE")->option_text("FILE");
+  command.add_option("--json", options.json, "Write statistics of the run to FILE as JSON")
+      ->option_text("FILE");
 }
 
 void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite) {
@@ -121,15 +123,14 @@ void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite)
 
 void add_removal_options(CLI::App& command, bool& remove) {
   CLI::Option* keep = command.add_flag("-k,--keep")->description("Keep the input (default)");
-  command.add_flag("--rm", remove, "Remove the input once its output is complete and verified")
+  command.add_flag("--rm", remove, "Remove the input after the output is complete and verified")
       ->excludes(keep);
 }
 
 void add_trust_option(CLI::App& command, bool& trust) {
   command.add_flag(
       "--trust-description", trust,
-      "Confirm that --dims, --type and --endian are right, so that headerless input may be removed "
-      "after a lossy encoding");
+      "Confirm --dims, --type and --endian, so that headerless input may be removed after lossy encoding");
 }
 
 void add_output_options(CLI::App& command, OutputOptions& options) {
@@ -139,14 +140,13 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 }
 
 void add_format_option(CLI::App& command, std::string& format) {
-  std::vector<std::string> names, help;
-  for (const Format* written : written_formats()) {
-    names.emplace_back(written->name);
+  std::vector<std::string> help;
+  for (const Format* written : written_formats())
     help.push_back(fmt::format("{} ({})", written->name, written->help));
-  }
   command
-      .add_option("--format", format,
-                  fmt::format("{}; default: from the name of the output", fmt::join(help, ", ")))
+      .add_option(
+          "--format", format,
+          fmt::format("Format of the output (default: from its extension):\n{}", fmt::join(help, "\n")))
       ->check([](const std::string& given) {
         // A program that somebody added is not in the list.
         try {
@@ -156,7 +156,7 @@ void add_format_option(CLI::App& command, std::string& format) {
           return std::string(error.what());
         }
       })
-      ->option_text(fmt::format("{}", fmt::join(names, "|")));
+      ->option_text("FORMAT");
 }
 
 const Format& volume_format_option(const std::string& format, const std::string& output) {

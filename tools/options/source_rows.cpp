@@ -8,7 +8,7 @@ namespace {
 using SourceRow = OptionRow<SourceOptions>;
 
 std::vector<SourceRow> all_source_rows() {
-  constexpr const char* group = "Input of other formats";
+  constexpr const char* group = "Other input formats";
   const auto row = [](const char* name, const char* value, const char* help,
                       std::string SourceOptions::*member) {
     return SourceRow{name, group, value, help,
@@ -20,18 +20,17 @@ std::vector<SourceRow> all_source_rows() {
     rows.push_back({raw.name, raw.group, raw.value, raw.help, set, raw.words});
   }
   rows.push_back(row("from", "FORMAT",
-                     "Format of the input, if its content does not say it; see tagrid formats",
+                     "Format of the input (default: from its content, then its name); see tagrid formats",
                      &SourceOptions::from));
-  rows.push_back(row("series", "NAME|N", "Which one of several series or volumes, by its name or number",
-                     &SourceOptions::series));
   rows.push_back(
-      row("dataset", "PATH", "Which data set of a file that has several", &SourceOptions::dataset));
+      row("series", "NAME|N", "One of several series or volumes, by name or number", &SourceOptions::series));
+  rows.push_back(row("dataset", "PATH", "Data set of a file that has several", &SourceOptions::dataset));
   rows.push_back(
       {"gaps-ok", group, "",
-       "Read a folder although numbers are missing in the names of its files, or DICOM images cannot be read",
+       "Read a directory although slice numbers are missing or DICOM images are unreadable",
        [](SourceOptions& o, const std::string& text) { o.gaps_ok = flag_value("gaps-ok", text); }});
-  rows.push_back(row("vdb-grid", "NAME", "Name of the grid of an OpenVDB file, if it has several",
-                     &SourceOptions::vdb_grid));
+  rows.push_back(
+      row("vdb-grid", "NAME", "Grid of an OpenVDB file that has several", &SourceOptions::vdb_grid));
   return rows;
 }
 

@@ -9,24 +9,23 @@ namespace tagrid {
 
 void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
   const char* group = "OpenVDB output";
-  command.add_option("--vdb-grid", options.grid, "Name of the grid; default: the name it had, or density")
+  command
+      .add_option("--vdb-grid", options.grid,
+                  "Name of the grid (default: its name before encoding, or density)")
       ->option_text("NAME")
       ->group(group);
   command
       .add_option("--vdb-type", options.type,
-                  "Type of the grid for samples of 8 and 16 bits: float, which most programs read, or int32; "
-                  "default: "
-                  "float")
+                  "Grid type for 8- and 16-bit samples (default: float, which most programs read)")
       ->check(one_of({"float", "int32"}))
       ->option_text("float|int32")
       ->group(group);
-  add_number_option(
-      command, "--vdb-background", options.background,
-      "Value of inactive voxels; default: the background it had, or the value of the first voxel")
+  add_number_option(command, "--vdb-background", options.background,
+                    "Value of inactive voxels (default: the background before encoding, or the first voxel)")
       ->option_text("V")
       ->group(group);
   add_number_option(command, "--vdb-tolerance", options.tolerance,
-                    "Voxels within T of the background become the background (0)")
+                    "Turn voxels within T of the background into background (default: 0)")
       ->option_text("T")
       ->group(group);
 }

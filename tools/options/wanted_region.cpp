@@ -12,9 +12,7 @@ namespace tagrid {
 void add_region_option(CLI::App& command, std::string& region, const std::string& description) {
   command
       .add_option("--region", region,
-                  description +
-                      " from x0 up to, but not including, x1, and likewise for y and z; an end that is left "
-                      "out is that of the volume")
+                  description + ": x0 <= x < x1, likewise y and z; an omitted end is that of the volume")
       ->option_text("x0:x1,y0:y1,z0:z1");
 }
 

@@ -59,6 +59,29 @@ TEST_F(Documentation, HelpIsGivenForACommandOfThatName) {
   EXPECT_EQ(tagrid({"help", "nonsense"}).code, 64);
 }
 
+TEST_F(Documentation, NoLineOfAnyHelpIsWiderThan100Columns) {
+  Words all = commands();
+  all.insert("");
+  for (const std::string& command : all) {
+    std::istringstream help(tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out);
+    for (std::string line; std::getline(help, line);) EXPECT_LE(line.size(), 100U) << command << ": " << line;
+  }
+}
+
+TEST_F(Documentation, HelpNamesTheValueOfEveryOptionThatHasOne) {
+  for (const std::string& command : commands()) {
+    const std::string help = tagrid({command, "--help"}).out;
+    // What CLI11 prints where an option does not name its value.
+    for (const char* type : {" TEXT", " INT", " UINT", " FLOAT", " REQUIRED", " Excludes:"})
+      EXPECT_EQ(help.find(type), help.npos) << command << type;
+  }
+  const std::string help = tagrid({"encode", "--help"}).out;
+  for (const char* option :
+       {"  -T,--threads <N> ", "  --cube <S> ", "  --effort <fast|default|best> ", "  -o,--output <FILE> "})
+    EXPECT_NE(help.find(option), help.npos) << option << help;
+  EXPECT_NE(tagrid({"surface", "--help"}).out.find("  --iso <V> (required) "), help.npos);
+}
+
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
   const std::string manual = text_of("docs/tagrid.1");
   Words listed, mentioned;

@@ -18,14 +18,15 @@ std::string example_of(const OptionRow<EncodingOptions>& row) {
 std::string text_of_options(const EncodingOptions& all) {
   const EncodeOptions& o = all.options;
   const auto number = [](const auto& value) { return value ? fmt::format("{}", *value) : "none"; };
+  std::string rules;
+  for (const auto& [kind, value] : all.rules) rules += fmt::format("{}:{} ", static_cast<int>(kind), value);
   const SourceOptions& source = all.source;
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
-                     number(all.times_noise), number(all.relative_error), number(all.psnr), name_of(o.grid),
-                     o.grid_only, number(o.max_error), number(o.surface_error), number(o.mesh_error),
-                     o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge), name_of(o.effort),
-                     number(o.field_scale), all.range, source.raw.dims, source.raw.type, source.raw.endian,
-                     source.raw.spacing, source.raw.offset, source.vdb_grid, source.from, source.series,
-                     source.dataset, source.gaps_ok, o.strip);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", rules,
+                     name_of(o.grid), o.grid_only, number(o.max_error), number(o.surface_error),
+                     number(o.mesh_error), o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge),
+                     name_of(o.effort), number(o.field_scale), all.range, source.raw.dims, source.raw.type,
+                     source.raw.endian, source.raw.spacing, source.raw.offset, source.vdb_grid, source.from,
+                     source.series, source.dataset, source.gaps_ok, o.strip);
 }
 
 TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
