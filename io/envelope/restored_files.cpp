@@ -113,7 +113,7 @@ void RestoredFiles::check() {
 void RestoredFiles::check_target(std::size_t file) const {
   const auto status = status_of_name(path(file));
   if (status && !S_ISREG(status->st_mode) && !S_ISLNK(status->st_mode))
-    throw UsageError(path(file) + ": is there, and is not a regular file");
+    throw UsageError(path(file) + ": exists and is not a regular file");
   if (status && !options_.overwrite)
     throw UsageError(path(file) + ": already exists", Problem::output_exists);
   refuse_same_file(input_, path(file));
@@ -125,7 +125,7 @@ void RestoredFiles::make_folders(const std::string& name) {
     const std::string folder = folder_ + "/" + name.substr(0, end);
     const auto status = status_of_name(folder);
     if (status && !S_ISDIR(status->st_mode))
-      throw UsageError(folder + ": is not a folder, but source files belong into one of this name");
+      throw UsageError(folder + ": is not a folder, but source files belong in a folder of this name");
     if (!status) staging_->make(folder);
   }
 }

@@ -26,11 +26,10 @@ SortedError sorted_error(const std::exception_ptr& exception) {
     return {ErrorKind::memory, error.what(), {}};
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again)
-      return {
-          ErrorKind::world,
-          "the system gives no more threads; raise its limit on processes (ulimit -u) or on address space "
-          "(ulimit -v)",
-          {}};
+      return {ErrorKind::world,
+              "the system cannot create more threads; raise its limit on processes (ulimit -u) or on address "
+              "space (ulimit -v)",
+              {}};
     return {ErrorKind::world, error.what(), {}};
   } catch (const std::exception& error) {
     return {ErrorKind::bug, error.what(), {}};

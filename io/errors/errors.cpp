@@ -19,7 +19,7 @@ std::string_view advice(int error_number) {
     case EPERM:
       return "; check the permissions of the file and its folder";
     case EROFS:
-      return "; choose another folder, or have this one made writable";
+      return "; choose another folder, or make this one writable";
     case ENOSPC:
     case EDQUOT:
       return "; free some space or choose another folder";
@@ -27,7 +27,7 @@ std::string_view advice(int error_number) {
     case ENFILE:
       return "; raise the limit on open files (ulimit -n)";
     case ENXIO:
-      return "; it is a socket, or a device that is not there; give a file or a pipe";
+      return "; it is a socket, or a device that does not exist; give a file or a pipe";
     case EFBIG:
       return "; raise the limit on the size of files (ulimit -f), or choose another file system";
     case ENAMETOOLONG:

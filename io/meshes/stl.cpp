@@ -71,11 +71,11 @@ void StlFile::add(const SurfacePiece& piece) {
 
 std::vector<std::string> StlFile::warnings() const {
   if (!(rounding_ > visible * notes_.spacing)) return {};
-  return {fmt::format(
-      "{}: STL has 32-bit numbers: so far from the origin, they move corners by up to {:.2g}, of {:.6g} "
-      "between samples, "
-      "and triangles lose their shape or their area; .ply, .vtp and .obj files have numbers of 64 bits",
-      output_.name(), rounding_, notes_.spacing)};
+  return {
+      fmt::format("{}: STL has 32-bit numbers: this far from the origin, they move vertices by up to {:.2g} "
+                  "where samples are {:.6g} apart, and triangles lose their shape or area; .ply, .vtp and "
+                  ".obj files have 64-bit numbers",
+                  output_.name(), rounding_, notes_.spacing)};
 }
 
 void StlFile::finish() {

@@ -68,8 +68,7 @@ std::uint64_t FilledFile::complete() {
   }
   const auto status = status_of(file_.temporary());
   if (!status || status->st_dev != device_ || status->st_ino != number_)
-    throw WorldError(file_.name() +
-                     ": its writer did not fill the file that it was given, but removed or replaced it");
+    throw WorldError(file_.name() + ": its writer removed or replaced the file that it was given to fill");
   return static_cast<std::uint64_t>(status->st_size);
 }
 

@@ -189,7 +189,7 @@ bool FormatProgram::wait(For what) {
     }
     if (count > 0 && answers) return ready[0].revents != 0;
     if (silence >= limits_.silence)
-      fail(fmt::format("was silent for {} seconds",
+      fail(fmt::format("did not answer for {} seconds",
                        std::chrono::duration_cast<std::chrono::seconds>(limits_.silence).count()));
   }
 }
@@ -286,7 +286,7 @@ void FormatProgram::finish() {
   std::byte more;
   if (!heard_.empty() || read_some(&more, 1) > 0) fail("sent unexpected output");
   const std::string how = ending();
-  if (how != "with code 0") fail("ended " + how);
+  if (how != "exited with code 0") fail(how);
 }
 
 std::string FormatProgram::ending() {
@@ -297,17 +297,16 @@ std::string FormatProgram::ending() {
       break;
     std::this_thread::sleep_for(10ms);
   }
-  if (status.si_pid == 0) return "its output, but not itself";
-  if (status.si_code == CLD_EXITED) return fmt::format("with code {}", status.si_status);
-  return fmt::format("by signal {} ({})", status.si_status, strsignal(status.si_status));
+  if (status.si_pid == 0) return "closed its output but did not exit";
+  if (status.si_code == CLD_EXITED) return fmt::format("exited with code {}", status.si_status);
+  return fmt::format("was ended by signal {} ({})", status.si_status, strsignal(status.si_status));
 }
 
 void FormatProgram::fail_as_ended() {
   const std::string how = ending();
   // A library that trusts what it reads.
-  const bool crashed = how.starts_with("by signal") && !file_.empty() && is_reader_;
-  fail(fmt::format("ended {} before it had answered{}", how, crashed ? "; the file may be damaged" : ""),
-       true);
+  const bool crashed = how.starts_with("was ended by signal") && !file_.empty() && is_reader_;
+  fail(fmt::format("{} before it answered{}", how, crashed ? "; the file may be damaged" : ""), true);
 }
 
 void FormatProgram::fail(std::string_view what, bool may_lack_memory) {

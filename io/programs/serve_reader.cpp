@@ -105,9 +105,8 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
     if (std::to_string(i + 1) == wanted) return i;
   std::vector<std::string> names;
   for (const Choice& choice : list) names.push_back(choice.name);
-  const std::string those = names.size() <= most_listed
-                                ? fmt::format("those that it has are {}", fmt::join(names, ", "))
-                                : "without this option, those that it has are listed";
+  const std::string those = names.size() <= most_listed ? fmt::format("it has {}", fmt::join(names, ", "))
+                                                        : "without this option, the existing ones are listed";
   throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
 }
 
@@ -127,8 +126,8 @@ int serve_volumes(const std::string& name, const OpenServed& open) {
       say(json_of(several));
     } catch (const std::exception&) {
       say_error(std::current_exception(), path,
-                volume ? "needs more memory than was to be expected; it may be damaged"
-                       : "needs more memory than its reader may take to describe it");
+                volume ? "needs more memory than expected; it may be damaged"
+                       : "to describe it, its reader needs more memory than its limit");
     }
   }
   return 0;

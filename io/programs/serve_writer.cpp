@@ -134,8 +134,8 @@ int serve_writer(const std::string& name, const BeginServed& begin, const BeginS
   } catch (const std::exception&) {
     // What follows may be bytes: this conversation cannot go on.
     say_error(std::current_exception(), written.name(),
-              written.has_begun() ? "writing it needs more memory than was to be expected"
-                                  : "writing it needs more memory than its writer may take to begin");
+              written.has_begun() ? "writing it needs more memory than expected"
+                                  : "to begin writing it, its writer needs more memory than its limit");
   }
   return 0;
 }

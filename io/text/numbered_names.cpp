@@ -90,13 +90,13 @@ bool is_preview(const std::string& path) {
 
 std::string gap_in_words(const NumberedFiles& files) {
   return "between " + name_of_path(files.gap->first) + " and " + name_of_path(files.gap->second) +
-         ", slices are missing by their numbers" + (files.missing.empty() ? "" : ": " + files.missing);
+         ", slices are missing according to their numbers" +
+         (files.missing.empty() ? "" : ": " + files.missing);
 }
 
 std::string same_in_words(const NumberedFiles& files) {
   return name_of_path(files.same->first) + " and " + name_of_path(files.same->second) +
-         " have the same number, so which of them is the slice is not known; move one of them into another "
-         "folder";
+         " have the same number, so it is unclear which one is the slice; move one of them to another folder";
 }
 
 std::string number_pattern(std::string_view name) { return with_numbers_as("#", pieces_of(name)); }

@@ -61,8 +61,8 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
   const auto slices = rescale_of_slices(header.nrrd_fields, p.dims.z);
   if (!slices)
     throw UsageError(
-        Sentence{"slices have slopes of their own (slice_slopes), but there is not one number for each of {} "
-                 "slices, so their values are not known; leave out {}",
+        Sentence{"slices have individual slopes (slice_slopes), but not one for each of {} slices, so values "
+                 "are unknown; leave out {}",
                  {p.dims.z, Setting{"values", "that values are wanted"}}});
   ValueRule rule{p.type, SampleType::float32, slices->slopes, slices->intercepts};
   for (std::size_t z = 0; z < slices->slopes.size(); ++z)
@@ -77,7 +77,7 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
 void require_scale(const std::string& nrrd_fields, const Setting& of_values) {
   const std::string doubt = scale_doubt_in(nrrd_fields);
   if (doubt.empty()) return;
-  throw UsageError(Sentence{"{}. So the values that {} needs are unknown; give {}",
+  throw UsageError(Sentence{"{}. The values that {} needs are therefore unknown; give {}",
                             {doubt, of_values, Setting{"samples", "stored samples"}}});
 }
 
@@ -154,8 +154,8 @@ void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const 
   if (!outside) return;
   const std::string_view type = name_of(numbers.rule.to);
   if (numbers.is_range_known)
-    throw BrokenInput(fmt::format("{}: brick {}: the value {} is beyond the range that the index says", name,
-                                  brick.id, outside->value));
+    throw BrokenInput(fmt::format("{}: brick {}: the value {} exceeds the range in the index", name, brick.id,
+                                  outside->value));
   throw UsageError(Sentence{
       "{}: the value {} is not one of type {}, and the range of values was not known before: only the "
       "end of a .tag file says it; decode a whole file instead of a pipe, or give {} (a larger "

@@ -146,7 +146,7 @@ FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, dou
   if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
   const double peak = width(range_of_data(source));
   require(std::isfinite(peak),
-          {"{}: {} has no meaning for samples whose range is not finite", {source.name(), setting::psnr}});
+          {"{}: {} is undefined for samples whose range is not finite", {source.name(), setting::psnr}});
   Psnr psnr(parameters, source, peak, progress);
   const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
   source.rewind();

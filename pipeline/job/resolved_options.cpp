@@ -149,7 +149,7 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
   options.validate();
   require(source.scale_doubt.empty() || !bounds_values(options),
-          {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
+          {"{}. The bound therefore cannot be converted to stored samples; give {} 0, which is lossless",
            {source.scale_doubt, setting::max_error}});
   const VolumeInfo& info = source.info;
   require_valid(check_fields(info.nrrd_fields), "this volume");

@@ -83,7 +83,7 @@ MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& param
   MeshPart part = {level_of(options.level, parameters), options.padded != 0};
   if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
   require(part.padded || !is_flat(parameters),
-          "a volume of one slice or less fills no space; only its padded mesh, of whole root cubes, does");
+          "a volume of one slice or less fills no space; only its padded mesh, of complete root cubes, does");
   return part;
 }
 

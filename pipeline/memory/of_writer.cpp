@@ -12,7 +12,7 @@ void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer, std
   detail.numbers = limit.detail().numbers;
   throw UsageError(fmt::format("{}; up to {} MiB of it are for tagrid-write-{}{}", limit.what(),
                                (bytes + (1 << 20) - 1) >> 20, writer.name,
-                               writer.keeps_volume ? ", which keeps the whole volume in memory" : ""),
+                               writer.keeps_volume ? ", which keeps the entire volume in memory" : ""),
                    detail);
 }
 

@@ -23,17 +23,16 @@ std::uint64_t bytes_of_surface(const CodingParameters& parameters, const Surface
 SurfaceLevel surface_level(double iso, const TagHeader& header, const std::string& name) {
   if (has_slopes_of_slices(header.nrrd_fields))
     throw UsageError(fmt::format(
-        "{}: each slice has a slope of its own (slice_slopes), so that a value is a different sample in each",
-        name));
+        "{}: each slice has its own slope (slice_slopes), so a value is a different sample in each", name));
   require_scale(header.nrrd_fields, {"iso", "the level of a surface"});
   for (const auto& [key, value] : key_values_of(header.nrrd_fields))
     if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
-      throw BrokenInput(fmt::format("{}: the header: a rescale_slope of {} is no slope", name,
+      throw BrokenInput(fmt::format("{}: the header: rescale_slope is {}, which is not a slope", name,
                                     quoted(std::string_view(value))));
   const Rescale rescale = rescale_of(header.nrrd_fields);
   const SurfaceLevel level{(iso - rescale.intercept) / rescale.slope, rescale.slope < 0};
   if (!std::isfinite(level.value))
-    throw UsageError(fmt::format("{}: a value of {} is no finite sample with the slope {} of this file", name,
+    throw UsageError(fmt::format("{}: the value {} has no finite sample with the slope {} of this file", name,
                                  iso, rescale.slope));
   return level;
 }

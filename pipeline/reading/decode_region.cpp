@@ -86,7 +86,7 @@ class SalvagedBlocks final : public Blocks {
  public:
   explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {
     if (file_.whole_count() == 0)
-      throw BrokenInput(input + ": none of its bricks is whole, so nothing can be decoded");
+      throw BrokenInput(input + ": none of its bricks is intact, so nothing can be decoded");
   }
   const TagHeader& header() const override { return file_.header(); }
   const TagIndex* index() const override { return file_.index() ? &*file_.index() : nullptr; }

@@ -118,7 +118,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   for (std::size_t i = 0; result.difference.empty() && i < kept.size(); ++i) {
     EnvelopeFile& now = source.files[i];
     if (kept[i].size != now.size)
-      result.difference = fmt::format("{} has {} bytes, and had {} then", now.name, now.size, kept[i].size);
+      result.difference = fmt::format("{} has {} bytes instead of {}", now.name, now.size, kept[i].size);
     now.name = kept[i].name;  // another name is no other content
   }
   if (!result.difference.empty()) return result;
@@ -132,8 +132,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
       });
   result.is_same = comparison.is_same();
   if (!result.is_same)
-    result.difference =
-        fmt::format("{} has other bytes than the file that was encoded", source.names[different]);
+    result.difference = fmt::format("{} differs from the file that was encoded", source.names[different]);
   return result;
 }
 
@@ -151,8 +150,8 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
     throw UsageError(run.input +
-                         ": holds no source files: they came through a pipe, had compressed samples and no "
-                         "plain form, or much besides samples, or were left out",
+                         ": holds no source files: they came through a pipe, had compressed samples or too "
+                         "much metadata, or were dropped",
                      Problem::no_source_files);
   const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write,
                                         run.resources.memory ? memory_of_envelope(file) : 0);

@@ -27,7 +27,7 @@ void PartVerifier::tell_difference(const Disagreement& bricks) const {
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       if (brick.id != id) return;
       if (const auto p = faces.first_difference(brick))
-        checks_.fail_brick(brick.id, "it disagrees with its neighbour", *p);
+        checks_.fail_brick(brick.id, "it disagrees with its neighbor", *p);
     };
     run_decode_graph(parameters(), row, checks_.budget(), streams);
   }

@@ -74,7 +74,7 @@ void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statist
           first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
     fail_brick(brick.id, "the grid is not conforming", *p);
   if (const auto p = faces.first_difference(brick))
-    fail_brick(brick.id, "it disagrees with its neighbour", *p);
+    fail_brick(brick.id, "it disagrees with its neighbor", *p);
   count_active(brick.active, parameters(), parameters().bricks().position(brick.id), counted);
 }
 
@@ -136,7 +136,7 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
 void Verifier::compare_with_index(const Statistics& counted) const {
   const Statistics& total = index_.total;
   if (parameters().stores_grid() && total.active != counted.active)
-    fail_index("the number of active points is not that of the bricks");
+    fail_index("the number of active points does not match the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
   // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
@@ -151,17 +151,17 @@ void Verifier::compare_with_index(const Statistics& counted) const {
     fail_index("the recorded error of the mesh is above its bound");
   if (!setup_.against) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
-    throw BrokenInput(fmt::format("{}: the mesh is off from the original by up to {}, more than {}", name_,
+    throw BrokenInput(fmt::format("{}: the mesh differs from the original by up to {}, more than {}", name_,
                                   counted.mesh_error, of_mesh));
   // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
       counted.sum_squared_error != total.sum_squared_error ||
       !(std::abs(counted.sum_squared_real - real) <= 1e-9 * real))
-    fail_index(fmt::format(
-        "the recorded errors are not those found against this original: the largest is {}, but {} was "
-        "found; this is not the volume that was encoded, or the file is damaged",
-        total.max_error, counted.max_error));
+    fail_index(
+        fmt::format("the recorded errors do not match this original: the largest is {}, but {} was found; "
+                    "this is not the volume that was encoded, or the file is damaged",
+                    total.max_error, counted.max_error));
 }
 
 VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) {

@@ -152,7 +152,7 @@ class Rescaled:
         """Integers, exactly: intermediate results may overflow, but the sum fits the type."""
         rule = self._rule
         if samples.size and not (rule.low <= samples.min() and samples.max() <= rule.high):
-            raise DamagedError(f"{self.volume!r}: a sample is beyond the range that the index says")
+            raise DamagedError(f"{self.volume!r}: a sample exceeds the range in the index")
         values = samples.astype(rule.dtype)
         values += np.array(int(rule.intercept), np.int64).astype(rule.dtype)
         return values if values.ndim else values[()]

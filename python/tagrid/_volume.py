@@ -296,7 +296,7 @@ class Volume:
 
     def _warn_of_uneven_slices(self, what: str) -> None:
         if "slice_positions" in self.metadata:
-            warn_caller(f"{self._name}: slices of the source lie at unequal distances; in the {what} all distances are equal")
+            warn_caller(f"{self._name}: slices of the source are unequally spaced; in the {what} all distances are equal")
 
     # ---- opening and closing
 

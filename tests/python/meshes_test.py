@@ -122,7 +122,7 @@ class Meshes(unittest.TestCase):
         positions = "; ".join(f"0 0 {z * z}" for z in range(SHAPE[0]))
         uneven = tagrid.open(tagrid.encode(self.samples, metadata={"slice_positions": positions}))
         for work, name in ((lambda: uneven.mesh(level=0), "mesh"), (lambda: uneven.surface(600), "surface")):
-            with self.assertWarnsRegex(UserWarning, f"unequal distances; in the {name} all distances are equal") as said:
+            with self.assertWarnsRegex(UserWarning, f"unequally spaced; in the {name} all distances are equal") as said:
                 work()
             self.assertEqual(said.filename, __file__)
         with warnings.catch_warnings():

@@ -260,9 +260,9 @@ class Archive(ReaderTest):
         (self.folder / "list.tsv").write_text("archive/a.nrrd\narchive/b.tif\narchive/a.nrrd\tmax-error=5\toutput=c\n")
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--progress=plain", "-v")
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertIn("2 of them cannot be given back byte for byte\n", run.stderr)
-        self.assertIn("b.tif: cannot be given back byte for byte: its samples are compressed", run.stderr)
-        self.assertIn("a.nrrd: cannot be given back byte for byte: its samples are kept within 5", run.stderr)
+        self.assertIn("2 of them cannot be restored byte for byte\n", run.stderr)
+        self.assertIn("b.tif: cannot be restored byte for byte: its samples are compressed", run.stderr)
+        self.assertIn("a.nrrd: cannot be restored byte for byte: its samples are kept within 5", run.stderr)
         self.assertIsNone(self.records()[0]["why_not_restorable"])
         self.assertEqual(self.records()[2]["why_not_restorable"], "its samples are kept within 5")
 

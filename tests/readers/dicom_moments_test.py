@@ -149,7 +149,7 @@ class DicomMoments(ReaderTest):
             for moment, (name, text) in enumerate(choices):
                 self.assert_samples("a.dcm", images[moment], "--series", name)
         self.save("a.dcm", self.enhanced(images, lambda *_: None))
-        self.assertNotIn("remove", self.assert_refused(65, "a.dcm, frame 1 and a.dcm, frame 4 are at one place", "encode", "a.dcm"))
+        self.assertNotIn("remove", self.assert_refused(65, "a.dcm, frame 1 and a.dcm, frame 4 are at the same position", "encode", "a.dcm"))
 
     def test_frames_in_time_have_no_places(self):
         truth = volume(shape=(4, 5, 6))
@@ -176,7 +176,7 @@ class DicomMoments(ReaderTest):
         truth = volume(shape=(3, 5, 6))
         self.write("s", truth[None], lambda m, z: {})
         self.assert_same(self.encoded("s/0_1.dcm")[0], (truth[1:2] - 1024).astype("int16"))
-        self.assertIn("s/0_1.dcm: is one image of a series, and 0_0.dcm is another one; give their folder to have all of them", self.messages)
+        self.assertIn("s/0_1.dcm: is one image of a series, and 0_0.dcm is another one; give their folder to read all of them", self.messages)
         self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
         self.assertEqual(self.messages, "")
 

@@ -148,9 +148,9 @@ class Dicom(ReaderTest):
             if nibabel and step:
                 self.assertAlmostEqual(nibabel.load(self.folder / "part.nii").affine[2, 2], step, msg=region)
         text = self.tagrid("info", "out.tag").stdout
-        self.assertRegex(text, r"\nslices +at unequal distances")
+        self.assertRegex(text, r"\nslices +unequally spaced")
         mesh = self.tagrid("mesh", "out.tag", "-o", "a.vtu")
-        self.assertEqual((mesh.returncode, "slices of the source lie at unequal distances" in mesh.stderr), (0, True), mesh.stderr)
+        self.assertEqual((mesh.returncode, "slices of the source are unequally spaced" in mesh.stderr), (0, True), mesh.stderr)
         self.assertRegex(text, r"\npatient +Doe\^Jane \(4711\)\n")
         self.assertRegex(text, r"\nmetadata +\d+ key/value pairs")
 
@@ -158,7 +158,7 @@ class Dicom(ReaderTest):
         truth = volume()
         self.write_series(truth)
         self.save("s/again.dcm", data_set(truth[0], instance="1.2.3.99", number=1, position=(-10, -10, -8.5)))
-        message = self.assert_refused(65, "at one place", "encode", "s")
+        message = self.assert_refused(65, "at the same position", "encode", "s")
         self.assertIn("again.dcm", message)
         self.assertIn("i001.dcm", message)
 
@@ -222,10 +222,10 @@ class Dicom(ReaderTest):
             for slope in (b"ElementToIntensityFunctionSlope", b"rescale_slope"):
                 self.assertNotIn(slope, content, name)
             if name in ("a.nrrd", "a.h5"):
-                self.assertIn("as each slice has a slope and an intercept of its own; --values writes values", run.stderr)
+                self.assertIn("because each slice has its own slope and intercept; --values writes values", run.stderr)
                 self.assertIn(b"slice_slopes", content)
             else:
-                self.assertIn("slices have slopes of their own (slice_slopes), which", run.stderr)
+                self.assertIn("slices have individual slopes (slice_slopes), which", run.stderr)
                 self.assertIn("the .tag file and .nrrd files have them; the values in this file are the stored samples", run.stderr)
         if nibabel:
             self.assert_same(numpy.asarray(nibabel.load(self.folder / "a.nii").get_fdata()).transpose(2, 1, 0), truth.astype("float64"))
@@ -235,7 +235,7 @@ class Dicom(ReaderTest):
         for line in (b"slice_slopes:=1.5 2\n", b"slice_intercepts:=1 2\n", b"slice_sop_instance_uids:=1.2.3.1 1.2.3.2\n"):
             self.assertIn(line, (self.folder / "part.nrrd").read_bytes())
         self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
-        self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +of a slope and intercept for each slice")
+        self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +individual slope and intercept of each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10")
         self.assertIn("10 allows 4 steps of the stored samples (2.5 each)", self.messages)
@@ -278,10 +278,10 @@ class Dicom(ReaderTest):
             self.assertEqual(info["source"]["pairs"]["lossy source"], "DICOM, " + method)
             before, after = sum(file.stat().st_size for file in (self.folder / "t").iterdir()), info["bytes"]["file"]
             self.assertGreater(after, before)
-            warning = f"t: the source was compressed with loss already (DICOM, {method}), and the .tag file is {100 * (after / before - 1):.0f} % larger"
+            warning = f"t: the source was already compressed with loss (DICOM, {method}), and the .tag file is {100 * (after / before - 1):.0f} % larger"
             self.assertIn(warning, self.messages)
             run = self.tagrid("encode", "t", "-o", "out.tag", "-f", "--strip", "--json", "run.json")
-            self.assertIn("with loss already", run.stderr, "--strip leaves the pair out")
+            self.assertIn("already compressed with loss", run.stderr, "--strip leaves the pair out")
             self.assertEqual(json.loads((self.folder / "run.json").read_text())["lossy_source"], "DICOM, " + method)
             run = self.tagrid("encode", "t", "-o", "out.tag", "-f", "--max-error", "200")
             self.assertEqual((run.returncode, run.stderr), (0, ""), "the file is small")
@@ -289,7 +289,7 @@ class Dicom(ReaderTest):
             shutil.rmtree(self.folder / "tags", ignore_errors=True)
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "tags")
             self.assertEqual(run.returncode, 0, run.stderr)
-            self.assertIn("t: the source was compressed with loss already", run.stderr)
+            self.assertIn("t: the source was already compressed with loss", run.stderr)
             records = [json.loads(line) for file in (self.folder / "tags").glob("*.jsonl") for line in file.read_text().splitlines()]
             self.assertEqual([record["lossy_source"] for record in records], ["DICOM, " + method])
         # Without a loss, a larger file is not worth a word.
@@ -300,7 +300,7 @@ class Dicom(ReaderTest):
     def lossy_source(self, path):
         loss = self.encoded(path)[1]["source"]["pairs"].get("lossy source")
         run = self.tagrid("restore", "out.tag", "-o", "back", "-f")
-        self.assertEqual(f"lost something to compression ({loss}), which the files may no longer say" in run.stderr, loss is not None)
+        self.assertEqual(f"some were compressed with loss ({loss}), which the .tag file records" in run.stderr, loss is not None)
         return loss
 
     @unittest.skipIf(None in map(shutil.which, ("dcmcjpls", "opj_compress")), "there is no dcmcjpls (dcmtk) or opj_compress (libopenjp2-tools) on this machine")

@@ -140,7 +140,7 @@ class Find(ReaderTest):
         self.assertIn("5.5-3.dcm (is not a DICOM file)", comments)
         self.assertIn("# passed over: two: report.txt: no known format", comments)
         self.assertIn("# passed over: with: plan.dcm: DICOM without an image", comments)
-        self.assertRegex(comments, "# passed over: two: .* and 4 more: DICOM, of a series that is not listed, or without an image")
+        self.assertRegex(comments, "# passed over: two: .* and 4 more: DICOM of a series that is not listed, or without an image")
         broken.rename(self.path("two/a3.dcm"))
         for z in range(3):
             self.path(f"two/1.1-{z}.dcm").rename(self.path(f"two/a{z}.dcm"))
@@ -293,7 +293,7 @@ class Find(ReaderTest):
             os.symlink(target, self.path(name))
         found, comments = self.find()
         self.assertEqual(set(found), {"knee.nrrd", "annexed.nrrd", "far.nrrd"})
-        self.assertIn("# passed over: sub: link.nrrd: a link to a file that is found where it lies", comments)
+        self.assertIn("# passed over: sub: link.nrrd: a link to a file that is found at its own location", comments)
 
     def test_slices_at_unequal_distances_are_said(self):
         self.dicom("whole", "1.2.3", 1)
@@ -301,7 +301,7 @@ class Find(ReaderTest):
         self.path("gap/1.2.4-2.dcm").unlink()
         _, comments = self.find()
         self.assertEqual([line for line in comments if "DICOM" in line],
-                         ["# 11 x 9 x 5 int16, DICOM; slices lie at unequal distances, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
+                         ["# 11 x 9 x 5 int16, DICOM; slices are unequally spaced, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
 
     def test_volumes_of_one_series_are_told_apart(self):
         """The same ones as of their folder, each once."""
@@ -327,8 +327,7 @@ class Find(ReaderTest):
         found, comments = self.find()
         self.assertEqual(set(found), {"a/1.2.3", "b/1.2.3"})
         self.assertEqual([line for line in comments if "DICOM" in line],
-                         ["# 11 x 9 x 2 int16, DICOM", "# 11 x 9 x 2 int16, DICOM; a has images of the same series, too: copies, or parts of one volume, "
-                          "for which all must be in one folder"])
+                         ["# 11 x 9 x 2 int16, DICOM", "# 11 x 9 x 2 int16, DICOM; a also has images of this series: copies, or parts of one volume, which must then be in one folder"])
         # In one folder, they are one volume.
         for z in range(2):
             self.path(f"a/{z}.dcm").rename(self.path(f"b/{z}.dcm"))
@@ -369,7 +368,7 @@ class Find(ReaderTest):
         self.assertEqual(set(found), {"knee.nrrd", "b.nhdr"})
         text = "\n".join(comments) + "\n"
         for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file", ".: x.nrrd.bz2: is compressed", ".: link: a link to a folder",
-                     ".: dangling: not a file", "data: other.raw: samples without a header, perhaps: a line needs the columns dims= and type=",
+                     ".: dangling: not a file", "data: other.raw: perhaps samples without a header: a line needs the columns dims= and type=",
                      "many: 0.txt, 1.txt, 2.txt, 3.txt, 4.txt and 3 more: no known format"):
             self.assertIn(f"# passed over: {line}", text)
         self.assertNotIn("b.raw", text.replace("other.raw", ""))

@@ -341,11 +341,11 @@ class Odd(ReaderTest):
             file["chain"] = h5py.SoftLink("far")
             file["here"], file["there"] = h5py.SoftLink("there"), h5py.SoftLink("/here")
         self.make(write)
-        for name, text in (("soft", "/soft is a link to /raw/gone, which is not there"), ("far", "/far is a link to /scan/frames in the file gone.h5, which is not there"),
-                           ("chain", "/scan/frames in the file gone.h5"), ("here", "/here is a link to there, which is not there"), ("/soft/deeper", "/soft is a link to /raw/gone")):
+        for name, text in (("soft", "/soft is a link to /raw/gone, which does not exist"), ("far", "/far is a link to /scan/frames in the file gone.h5, which does not exist"),
+                           ("chain", "/scan/frames in the file gone.h5"), ("here", "/here is a link to there, which does not exist"), ("/soft/deeper", "/soft is a link to /raw/gone")):
             self.assert_refused(65, text, "encode", "a.h5", "--dataset", name)
         self.assert_refused(64, "has no dataset nothing", "encode", self.make(lambda file: file.create_dataset("data", data=volume()), "b.h5"), "--dataset", "nothing")
-        message = self.assert_refused(65, "/chain is a link to far, which is not there: /far is a link to /scan/frames in the file gone.h5", "encode", "a.h5")
+        message = self.assert_refused(65, "/chain is a link to far, which does not exist: /far is a link to /scan/frames in the file gone.h5", "encode", "a.h5")
         self.assertIn("2 more", message)
         self.assertNotIn("--dataset", message)
 

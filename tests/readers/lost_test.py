@@ -82,7 +82,7 @@ class Lost(ReaderTest):
                 what = f"{directions} {unit} {name}: {said}"
                 if name == "b.tif":
                     self.assertIn("TIFF has no place for positions and directions", said, what)
-                    self.assertEqual("cannot say its spacing" in said, unit == "", what)
+                    self.assertEqual("cannot hold its spacing" in said, unit == "", what)
                     continue
                 expected = numpy.diag([-1, -1, 1, 1]) @ truth if ".nii" in name else truth
                 numpy.testing.assert_allclose(self.affine(name), expected, atol=2e-6, err_msg=what)
@@ -93,7 +93,7 @@ class Lost(ReaderTest):
                 self.assertIn(placed(directions, unit=unit), self.header_of("a.nrrd") + "\n")
                 said = self.decode(name)
                 self.assertIn(placed(directions, unit=unit), self.header_of(name) + "\n", name)
-                self.assertEqual("does not turn" in said, name == "b.vtkhdf" and directions != DIAGONAL, said)
+                self.assertEqual("VTK 9.1 ignores the directions" in said, name == "b.vtkhdf" and directions != DIAGONAL, said)
 
     def test_everything_else_comes_back_or_its_loss_is_said(self):
         slices = "slice_positions:=0 0 0; 0 0 1; 0 0 9\n"
@@ -102,12 +102,12 @@ class Lost(ReaderTest):
         everywhere = set(WITHOUT)
         for fields, words, lost in (
                 ("space dimension: 3\n" + placed(DIAGONAL, space=""), "is not known", everywhere - {"b.tif", "b.vti"}),
-                ("spacings: 0.5 0.25 nan\nunits: \"mm\" \"mm\" \"mm\"\n", "a spacing is not known", everywhere - {"b.tif"} | {"b.vtkhdf"}),
+                ("spacings: 0.5 0.25 nan\nunits: \"mm\" \"mm\" \"mm\"\n", "a spacing is unknown", everywhere - {"b.tif"} | {"b.vtkhdf"}),
                 ("spacings: 0.5 0.25 3\nunits: \"um\" \"um\" \"um\"\n", 'does not name the unit "um"', {"b.vti"}),
-                ("spacings: 0.5 0.25 3\n", "cannot say its spacing", {"b.tif"}),
+                ("spacings: 0.5 0.25 3\n", "cannot hold its spacing", {"b.tif"}),
                 ("spacings: -0.5 0.25 3\nunits: \"um\" \"um\" \"um\"\n", "positions and directions", {"b.tif"}),
                 (slices, "slices lie at unequal distances", everywhere | {"b.vtkhdf"}),
-                (own, "slices have slopes of their own", everywhere | {"b.vtkhdf"}),
+                (own, "slices have individual slopes", everywhere | {"b.vtkhdf"}),
                 ("rescale_units:=HU\n", "values are in \"HU\"", everywhere - {"b.tif"}),
                 ("owner:=me\nyear:=1999\n", 'no place for 2 key/value pairs ("owner", "year")', everywhere),
                 ("a:=1\nb:=2\nc:=3\nd:=4\n", '4 key/value pairs ("a", "b", "c", ...)', everywhere),
@@ -231,7 +231,7 @@ class Lost(ReaderTest):
                     numpy.testing.assert_allclose(found.header.get_sform(), sform, atol=1e-5)
             differ = qform is not None and sform is not None and qform is not sform
             said = self.decode("b.nii", "--region", "1:,:,:")
-            self.assertEqual("only that of the sform is written" in said, differ, said)
+            self.assertEqual("only the sform is written" in said, differ, said)
             part = nibabel.load(self.folder / "b.nii")
             numpy.testing.assert_allclose(part.affine[:, 3], truth.affine @ (1, 0, 0, 1), atol=1e-5)
             self.assertEqual(int(part.header["qform_code"]) > 0, qform is not None and not differ)

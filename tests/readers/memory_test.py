@@ -90,7 +90,7 @@ class Memory(ReaderTest):
             for command in (["encode", "scan.greedy", "-o", "a.tag", "-f"], ["estimate", "scan.greedy"]):
                 run = self.tagrid(*command, "-M", "64M")
                 self.assertEqual(run.returncode, code, run.stderr)
-                self.assertIn(said + "; a larger -M gives it more, and -M 1036M the most that it may have\n", run.stderr)
+                self.assertIn(said + "; a larger -M raises its limit, up to -M 1036M\n", run.stderr)
                 self.assertEqual(self.tagrid(*command, "-M", "512M").returncode, 0)
                 self.assertEqual(self.tagrid(*command).returncode, 0)
                 self.assert_advice_helps(run.stderr, *command)

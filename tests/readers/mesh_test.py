@@ -123,7 +123,7 @@ class WhatValuesAndCoordinatesAre(MeshTest):
         self.encode("uint8", fields=placed(DIAGONAL) + "slice_slopes:=1 2 1 -4 1\nslice_intercepts:=0 0 0 0 0\n")
         run = self.tagrid("mesh", "a.tag", "-f", "-o", "b.vtu", "--coarsen", "80")
         self.assertEqual(run.returncode, 0)
-        self.assertIn("slices have slopes of their own; in the mesh, value is the stored sample, and the largest slope, 4, turns --coarsen", run.stderr)
+        self.assertIn("each slice has its own slope; in the mesh, value is the stored sample, and the largest slope, 4, converts --coarsen", run.stderr)
         expected = self.arrays("b.vtu")
         self.encode("uint8", fields=placed(DIAGONAL))
         self.mesh("b.vtu", "--coarsen", "20")

@@ -205,8 +205,8 @@ class Nexus(ReaderTest):
         def group(data):
             data.create_group("counts")
 
-        for change, text in ((nowhere, "/entry/data/counts is a link to /raw/gone, which is not there"),
-                             (elsewhere, "/entry/data/counts is a link to /scan/frames in the file gone.h5, which is not there"),
+        for change, text in ((nowhere, "/entry/data/counts is a link to /raw/gone, which does not exist"),
+                             (elsewhere, "/entry/data/counts is a link to /scan/frames in the file gone.h5, which does not exist"),
                              (group, "/entry/data/counts is no data set"), (None, "there is no /entry/data/counts")):
             for default in (True, False):
                 self.write(default=default)
@@ -234,7 +234,7 @@ class Nexus(ReaderTest):
             file["mask"] = volume()
         self.geometry(truth)
         self.assertIn("/entry/data/counts is read", self.messages)
-        self.assertIn("/a/counts is a link to /data in the file gone.h5, which is not there", self.messages)
+        self.assertIn("/a/counts is a link to /data in the file gone.h5, which does not exist", self.messages)
 
     def test_a_text_called_signal_is_no_nexus(self):
         truth = volume()
@@ -314,8 +314,8 @@ class Nexus(ReaderTest):
             self.write(z=z, **even)
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], reason)
             self.assertIn(f"the axis z is no list of 7 places ({reason})", self.messages)
-        for link, reason in ((None, "there is no /entry/data/z"), (h5py.SoftLink("/gone"), "/entry/data/z is a link to /gone, which is not there"),
-                             (h5py.ExternalLink("gone.h5", "z"), "/entry/data/z is a link to z in the file gone.h5, which is not there")):
+        for link, reason in ((None, "there is no /entry/data/z"), (h5py.SoftLink("/gone"), "/entry/data/z is a link to /gone, which does not exist"),
+                             (h5py.ExternalLink("gone.h5", "z"), "/entry/data/z is a link to z in the file gone.h5, which does not exist")):
             self.write(**even)
             if link:
                 with h5py.File(self.folder / "a.nxs", "r+") as file:

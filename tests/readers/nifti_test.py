@@ -267,7 +267,7 @@ class Nifti(ReaderTest):
         # A volume before NIfTI.
         nibabel.save(nibabel.AnalyzeImage(truth, numpy.eye(4)), self.folder / "old.img")
         for name in ("old.img", "old.hdr"):
-            self.assert_refused(65, "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it to NIfTI first", "encode", name)
+            self.assert_refused(65, "is the header of an Analyze 7.5 volume, which does not record its orientation; convert it to NIfTI first", "encode", name)
         nibabel.save(nibabel.Nifti1Image.from_image(nibabel.load(self.folder / "old.img")), self.folder / "new.nii")
         self.assert_same(self.encoded("new.nii")[0], truth.transpose(2, 1, 0))
         # A file that is cut short is no file of samples alone.

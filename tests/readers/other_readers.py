@@ -89,7 +89,7 @@ class ReaderTest(unittest.TestCase):
         shutil.rmtree(self.folder / "restored", ignore_errors=True)
         run = self.tagrid("restore", "out.tag", "-o", "restored")
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertIn("not byte for byte what was encoded: samples were compressed (" + info["compression"], run.stderr)
+        self.assertIn("not restored byte for byte: samples were compressed (" + info["compression"], run.stderr)
         name = path.name.removesuffix(".gz").removesuffix(".GZ")
         restored = "restored" if path.is_dir() else f"restored/{name}"
         # A number of one of several series means nothing among the files of one.

@@ -285,7 +285,7 @@ for request in map(json.loads, sys.stdin):
                                  env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
             if change_at == "slices":
                 self.assertEqual(run.returncode, 0, run.stderr)
-                self.assertIn("scan.change: was linked, given other rights, or changed with its time set back", run.stderr)
+                self.assertIn("scan.change: was linked, given other permissions, or changed with its time set back", run.stderr)
                 continue
             codes.add(run.returncode)
             if run.returncode != 0:
@@ -302,7 +302,7 @@ for request in map(json.loads, sys.stdin):
         changed = before["8.dcm"].replace(b"1.2.1", b"1.2.7", 1)
         self.assertNotEqual(changed, before["8.dcm"])
         (self.folder / "s" / "8.dcm").write_bytes(changed)
-        self.assert_refused(65, "would be restored differently: 8.dcm has other bytes", "verify", "a.tag", "--against", "s")
+        self.assert_refused(65, "would be restored differently: 8.dcm differs from the file", "verify", "a.tag", "--against", "s")
         (self.folder / "s" / "8.dcm").write_bytes(before["8.dcm"])
         self.ok("encode", "s", "-o", "a.tag", "-f", "--rm")
         self.assertEqual(self.files("s"), set())
@@ -448,7 +448,7 @@ for request in map(json.loads, sys.stdin):
             self.assertIn("source files    not kept", self.ok("info", "x.tag").stdout)
             message = self.assert_refused(64, "holds no source files: they came through a pipe,", "restore", "x.tag", "-o", "r")
             # The advice, followed.
-            advice = re.search(r"tagrid (decode FILE\.tag -o FILE\.nrrd) gives the volume", message)[1].replace("FILE", "x").split()
+            advice = re.search(r"use tagrid (decode FILE\.tag -o FILE\.nrrd) to get the volume", message)[1].replace("FILE", "x").split()
             self.ok(*advice, "-f")
             self.assertTrue(self.bytes("x.nrrd").endswith(b"\n\n" + samples))
             self.ok("encode", "x.nrrd", "-o", "y.tag", "-f")

@@ -76,7 +76,7 @@ class Tiff(ReaderTest):
         self.assertTrue((self.folder / "s.tag").exists())
         self.assertEqual(self.tagrid("verify", "s.tag", "--against", "s").returncode, 0)
         # Refused, as the tags of the files would be lost.
-        self.assert_refused(64, "--strip leaves out its files", "encode", "s", "--rm", "-f", "--strip")
+        self.assert_refused(64, "--strip drops its files", "encode", "s", "--rm", "-f", "--strip")
 
     def encoded_skyscan_folder(self, numbers, log):
         """What info says of slices with these numbers in their names, beside a log."""
@@ -126,7 +126,7 @@ class Tiff(ReaderTest):
         self.assert_same(self.encoded("s", "--gaps-ok")[0], truth[[0, 1, 2, 4, 5]])
         for z in (9, 13, 14):
             self.write(f"s/{z:03}.tif", truth[0])
-        said = "s: between 002.tif and 004.tif, slices are missing by their numbers: 3, 6 to 8, 10 to 12"
+        said = "s: between 002.tif and 004.tif, slices are missing according to their numbers: 3, 6 to 8, 10 to 12"
         self.assert_refused(65, said, "encode", "s")
         self.encoded("s", "--gaps-ok")
         self.assertEqual(self.messages.count(said), 1, self.messages)
@@ -236,7 +236,7 @@ class Tiff(ReaderTest):
             self.write_packed(f"s/{z}.tif", truth, 4, "<", meaning=0)
         self.encoded("s")
         self.assertIn("warning: s: small numbers mean white", self.messages)
-        self.assert_refused(64, "tagrid: s: cannot be removed: its files would not come back byte for byte", "encode", "s", "--rm", "-o", "x.tag")
+        self.assert_refused(64, "tagrid: s: cannot be removed: its files could not be restored byte for byte", "encode", "s", "--rm", "-o", "x.tag")
         self.assert_refused(64, "encoding, slice by slice, 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
         self.write_packed("a.tif", truth, 4, "<", meaning=3)
         self.assert_refused(65, "Colormap", "encode", "a.tif")

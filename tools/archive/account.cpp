@@ -60,7 +60,7 @@ void ConversionAccount::settle(const ManifestLine& line, const std::string& reco
     ++sums_.not_restorable;
     const auto why = json.find("why_not_restorable");
     if (run_.verbosity > 0 && !run_.quiet)
-      say_line(fmt::format("{}: cannot be given back byte for byte: {}", line.input,
+      say_line(fmt::format("{}: cannot be restored byte for byte: {}", line.input,
                            why != json.end() && why->is_string() ? why->get<std::string>()
                                                                  : "an earlier run did not record why"));
   }

@@ -77,7 +77,7 @@ std::string only_copy(const std::string& output, const std::string& input, const
       output, input, why);
 }
 
-/// "its samples are others", "19 files instead of 20"; "" if at most the times of its files are new.
+/// "its samples differ", "19 files instead of 20"; "" if at most the times of its files are new.
 std::string change_of(const KnownOutput& known, const std::vector<InputFile>& files, VolumeSource& source) {
   const ordered_json earlier = ordered_json::parse(known.record);
   const std::string now = described(source.info().dims, source.info().type);
@@ -96,7 +96,7 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
     if (file.bytes != was.bytes)
       return fmt::format("{} has {} bytes instead of {}", file.path, file.bytes, was.bytes);
   }
-  return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples are others";
+  return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples differ";
 }
 
 /// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was encoded. That
@@ -179,7 +179,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     if (!appeared || replace || !is_regular_output(volume.output)) throw;
     adopt(volume, was_removed, record);
     if (!options_.run.quiet)
-      say_line(volume.output + ": another run has made it in the meantime; it was compared with its volume");
+      say_line(volume.output + ": another run created it in the meantime; it was compared with its volume");
   }
 }
 

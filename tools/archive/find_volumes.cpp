@@ -55,7 +55,7 @@ std::string told_by(const Choice& choice) {
 /// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
 const char* oddity_of(const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (key == "slice_positions") return "; slices lie at unequal distances, or some are missing";
+    if (key == "slice_positions") return "; slices are unequally spaced, or some are missing";
   return "";
 }
 
@@ -85,7 +85,7 @@ class Finder {
       if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
         folders.push_back(entry->path());
       else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
-        passed_over_.add(entry->path(), "a link to a file that is found where it lies");
+        passed_over_.add(entry->path(), "a link to a file that is found at its own location");
       else if (entry->is_regular_file(unknown))
         files.push_back(entry->path());
       else
@@ -204,7 +204,7 @@ class Finder {
     for (const std::string& file : files)
       if (!used.contains(fs::path(file).filename().string()) && !is_listed(file))
         passed_over_.add(file, lines_.broken() > broken
-                                   ? "DICOM, of a series that is not listed, or without an image"
+                                   ? "DICOM of a series that is not listed, or without an image"
                                    : "DICOM without an image, or an image that cannot be read");
   }
 
@@ -266,7 +266,7 @@ class Finder {
     if (files.size() < 2 || is_folder(path)) return false;
     const bool is_own = std::ranges::find(files, path) != files.end();
     if (!is_own && std::ranges::all_of(files, [&](const std::string& file) { return is_in_a_set(file); })) {
-      passed_over_.add(path, "belongs to a set of files that is listed, but is none of them");
+      passed_over_.add(path, "refers to a listed set of files, but is not one of them");
       return true;
     }
     files_of_sets_.insert(files.begin(), files.end());
@@ -280,8 +280,8 @@ class Finder {
     const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
     if (is_new || known->second == folder) return "";
     return fmt::format(
-        "; {} has images of the same series, too: copies, or parts of one volume, for which all must be in "
-        "one folder",
+        "; {} also has images of this series: copies, or parts of one volume, which must then be in one "
+        "folder",
         known->second);
   }
 

@@ -34,7 +34,7 @@ void require_removable(const std::string& file, const char* advice) {
 }
 
 void require_file_as_output(const std::string& input, const std::string& output, const char* advice) {
-  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
+  if (!is_regular_output(output)) refuse(input, "the output is not a regular file", advice);
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     // A header is untrusted input. It must not choose files in other folders for removal, by any path.
     const auto from_there = fs::path(file).lexically_relative(folder);
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
-      refuse(file, "it may lie in another folder than its header", advice);
+      refuse(file, "it may be in a different folder than its header", advice);
   }
   return volume->files();
 }
@@ -101,21 +101,19 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
                        by.doubt),
            advice);
   if (by.max_error > 0 && by.headerless && !by.trusted)
-    refuse(
-        input,
-        "it has no header, and if its type, byte order or dims are not what the command says, a lossy "
-        "encoding destroys it; compare the decoded volume with the original, then give --trust-description",
-        fmt::format("or {}", advice).c_str());
+    refuse(input,
+           "it has no header, and if its type, byte order or dims differ from the command, a lossy encoding "
+           "destroys it; compare the decoded volume with the original, then give --trust-description",
+           fmt::format("or {}", advice).c_str());
 }
 
 void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
                              const char* advice) {
   const SourceFiles source = source_files(facts);
   if (const std::string why = source.why_not_restorable(); !why.empty())
-    refuse(input, fmt::format("its files would not come back byte for byte: {}", why), advice);
+    refuse(input, fmt::format("its files could not be restored byte for byte: {}", why), advice);
   // Samples alone have names and a byte order, too.
-  if (!keeps_files)
-    refuse(input, "--strip leaves out its files, and restore could not give them back", advice);
+  if (!keeps_files) refuse(input, "--strip drops its files, so they could not be restored", advice);
 }
 
 bool has_bound(const EncodeOptions& options) {

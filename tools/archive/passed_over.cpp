@@ -53,7 +53,7 @@ std::string why_no_volume(const std::string& path) {
   }
   const std::string extension = lower_case(fs::path(path).extension().string());
   if (std::ranges::find(samples_alone, extension) != samples_alone.end())
-    return "samples without a header, perhaps: a line needs the columns dims= and type=";
+    return "perhaps samples without a header: a line needs the columns dims= and type=";
   return "no known format";
 }
 

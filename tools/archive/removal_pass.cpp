@@ -171,7 +171,7 @@ void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSourc
   const SourceComparison found = compare_source_files(file, volume, resources_.threads);
   if (!found.is_same)
     throw BrokenInput(
-        fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
+        fmt::format("{}: has changed since it was encoded: {}; it is kept", line.input, found.difference));
   if (!found.compression.empty())
     throw UsageError(
         fmt::format("{}: its samples are compressed ({}), and come back uncompressed; it is kept", line.input,
@@ -184,7 +184,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   const SourceDescription& source = was.source;
   if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
     record["status"] = "damaged";
-    throw BrokenInput(output + ": is no longer what was written; the original is kept");
+    throw BrokenInput(output + ": has changed since it was written; the original is kept");
   }
   // The current options do not matter, only those of the existing output.
   const double max_error = TagReader(output).parameters().max_error;
@@ -198,7 +198,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
-                      ": is no longer what was encoded; it is kept; --skip-done -f encodes it again");
+                      ": has changed since it was encoded; it is kept; --skip-done -f encodes it again");
   Ranks alone;
   const VerifyResult found = verify_file(alone, {.input = output,
                                                  .original = line.input,
@@ -207,7 +207,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .progress = meter.progress()});
   require_kept_files(line, *volume);
   if (volume->info().nrrd_fields != found.header.nrrd_fields)
-    throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
+    throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");
 }
 
 }  // namespace tagrid

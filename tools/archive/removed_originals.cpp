@@ -40,13 +40,13 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
   };
   try {
     if (output_called(output) != output || ends_early(output))
-      return fmt::format("{}: is in a record, and is not a name that convert gives an output", output);
+      return fmt::format("{}: is in a record, but convert gives no output this name", output);
   } catch (const UsageError&) {
     return fmt::format("{}: is in a record, and leads out of the folder", output);
   }
   if (known.input_files.empty()) return "its record names no files";
   for (const InputFile& file : known.input_files)
-    if (ends_early(file.path)) return "its record names files that cannot be";
+    if (ends_early(file.path)) return "its record names impossible files";
   return "";
 }
 
@@ -73,7 +73,7 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
     const std::string output = (fs::path(output_dir) / name).string();
     sentences.push_back(
         fmt::format("{}: is in no record that says \"removed\"; if its original is missing, `tagrid restore "
-                    "{} -o DIR` gives it back",
+                    "{} -o DIR` restores it",
                     output, output));
   }
   return sentences;

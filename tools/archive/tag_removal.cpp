@@ -18,11 +18,11 @@ namespace {
 std::string lost_by_options(const Decoding& decoding) {
   const Format& format = decoding.format;
   if (!decoding.wanted.is_all()) return "a region or a step gives only a part of the volume";
-  if (decoding.vdb.tolerance > 0) return "--vdb-tolerance changes samples, and the .tag file has them";
-  if (format.name == "raw") return "samples without a header do not say their size and type";
+  if (decoding.vdb.tolerance > 0)
+    return "--vdb-tolerance changes samples, and only the .tag file has the original ones";
+  if (format.name == "raw") return "samples without a header do not record their size and type";
   if (!format.is_read() && format.read_as.empty())
-    return fmt::format("tagrid cannot read {} files, so it cannot be sure that they have the volume",
-                       format.name);
+    return fmt::format("tagrid cannot read {} files, so it cannot verify the output", format.name);
   return "";
 }
 
@@ -30,10 +30,10 @@ std::string lost_by_options(const Decoding& decoding) {
 std::string lost_of_content(const TagBricks& file, const Format& format, Numbers wanted) {
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope > 0)
-    return "it keeps the files that were encoded, which a decoded volume is not; tagrid restore gives them "
-           "back";
-  if (parameters.mode == FileMode::grid) return "it holds a grid without the voxels, which no volume holds";
-  if (parameters.mesh_error >= 0) return "its mesh has a bound, which the mesh of decoded samples has not";
+    return "it keeps the source files, which a decoded volume does not replace; tagrid restore restores them";
+  if (parameters.mode == FileMode::grid)
+    return "it stores only the grid, which a decoded volume does not replace";
+  if (parameters.mesh_error >= 0) return "its mesh has a bound, which a decoded volume does not keep";
   const WrittenNumbers numbers = written_numbers(format, wanted, file.header(), &file.index());
   if (numbers.are_values() && is_float_type(numbers.rule.to))
     return fmt::format("values are rounded to {}", name_of(numbers.rule.to));

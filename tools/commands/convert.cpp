@@ -95,8 +95,8 @@ struct ConvertCommand {
     if (options.run.is_watched()) {
       say_line(summary(sums, wrong));
       if (sums.not_restorable > 0)
-        say_line(fmt::format("{} of them cannot be given back byte for byte{}", sums.not_restorable,
-                             options.run.verbosity > 0 ? "" : "; -v says which, and why"));
+        say_line(fmt::format("{} of them cannot be restored byte for byte{}", sums.not_restorable,
+                             options.run.verbosity > 0 ? "" : "; -v lists them, and why"));
     }
     if (sums.failed > 0)
       throw BrokenInput(fmt::format("{} of {} volume{} {}; see {}", sums.failed, sums.files,

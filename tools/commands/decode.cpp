@@ -55,7 +55,8 @@ struct DecodeCommand {
     // A part with the name of the whole volume would be taken for it, or replace it.
     if (output.path.empty() && path != "-" && !wanted.is_all())
       throw UsageError(
-          "a region or a step needs -o FILE: without it, the output would have the name of the whole volume");
+          "a region or a step needs -o FILE: without it, the output would have the name of the entire "
+          "volume");
     // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
     // is its own output.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
@@ -89,11 +90,11 @@ struct DecodeCommand {
 
   void refuse_contradictions() const {
     if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
-    if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
+    if (fill && !salvage) throw UsageError("--fill: applies only with --salvage; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
       throw UsageError(
-          fmt::format("{}: --salvage reads a file in any order; save it to one first", shown_input(input)));
+          fmt::format("{}: --salvage needs a file, not a pipe; save it to one first", shown_input(input)));
   }
 
   /// `facts`: what the writer of the format says; null if nothing.
@@ -150,16 +151,14 @@ struct DecodeCommand {
           fmt::format("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
                       added(), name_of(result.numbers.rule.to)));
     if (has_slopes_of_slices(fields))
-      return warn(
-          run, fmt::format("{}: has stored samples, as each slice has a slope and an intercept of its own; "
-                           "--values writes values",
-                           name));
+      return warn(run, fmt::format("{}: has stored samples, because each slice has its own slope and "
+                                   "intercept; --values writes values",
+                                   name));
     if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
-    warn(run, fmt::format(
-                  "{}: has stored samples; values are {} * sample {}{}, which few programs know from such a "
-                  "file; --values writes values",
-                  name, rescale.slope, added(), units));
+    warn(run, fmt::format("{}: has stored samples; values are {} * sample {}{}, which few programs find in "
+                          "such a file; --values writes values",
+                          name, rescale.slope, added(), units));
   }
 
   /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.
@@ -168,9 +167,9 @@ struct DecodeCommand {
     const std::vector<BrickRun>& lost = result.salvage->lost;
     for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
     throw BrokenInput(lost.empty()
-                          ? input + ": is damaged, but all bricks are whole; every voxel was decoded"
-                          : fmt::format("{}: {}; the lost samples became {}, and all others were decoded",
-                                        input, count_of_lost(lost, bricks), fill.value_or(0)));
+                          ? input + ": is damaged, but all bricks are intact; every voxel was decoded"
+                          : fmt::format("{}: {}; lost samples became {}, all others were decoded", input,
+                                        count_of_lost(lost, bricks), fill.value_or(0)));
   }
 
   std::string default_output() const {
@@ -184,7 +183,7 @@ struct DecodeCommand {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
       if (salvage || !is_regular_input(input) || !has_whole_bricks()) throw;
-      throw BrokenInput(words_of(broken) + "; --salvage decodes all that is whole");
+      throw BrokenInput(words_of(broken) + "; --salvage decodes the intact bricks");
     }
   }
 

@@ -44,7 +44,7 @@ struct GridCommand {
     options.overwrite = output.overwrite;
     if (output.path.empty() && !options.region.is_all())
       throw UsageError(fmt::format(
-          "a region needs -o FILE: without it, the output would have the name of the whole {}", form.name));
+          "a region needs -o FILE: without it, the output would have the name of the entire {}", form.name));
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;
     refuse_terminal_input(input);
     refuse_folder(input);
@@ -68,7 +68,7 @@ struct GridCommand {
       warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
       warn(run,
-           fmt::format("{}: slices of the source lie at unequal distances; in the {} all distances are equal",
+           fmt::format("{}: slices of the source are unequally spaced; in the {} all distances are equal",
                        path, form.name));
     return std::move(written.result);
   }

@@ -18,7 +18,7 @@ namespace {
 struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   void execute(const Ranks& ranks) {
     if (options.of_samples && !options.coarsen)
-      throw UsageError("--samples: says what the error of --coarsen means; give --coarsen as well");
+      throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
     const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {
       if (options.coarsen) settings["coarsen"] = *options.coarsen;
       settings["points"] = result.points;
@@ -31,12 +31,12 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
 
   void tell_of_values(const std::string& fields) const {
     if (has_slopes_of_slices(fields))
-      warn(run, path + ": slices have slopes of their own; in the mesh, value is the stored sample" +
-                    (options.coarsen && !options.of_samples
-                         ? fmt::format(", and the largest slope, {:.6g}, turns --coarsen into an "
-                                       "error of samples",
-                                       largest_slope(fields))
-                         : ""));
+      warn(run,
+           path + ": each slice has its own slope; in the mesh, value is the stored sample" +
+               (options.coarsen && !options.of_samples
+                    ? fmt::format(", and the largest slope, {:.6g}, converts --coarsen to stored samples",
+                                  largest_slope(fields))
+                    : ""));
     const Rescale rescale = rescale_of(fields);
     if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));

@@ -75,7 +75,7 @@ struct PreviewCommand {
     // Opening a file that is missing, or a folder, gives a better message.
     const bool is_pipe =
         input == "-" ? !is_regular_input(input) : !is_regular_output(input) && !is_folder(input);
-    if (is_pipe) throw UsageError(input + ": a preview reads a file in any order; save it to one first");
+    if (is_pipe) throw UsageError(input + ": a preview needs a file, not a pipe; save it to one first");
   }
 
   PreviewContent read(const Ranks& ranks, const TagBricks& file, const PreviewWishes& wishes) const {
@@ -103,7 +103,8 @@ struct PreviewCommand {
                              ? whole_number<std::int64_t>(std::string_view(text).substr(2))
                              : std::nullopt;
       if (axis >= 3 || !slice)
-        throw UsageError(fmt::format("--slice {}: must be x=, y= or z= and a whole number, as z=20", text));
+        throw UsageError(
+            fmt::format("--slice {}: must be x=, y= or z= and a whole number, such as z=20", text));
       wishes.slices[axis] = *slice;
     }
     return wishes;
@@ -113,8 +114,7 @@ struct PreviewCommand {
     if (window.empty()) return std::nullopt;
     const auto range = value_range(window);
     if (!range || range->first >= range->second)
-      throw UsageError(
-          fmt::format("--window {}: must be lo:hi, two numbers of which the first is smaller", window));
+      throw UsageError(fmt::format("--window {}: must be lo:hi with lo < hi", window));
     return GreyWindow{range->first, range->second};
   }
 };

@@ -54,7 +54,8 @@ struct RestoreCommand {
 
   // Every original that convert removed goes back to its place. One that fails does not keep others from coming back.
   void restore_all(Ranks& ranks) const {
-    if (!input.empty()) throw UsageError("--records: restores all of a folder; leave out " + input);
+    if (!input.empty())
+      throw UsageError("--records: restores all originals of a directory; leave out " + input);
     if (!output.path.empty()) throw UsageError("--records: files go back to their own folders; leave out -o");
     if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
     const auto [originals, unknown] = removed_originals(records);
@@ -115,17 +116,15 @@ struct RestoreCommand {
     // Often only the compression showed the loss, and that is gone.
     const std::string loss = text_of_key(result.header.nrrd_fields, lossy_source_key);
     if (!compression.empty())
-      warn(
-          run,
-          fmt::format(
-              "{}: {} {} not byte for byte what was encoded: samples were compressed ({}), and are not now{}",
-              output.path, named(files, &EnvelopeFile::is_changed),
-              std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
-              printable(compression),
-              loss.empty() ? ""
-                           : fmt::format("; some had lost something to compression ({}), which the files "
-                                         "may no longer say, but the .tag file does",
-                                         printable(loss))));
+      warn(run, fmt::format(
+                    "{}: {} {} not restored byte for byte: samples were compressed ({}), and now are not{}",
+                    output.path, named(files, &EnvelopeFile::is_changed),
+                    std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
+                    printable(compression),
+                    loss.empty() ? ""
+                                 : fmt::format("; some were compressed with loss ({}), which the .tag file "
+                                               "records, but the restored files may not",
+                                               printable(loss))));
     if (!is_exact && result.index.total.max_error > 0)
       warn(run,
            fmt::format("{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,

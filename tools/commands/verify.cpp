@@ -82,8 +82,8 @@ struct VerifyCommand {
   /// REQUIRES: no differences.
   static std::string words_of(const GeometryComparison& found) {
     if (!found.compared.empty()) return fmt::format("the same ({})", fmt::join(found.compared, ", "));
-    return found.neither_says_anything ? "not compared: neither says where its samples lie"
-                                       : "not compared: only one of them says something";
+    return found.neither_says_anything ? "not compared: neither file defines it"
+                                       : "not compared: only one file defines it";
   }
 
   /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.
@@ -136,7 +136,7 @@ struct VerifyCommand {
     for (const std::string& line : lines_of_lost(lost, bricks))
       fmt::print("{}: {}\n", printable(input), line);
     fmt::print("{}: {}{}\n", printable(input), count_of_lost(lost, bricks),
-               file->whole_count() > 0 ? "; decode --salvage gives all others" : "");
+               file->whole_count() > 0 ? "; decode --salvage decodes all others" : "");
     std::fflush(stdout);  // the error follows on another stream
   }
 

@@ -68,7 +68,7 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
   const char* several = name == "encode" ? "for several inputs use tagrid convert or a shell loop"
                                          : "for several inputs use a shell loop";
   return fmt::format(
-      "{}: {}: one argument too many: only one input is accepted; {}, and quote a name that contains blanks",
+      "{}: {}: one argument too many: only one input is accepted; {}, and quote a name that contains spaces",
       name, word, several);
 }
 
@@ -93,7 +93,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const auto option =
       std::find_if(words.begin(), words.end(), [](const auto& w) { return w.size() > 1 && w[0] == '-'; });
   if (option != words.end() && *option == "--")
-    return where + "--: all that follows is names of files; give options before it, and one name after it";
+    return where + "--: everything after it is a file name; give options before it, and one name after it";
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
   if (given.empty() && !words.empty()) return unknown("subcommand", words.front(), help, subcommands_of(app));

@@ -24,7 +24,7 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
     if (!encoding.options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
   }
   require(rules.size() + options.max_error.has_value() <= 1,
-          "--max-error, --relative-error and --psnr all say how large errors may be; give only one");
+          "--max-error, --relative-error and --psnr all set the maximum error; give only one");
   for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
   encoding.options.validate();
   return encoding;
@@ -78,9 +78,8 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
   if (likelier.sample_bytes == size_of(given.type))
     return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
                        in_words(likelier.type, likelier.big_endian), as_given);
-  return fmt::format(
-      "looks far more like samples of {} byte{} than like {}; check the type, and the dims that go with it",
-      likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
+  return fmt::format("looks far more like samples of {} byte{} than like {}; check the type and the dims",
+                     likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
 }
 
 }  // namespace
@@ -127,7 +126,7 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
   if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
   warn(run,
-       fmt::format("{}: the source was compressed with loss already ({}), and the .tag file is {:.{}f} % "
+       fmt::format("{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % "
                    "larger; keep the source instead, or give a bound with --max-error",
                    shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0));
 }

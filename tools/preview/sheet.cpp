@@ -123,7 +123,7 @@ class Drawing {
                 above = (p.down.pixels - text_height * small) / 2;
       if (left > 0 && above > 0) draw_text(image_, at.x + left, at.y + above, text, small, dim);
       const int y = caption(at, "no levels: the file stores no grid");
-      draw_text(image_, at.x, y, "It is derived from the voxels where it is needed.", small, dim);
+      draw_text(image_, at.x, y, "It is derived from the voxels on demand.", small, dim);
       return;
     }
     const int deepest = max_level(sheet_.cube_size);

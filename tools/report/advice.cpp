@@ -51,8 +51,7 @@ std::string advice_on(const ErrorDetail& detail) {
       return memory_advice(detail.numbers);
     case Problem::writer_memory:
       return fmt::format(
-          "{}, which is safe where there is less memory if most voxels are background, or choose another "
-          "format, such "
+          "{}, which is safe with less memory if most voxels are background, or choose another format, such "
           "as .nrrd",
           memory_advice({detail.numbers.at(0)}));
     case Problem::no_known_format:
@@ -70,14 +69,13 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::spacing_not_in_header:
       return "; leave out --spacing, or add to its header the line \"spacings: x y z\"";
     case Problem::mesh_fills_no_space:
-      return "; give --padded for the mesh of whole root cubes";
+      return "; give --padded for a mesh of complete root cubes";
     case Problem::no_source_files:
-      return "; tagrid decode FILE.tag -o FILE.nrrd gives the volume, with all that is known of it";
+      return "; use tagrid decode FILE.tag -o FILE.nrrd to get the volume and its metadata";
     case Problem::slices_missing:
-      return "; give --gaps-ok if it is meant to be so";
+      return "; give --gaps-ok if that is intended";
     case Problem::program_memory:
-      return fmt::format("; a larger -M gives it more, and -M {}M the most that it may have",
-                         limit_for_most_first_memory() >> 20);
+      return fmt::format("; a larger -M raises its limit, up to -M {}M", limit_for_most_first_memory() >> 20);
   }
   return "";
 }

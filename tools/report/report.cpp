@@ -167,10 +167,10 @@ void print_source(const TagHeader& header, const Line& line) {
     return found == pairs.end() ? std::string() : printable(found->second);
   };
   if (has_slopes_of_slices(header.nrrd_fields))
-    line("values", "of a slope and intercept for each slice; --json has them");
+    line("values", "individual slope and intercept of each slice; --json lists them");
   else if (pairs.contains("rescale_slope") || pairs.contains("rescale_intercept"))
     line("values", values_text(text("rescale_slope"), text("rescale_intercept"), text("rescale_units")));
-  if (pairs.contains("slice_positions")) line("slices", "at unequal distances; --json has their positions");
+  if (pairs.contains("slice_positions")) line("slices", "unequally spaced; --json lists their positions");
   if (pairs.contains("dicom_PatientName"))
     line("patient", fmt::format("{} ({})", text("dicom_PatientName"), text("dicom_PatientID")));
   if (!pairs.empty()) line("metadata", fmt::format("{} key/value pairs, which --json shows", pairs.size()));
@@ -281,7 +281,7 @@ std::string compression_of(const TagSummary& file) {
 }
 
 std::string source_files_text(const TagSummary& file) {
-  if (file.sizes.envelope == 0) return "not kept, but for the fields that --json shows";
+  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
   const bool is_exact = file.header.parameters.is_exact();
   const std::string compression = compression_of(file);
   if (!compression.empty())
@@ -330,11 +330,11 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   print_source(header, line);
   line("source files", source_files_text(file));
   if (const std::string loss = text_of_key(header.nrrd_fields, lossy_source_key); !loss.empty())
-    line("", fmt::format("had lost something to compression before: {}", printable(loss)));
+    line("", fmt::format("was already compressed with loss: {}", printable(loss)));
   for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
-  if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");
+  if (!p.stores_grid()) line("grid", "derived (computed from the decoded voxels on demand)");
   line("effort", std::string(name_of(p.effort)));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));

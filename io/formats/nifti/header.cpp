@@ -177,7 +177,7 @@ std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_b
   if (offset == 0) return is_pair ? 0 : header_bytes + 4;
   if (!(offset >= least && offset <= 0x1p62) || offset != std::floor(offset))
     throw BrokenInput(fmt::format(
-        "NIfTI header: vox_offset is {}, where no samples can begin: it must be a whole number from {} on",
+        "NIfTI header: vox_offset is {}, which is impossible: it must be a whole number of at least {}",
         offset, least));
   return static_cast<std::uint64_t>(offset);
 }

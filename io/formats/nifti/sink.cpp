@@ -282,7 +282,7 @@ std::vector<std::string> lost_meaning(const VolumeInfo& info) {
       {.name = "NIfTI", .space = "right-anterior-superior", .unknown_unit = "the spacing has none"});
   const FormsOfSource forms = forms_of_source(key_values_of(info.nrrd_fields));
   if (forms.differ() && !forms.is_whole(info.geometry))
-    lost.emplace_back("the source said two places, an sform and a qform; only that of the sform is written");
+    lost.emplace_back("the source defines two positions, an sform and a qform; only the sform is written");
   return lost;
 }
 
@@ -301,9 +301,8 @@ std::string lost_by_rounding(const VolumeInfo& info) {
   }
   if (!(rounding > visible * smallest)) return "";
   return fmt::format(
-      "the numbers of NIfTI have 32 bits, which moves the place of the volume by {:.2g}, of {:.6g} between "
-      "samples; "
-      "the .tag file and .nrrd files have the exact place",
+      "NIfTI stores 32-bit numbers, which shifts the volume by {:.2g} where samples are {:.6g} apart; the "
+      ".tag file and .nrrd files have the exact position",
       rounding, smallest);
 }
 

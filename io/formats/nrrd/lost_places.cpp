@@ -17,7 +17,7 @@ std::vector<std::string> lost_places(const Geometry& geometry, const OneSpaceFor
     lost.push_back(fmt::format("{} does not know the unit {}; {}", format.name,
                                quoted(std::string_view(unit.name)), format.unknown_unit));
   if (has_unknown_spacing(geometry))
-    lost.push_back(fmt::format("{} cannot say that a spacing is not known; 1 is written", format.name));
+    lost.push_back(fmt::format("{} cannot record that a spacing is unknown; 1 is written", format.name));
   if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
     lost.push_back(fmt::format(
         "{} means {}; the space of the volume is {}, and its positions are written as they are", format.name,

@@ -35,7 +35,7 @@ using namespace std::string_view_literals;
 
 std::vector<std::string> lost_in_vdb(const VolumeInfo& info) {
   if (!has_unknown_spacing(info.geometry)) return {};
-  return {"OpenVDB cannot say that a spacing is not known; 1 is written"};
+  return {"OpenVDB cannot record that a spacing is unknown; 1 is written"};
 }
 
 std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
@@ -44,8 +44,7 @@ std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
   if (info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1)
     lost.emplace_back("VTK 9.1 fails to read VTKHDF images of one sample along an axis; it reads .vti files");
   if (vtk_geometry_of(info.geometry).direction != vtk_geometry_of({}).direction)
-    lost.emplace_back(
-        "VTK 9.1 does not turn VTKHDF images as their directions say; it turns those of .vti files");
+    lost.emplace_back("VTK 9.1 ignores the directions of VTKHDF images; it applies those of .vti files");
   return lost;
 }
 

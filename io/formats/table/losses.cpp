@@ -109,13 +109,13 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     if (key == "slice_positions")
       differences.emplace_back("slices lie at unequal distances (slice_positions)");
-    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
+    if (key == "slice_slopes") differences.emplace_back("slices have individual slopes (slice_slopes)");
     has_slopes = has_slopes || key == "slice_slopes";
     if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())
-    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them{}",
+    all.push_back(fmt::format("{}, which {} cannot hold; the .tag file and .nrrd files have them{}",
                               fmt::join(differences, ", and "), format.name,
                               has_slopes ? "; the values in this file are the stored samples" : ""));
   return all;

@@ -123,7 +123,7 @@ std::string contradicts_its_name(const std::string& path) {
       if (is_recognised && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
           name.ends_with(ending))
         return fmt::format(
-            "its name says that it is {}, but it does not begin as one does; it may be cut short or damaged",
+            "its name says that it is {}, but its content does not match; it may be truncated or damaged",
             what);
   }
   return "";
@@ -278,7 +278,7 @@ NumberedFiles raw_series(const std::string& folder, const SourceDescription& sou
     for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
       if (std::to_string(i + 1) == source.series) meant = {series[i]};
     if (meant.empty())
-      throw UsageError(Sentence{"{}: has no series {}; without {}, those that it has are listed",
+      throw UsageError(Sentence{"{}: has no series {}; without {}, the existing ones are listed",
                                 {folder, source.series, Setting{"series", "this setting"}}});
     series = std::move(meant);
   }

@@ -64,9 +64,8 @@ std::vector<Format> other_formats() {
       {.name = "analyze",
        .extensions = {".img"},
        .help = "Analyze 7.5",
-       .what =
-           "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it to "
-           "NIfTI first",
+       .what = "is the header of an Analyze 7.5 volume, which does not record its orientation; convert it to "
+               "NIfTI first",
        .peek = 348,
        .is_mine = begins_analyze},
   };

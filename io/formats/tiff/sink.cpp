@@ -205,7 +205,8 @@ std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   // Readers take these for signed samples, and some intercepts come back from the sum of two numbers.
   if (info.type == SampleType::uint16 && rescale.intercept == -half && rescale.slope == 1)
     lost.emplace_back(
-        "TIFF with this intercept is read as int16 without one, as ImageJ keeps signed samples so");
+        "TIFF with this intercept is read as int16 without one, because ImageJ stores signed samples this "
+        "way");
   if (info.type == SampleType::int16 && c0_of(rescale, info.type) + rescale.slope * half != rescale.intercept)
     lost.push_back(
         fmt::format("TIFF rounds the intercept of its values: ImageJ's is {} smaller", rescale.slope * half));
@@ -213,7 +214,7 @@ std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (geometry.has_spacing && !has_known_spacing(geometry))
     lost.emplace_back(
-        "TIFF cannot say its spacing: the unit is not known, or a number is too small or too large");
+        "TIFF cannot hold its spacing: the unit is unknown, or a number is too small or too large");
   const bool is_mirrored =
       !geometry.has_directions && std::ranges::any_of(geometry.spacing, [](double s) { return s < 0; });
   if (geometry.has_directions || geometry.has_origin || is_mirrored)

@@ -42,7 +42,7 @@ std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
         "VTK's image data has no place for slope and intercept of its values: samples are written");
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (has_unknown_spacing(geometry))
-    lost.emplace_back("VTK's image data cannot say that a spacing is not known; 1 is written");
+    lost.emplace_back("VTK's image data cannot record that a spacing is unknown; 1 is written");
   return lost;
 }
 

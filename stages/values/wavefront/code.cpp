@@ -104,7 +104,7 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
   for (auto& half : code.quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
   code_quiet_rows(coder, schedule, code.quiet);
   if (!coder.finished()) return Status::broken("values with wrong flags of rows");
-  if (!decode_wave(brick, code, samples, carried)) return Status::broken("values that no encoder wrote");
+  if (!decode_wave(brick, code, samples, carried)) return Status::broken("invalid value stream");
   return {};
 }
 

@@ -35,7 +35,7 @@ TEST(ErrorKinds, ThatThereAreNoMoreThreadsIsTheWorldsFaultAndSaysWhatHelps) {
   const SortedError error =
       sorted(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)));
   EXPECT_EQ(error.kind, ErrorKind::world);
-  EXPECT_NE(error.message.find("no more threads"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("cannot create more threads"), std::string::npos) << error.message;
   EXPECT_NE(error.message.find("ulimit -u"), std::string::npos) << error.message;
 }
 

@@ -142,15 +142,15 @@ TEST_F(VtkhdfTest, WhatAWriterDoesWrongNamesItAndLeavesNothing) {
   make_writer(ready, take + "; case $line in *connectivity*) echo 'no room' >&2; exit 3 ;; esac");
   fails_with("stderr: no room");
   make_writer(ready, take, "exit 0");
-  fails_with("ended with code 0 before it had answered");
+  fails_with("exited with code 0 before it answered");
   make_writer(ready, take + "; " + done);
   fails_with("tagrid-write-hdf5: ");
   make_writer(ready, take, done + "; exit 4");
-  fails_with("ended with code 4");
+  fails_with("exited with code 4");
   make_writer(ready, take, R"(rm "$path"; )" + done);
-  fails_with("removed or replaced it");
+  fails_with("removed or replaced the file");
   make_writer(ready, take, R"(mv "$path" "$path.x"; cp "$path.x" "$path"; rm "$path.x"; )" + done);
-  fails_with("removed or replaced it");
+  fails_with("removed or replaced the file");
 }
 
 TEST_F(VtkhdfTest, AnExistingFileStays) {

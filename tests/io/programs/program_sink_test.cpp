@@ -132,16 +132,16 @@ TEST_F(ProgramSinkTest, WhatAWriterDoesWrongNamesIt) {
   fails_with(writer(R"(echo '{"answer": "ready", "memory": -5}')"), "memory");
   fails_with(writer(R"(echo '{"answer": "ready", "memory": "much"}')"), "memory");
   fails_with(writer(R"(echo '{"answer": "unknown"}')"), "instead of \"ready\"");
-  fails_with(writer("echo 'no room' >&2; exit 3"), "ended with code 3");
+  fails_with(writer("echo 'no room' >&2; exit 3"), "exited with code 3");
   fails_with(writer(ready, "echo 'no room' >&2; exit 3"), "stderr: no room");
   fails_with(writer(ready, "kill -SEGV $$"), "by signal 11");
   fails_with(writer(ready, take + "; echo words"), "is not a JSON object");
   fails_with(writer(ready, take + "; " + done), "writer: ");
-  fails_with(writer(ready, take, "exit 0"), "ended with code 0 before it had answered");
+  fails_with(writer(ready, take, "exit 0"), "exited with code 0 before it answered");
   fails_with(writer(ready, take, R"(echo '{"answer": "done", "facts": 5}')"), "\"facts\" is not an object");
   fails_with(writer(ready, take, done + "; echo more"), "sent unexpected output");
-  fails_with(writer(ready, take, done + "; exit 4"), "ended with code 4");
-  fails_with(writer(ready, take, "rm \"$path\"; " + done), "removed or replaced it");
+  fails_with(writer(ready, take, done + "; exit 4"), "exited with code 4");
+  fails_with(writer(ready, take, "rm \"$path\"; " + done), "removed or replaced the file");
 }
 
 }  // namespace

@@ -60,7 +60,8 @@ TEST_F(ProgramSourceTest, ADescriptionTakesNoMoreMemoryThanItMay) {
     open_with(64);
     ADD_FAILURE() << "nothing was thrown";
   } catch (const UsageError& error) {
-    EXPECT_EQ(error.what(), greedy + ": needs more memory than its reader may take to describe it (64 MiB)");
+    EXPECT_EQ(error.what(),
+              greedy + ": to describe it, its reader needs more memory than its limit (64 MiB)");
     EXPECT_EQ(error.detail().problem, Problem::program_memory);
   }
   const auto source = open_with(512);

@@ -95,7 +95,7 @@ TEST(NumberedFiles, AllNumbersThatAreMissingAreSaid) {
   EXPECT_EQ(numbered_files({"s0.tif", "s5.tif", "s15.tif", "s30.tif"})[0].missing, "10, 20 to 25");
   EXPECT_EQ(numbered_files({"s1.tif", "s2.tif", "s3.tif"})[0].missing, "");
   EXPECT_EQ(gap_in_words(numbered_files({"d/s1.tif", "d/s2.tif", "d/s4.tif"})[0]),
-            "between s2.tif and s4.tif, slices are missing by their numbers: 3");
+            "between s2.tif and s4.tif, slices are missing according to their numbers: 3");
   EXPECT_EQ(number_pattern("a12b003.tif"), "a#b#.tif");
 }
 

@@ -209,7 +209,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
       << "nothing is known without the original";
   EXPECT_NE(complaint(in_).find("the recorded errors"), std::string::npos) << complaint(in_);
   forge(3, 2.5);
-  EXPECT_NE(complaint(in_).find("the mesh is off from the original by up to"), std::string::npos)
+  EXPECT_NE(complaint(in_).find("the mesh differs from the original by up to"), std::string::npos)
       << complaint(in_);
   forge(3, reached);
   EXPECT_NE(complaint("").find("above its bound"), std::string::npos) << complaint("");

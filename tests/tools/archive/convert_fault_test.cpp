@@ -167,7 +167,7 @@ TEST_P(ConvertAtOnce, TheLaterOfTwoRunsTakesWhatTheOtherMade) {
   const Ending later = convert_around(other_run_);
   EXPECT_EQ(later.code, 0) << later.err;
   EXPECT_NE(
-      later.err.find("out/a.tag: another run has made it in the meantime; it was compared with its volume\n"),
+      later.err.find("out/a.tag: another run created it in the meantime; it was compared with its volume\n"),
       std::string::npos)
       << later.err;
   EXPECT_EQ(outputs(), (std::vector<std::string>{"a.tag", "b.tag"}));

@@ -58,7 +58,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   const Ending ending = remove();
   EXPECT_EQ(ending.code, broken_input);
   EXPECT_EQ(statuses(3), "a damaged, b damaged, c damaged");
-  EXPECT_NE(last()["error"].get<std::string>().find("c.tag: is no longer what was written"),
+  EXPECT_NE(last()["error"].get<std::string>().find("c.tag: has changed since it was written"),
             std::string::npos);
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
   // The size of a.tag is right, but its record says that its content is not.
@@ -174,12 +174,12 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
   expect_ok(convert());
   file("a.nhdr", content("a.nhdr") + "patient:=moved\n");
   expect_kept("a.nhdr", "kept",
-              "a.nhdr: is no longer what was encoded: a.nhdr has 127 bytes, and had 112 then");
+              "a.nhdr: has changed since it was encoded: a.nhdr has 127 bytes instead of 112");
   volume("a.nhdr", 2);
   expect_kept("a.raw", "kept",
-              "a.nhdr: is no longer what was encoded; it is kept; --skip-done -f encodes it again");
+              "a.nhdr: has changed since it was encoded; it is kept; --skip-done -f encodes it again");
   file("a.raw", content("a.raw") + "x");
-  expect_kept("a.raw", "kept", "a.nhdr: is no longer what was encoded");
+  expect_kept("a.raw", "kept", "a.nhdr: has changed since it was encoded");
 }
 
 TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
@@ -279,8 +279,7 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_EQ(statuses(3), "a kept, b kept, d kept");
   const std::vector<Json> all = records();
-  const std::string why[] = {"may lie in another folder", "is a symbolic link",
-                             "--strip leaves out its files"};
+  const std::string why[] = {"may be in a different folder", "is a symbolic link", "--strip drops its files"};
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NE(all[3 + i]["error"].get<std::string>().find(why[i]), std::string::npos) << all[3 + i];
   for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})
@@ -349,7 +348,7 @@ TEST_F(ConvertRemoval, FilesThatComeBackInAnotherFormAreKept) {
   for (const std::string& name : compressed)
     for (const Arguments& bound : {Arguments{}, {"--max-error", "5"}}) {
       const std::string why = name +
-                              ": cannot be removed: its files would not come back byte for byte: its "
+                              ": cannot be removed: its files could not be restored byte for byte: its "
                               "samples are compressed (gzip), and come back uncompressed; leave out --rm";
       expect_error(tagrid(with({"encode", name, "-o", "x.tag", "--rm"}, bound)), usage, why);
     }
@@ -366,7 +365,7 @@ TEST_F(ConvertRemoval, FilesThatComeBackInAnotherFormAreKept) {
 TEST_F(ConvertRemoval, StrippedVolumesAreKept) {
   volume("b.nrrd", 2);
   volume("c.raw", 3);
-  const std::string why = "--strip leaves out its files, and restore could not give them back";
+  const std::string why = "--strip drops its files, so they could not be restored";
   const Arguments raw{"--dims", "21,18,13", "--type", "int16", "--endian", "big"};
   expect_error(tagrid(with({"encode", "c.raw", "-o", "x.tag", "--strip", "--rm"}, raw)), usage,
                "c.raw: cannot be removed: " + why);

@@ -294,7 +294,7 @@ TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
     EXPECT_TRUE(content("out/a.tag") == before) << why;
   };
   volume("a.nrrd", 7);
-  refused("a.nrrd: has changed since it was encoded (its samples are others); ");
+  refused("a.nrrd: has changed since it was encoded (its samples differ); ");
   volume("a.nrrd", 1, {"--dims", "21,18,12"});
   refused("it is 21 x 18 x 12 int16 instead of 21 x 18 x 13 int16");
   volume("a.nrrd", 1, {"--type", "uint16"});

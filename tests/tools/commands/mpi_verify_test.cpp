@@ -165,7 +165,7 @@ TEST_F(MpiVerify, PartsThatDisagreeOnAFaceAreFound) {
         }
         mixed.index.total.max_error = std::max(one.index.total.max_error, other.index.total.max_error);
         write("new.tag", mixed);
-        expect_refused("it disagrees with its neighbour at (");
+        expect_refused("it disagrees with its neighbor at (");
         if (HasFailure()) return;
       }
     }
@@ -190,7 +190,7 @@ TEST_F(MpiVerify, WrongStatisticsAreFound) {
   expect_refused_with("above the bound", [](TagIndex& index) { index.total.max_error = 3; });
   expect_refused_with("the recorded error is not a number",
                       [](TagIndex& index) { index.total.max_error = NAN; });
-  expect_refused_with("the recorded errors are not those",
+  expect_refused_with("the recorded errors do not match",
                       [](TagIndex& index) { ++index.total.sum_squared_error; }, {"--against=volume.nhdr"});
 }
 

@@ -163,21 +163,21 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   const std::string place =
       "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
       "space origin: (1,2,3)\n";
-  kept(place, {}, "a.tif", "TIFF cannot say its spacing");
+  kept(place, {}, "a.tif", "TIFF cannot hold its spacing");
   kept("rescale_slope:=0.1\nrescale_intercept:=0.3\n", {}, "a.tif", "TIFF rounds the intercept");
   kept("spacings: 1 1 1\nunits: \"furlong\" \"furlong\" \"furlong\"\n", {}, "a.nii.gz",
        "does not know the unit");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
-  kept("spacings: nan nan nan\n", {}, "a.mha", "cannot say that a spacing is not known");
+  kept("spacings: nan nan nan\n", {}, "a.mha", "cannot record that a spacing is unknown");
   kept("", {}, "a.vti", "tagrid cannot read vti files");
-  kept("", {}, "a.raw", "do not say their size and type");
+  kept("", {}, "a.raw", "do not record their size and type");
   kept("", {"--vdb-tolerance", "2"}, "a.vdb", "--vdb-tolerance changes samples");
   kept("", {"--step", "2"}, "a.nrrd", "only a part of the volume");
-  kept("", {}, "a.mha", "a grid without the voxels", {"--grid-only", "--strip"});
+  kept("", {}, "a.mha", "it stores only the grid", {"--grid-only", "--strip"});
   kept("", {}, "a.nrrd", "its mesh has a bound", {"--max-error", "5", "--mesh-error", "20", "--strip"});
   kept("", {}, "a.nrrd",
-       "it keeps the files that were encoded, which a decoded volume is not; tagrid restore gives them back",
+       "it keeps the source files, which a decoded volume does not replace; tagrid restore restores them",
        {});
   file("a.nrrd", head + "spacings: 1 1 1\n# by hand\nowner:=me\n\n" + samples);
   expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
@@ -260,7 +260,7 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
   phantom("volume.raw");
   expect_ok(script("(echo header12; cat volume.raw) > more.raw"));
   const Arguments encode = with({"encode", "more.raw", "--offset", "9", "--rm"}, raw_);
-  expect_error(tagrid(with(encode, {"--strip"})), usage, "--strip leaves out its files");
+  expect_error(tagrid(with(encode, {"--strip"})), usage, "--strip drops its files");
   EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
   // Nothing is lost if the .tag file has the other bytes, too.
   const std::string more = content("more.raw");

@@ -104,7 +104,7 @@ TEST_F(RegionOptions, WrongOnesAreRefused) {
   refused({"--step", "0"}, "a power of two from 1 to 32");
   refused({"--region", "1:2,:,:", "--step", "2"}, "multiple of 2");
   refused({"--region", "1:2,:,:", "--rm"}, "leave out --rm");
-  refused({"--rm"}, "do not say their size and type");
+  refused({"--rm"}, "do not record their size and type");
   expect_error(tagrid({"decode", "volume.tag", "-o", "part.vdb", "--vdb-tolerance", "3", "--rm"}), usage,
                "--vdb-tolerance changes samples");
   EXPECT_TRUE(std::filesystem::exists(path("volume.tag")));

@@ -94,10 +94,10 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
                "not an OpenVDB file");
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));
   expect_error(tagrid({"encode", "a.vdb", "--vdb-grid", "other"}), usage,
-               "has no grid other; those that it has are density");
+               "has no grid other; it has density");
   expect_error(tagrid(with({"encode", "a.vdb"}, raw_)), usage, "--dims");
   // The set of active voxels would be lost.
-  expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "would not come back byte for byte");
+  expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "could not be restored byte for byte");
   file("broken.vdb", content("a.vdb").substr(0, 5000));
   expect_error(tagrid({"encode", "broken.vdb"}), broken_input, "OpenVDB file");
   EXPECT_EQ(names(), (std::vector<std::string>{"a.vdb", "broken.vdb", "volume.nrrd", "volume.tag"}));

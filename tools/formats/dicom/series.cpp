@@ -125,14 +125,14 @@ std::string about_place(const DicomFile& file) {
 std::string about_one_place(const DicomSlice& a, const DicomSlice& b, const Files& files,
                             const std::string& name) {
   const std::string both =
-      fmt::format("{}: {} and {} are at one place", name, name_in(files, a), name_in(files, b));
+      fmt::format("{}: {} and {} are at the same position", name, name_in(files, a), name_in(files, b));
   const DicomFile &f = files[a.file], &g = files[b.file];
-  if (a.file == b.file) return both + ", and nothing tells which frames belong together";
+  if (a.file == b.file) return both + ", and nothing shows which frames belong together";
   if (!f.instance.empty() && f.instance == g.instance && a.frame == b.frame)
     return both + ": they are one image twice (SOPInstanceUID); remove one of them";
   const std::string differ = differences(a, b, files);
   return fmt::format(
-      "{}, and nothing tells which images belong together{}; move one of them to another folder", both,
+      "{}, and nothing shows which images belong together{}; move one of them to another folder", both,
       differ.empty() ? "" : " (they differ in " + differ + ")");
 }
 

@@ -185,16 +185,15 @@ DatasetChoice chosen_dataset(hid_t file, const std::string& path, const std::str
   for (Candidate& candidate : list) candidate.is_signal |= is_nexus_signal(file, candidate.name);
   const auto signals = std::ranges::count(list, true, &Candidate::is_signal);
   if (wanted.empty() && signals == 0 && !all.missing_signal().empty())
-    throw broken_hdf5(path,
-                      fmt::format("the signal of a group is not there: {}; --dataset chooses a data set "
-                                  "regardless of it",
-                                  all.missing_signal()));
+    throw broken_hdf5(path, fmt::format("the signal of a group is missing: {}; --dataset chooses a data set "
+                                        "regardless of it",
+                                        all.missing_signal()));
   if (list.empty()) throw has_no_volume(file, path, all);
   if (wanted.empty() && signals == 1) {
     DatasetChoice choice = {std::ranges::find(list, true, &Candidate::is_signal)->name, {}};
     if (!all.missing_signal().empty())
       choice.warnings.push_back(
-          fmt::format("{}: HDF5 file: {} is read, because it is the only signal that is there: {}", path,
+          fmt::format("{}: HDF5 file: {} is read, because it is the only signal that exists: {}", path,
                       choice.name, all.missing_signal()));
     return choice;
   }

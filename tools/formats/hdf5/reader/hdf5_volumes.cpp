@@ -33,10 +33,9 @@ class Hdf5Volume final : public ServedVolume {
     const auto stored = stored_samples_of(stored_type.get());
     const auto size = volume_size(sizes);
     if (!stored)
-      throw broken_hdf5(path,
-                        fmt::format("{} has {}, which are not supported; supported are integers of 8, 16 and "
-                                    "32 bits and floats of 32 and 64 bits",
-                                    name, samples_in_words(stored_type.get())));
+      throw broken_hdf5(path, fmt::format("{} has {}, which are not supported; use integers of 8, 16 or 32 "
+                                          "bits or floats of 32 or 64 bits",
+                                          name, samples_in_words(stored_type.get())));
     if (!size || !is_volume_size(*size) || !sample_bytes(*size, stored->type))
       throw broken_hdf5(path, fmt::format("{} has {} samples, which are no volume", name, in_words(sizes)));
     dims = *size;
@@ -122,7 +121,7 @@ class Hdf5Volume final : public ServedVolume {
       std::uint64_t chunk_bytes = size_of(type);
       for (const hsize_t size : chunk)
         if (__builtin_mul_overflow(chunk_bytes, size, &chunk_bytes))
-          throw broken_hdf5(path_, "its chunks are beyond all memory");
+          throw broken_hdf5(path_, "its chunks are too large");
       memory += 4 * chunk_bytes;  // as it is stored, and as it becomes
       // A chunk is read once, if whole slices are; the cache of the library need not hold any.
     }

@@ -110,7 +110,7 @@ std::string why_missing(hid_t file, const std::string& path, std::vector<std::st
     std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
     // A link to a link: the target of the last one is more useful.
     if (deeper.starts_with("there is no ")) deeper.clear();
-    return fmt::format("{} is a link to {}, which is not there{}{}", part, link->target,
+    return fmt::format("{} is a link to {}, which does not exist{}{}", part, link->target,
                        deeper.empty() ? "" : ": ", deeper);
   }
   return "";

@@ -105,14 +105,15 @@ void require_own_samples(hid_t properties, const std::string& path, const std::s
       missing = file;
   }
   throw broken_hdf5(
-      path, fmt::format(
-                "{} has its samples in other data sets (it is a virtual data set), which is not supported; "
-                "h5repack -l {}:CONTI copies them into one file{}",
-                name, relative,
-                missing.empty() ? ", if all those files are there: it fills what is missing without a word"
-                                : fmt::format(" when all those files are there, but {} is not, and would be "
-                                              "filled without a word",
-                                              missing)));
+      path,
+      fmt::format(
+          "{} has its samples in other data sets (it is a virtual data set), which is not supported; "
+          "h5repack -l {}:CONTI copies them into one file{}",
+          name, relative,
+          missing.empty()
+              ? ", if all those files are there: it silently fills what is missing"
+              : fmt::format(" when all those files are there, but {} is not, and would be filled silently",
+                            missing)));
 }
 
 Unwritten unwritten_samples(hid_t dataset, hid_t properties) {

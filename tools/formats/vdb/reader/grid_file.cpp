@@ -136,11 +136,11 @@ GridLook GridFile::look_at(const openvdb::io::GridDescriptor& grid, const GridKi
 } catch (const openvdb::Exception& error) {
   throw_broken_vdb(path_, error.what());
 } catch (const std::bad_alloc&) {
-  throw WorldError(fmt::format("{}: OpenVDB file: it is damaged, or large (1 GiB is enough for about 8 "
-                               "million leaves): to describe "
-                               "this grid, its reader needs more memory than it may take",
-                               path_),
-                   Problem::program_memory);
+  throw WorldError(
+      fmt::format("{}: OpenVDB file: it is damaged, or large (1 GiB is enough for about 8 "
+                  "million leaves): to describe this grid, its reader needs more memory than its limit",
+                  path_),
+      Problem::program_memory);
 }
 
 }  // namespace tagrid
