@@ -1,5 +1,5 @@
 // Finds the points of a brick that can be active, pass by pass: those whose parents inside the box are
-// active. Whole words of points at a time.
+// active. Entire words of points at a time.
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 // Codes the activity of the closed box of a brick as bytes.
 //
 // Goes level by level, coarse to fine. A point can be active only if its parents are, so only points whose
-// parents inside the box are all active are coded. Each is one adaptive binary event. Its contexts (contexts.h)
-// are the class of the point, the known activity around it, and the forecast, if there is one.
+// parents inside the box are all active are coded. Each is one adaptive binary event. Its contexts
+// (contexts.h) are the class of the point, the known activity around it, and the forecast, if there is one.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@
 
 namespace tagrid {
 
-/// Appends the activity to `out`. REQUIRES: active.box() consists of whole root cubes; its root corners are
-/// active; the set is closed under parents inside the box; no point has a level above `max_level`; `forecast`
-/// belongs to the same box, or does not exist.
+/// Appends the activity to `out`. REQUIRES: active.box() consists of complete root cubes; its root corners
+/// are active; the set is closed under parents inside the box; no point has a level above `max_level`;
+/// `forecast` belongs to the same box, or does not exist.
 void encode_activity(const LatticeBits& active, const Forecast& forecast, int cube_size, int max_level,
                      std::vector<std::uint8_t>& out);
 

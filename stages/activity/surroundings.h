@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// Two kinds of neighbours of the points of a pass, as steps to them. Around: points of earlier passes that
+/// Two kinds of neighbors of the points of a pass, as steps to them. Around: points of earlier passes that
 /// are not parents. A cube centre looks at the points of the coarser lattice next to its cell, a face centre
 /// at the cube centres beside its two parents, an edge midpoint at the face centres of the four cells around
 /// it. Beside: points of the same class but another orientation that share a parent; cube centres have none.

@@ -8,7 +8,7 @@
 //
 // It is the smallest set with two properties: with a point, it contains its parents; and with a point, it
 // contains the midpoint of the base edge of every tetrahedron that its bisection creates and that violates
-// the bound. (Root tetrahedra are there from the beginning.) Each rule follows from one point at a time.
+// the bound. (Root tetrahedra exist from the beginning.) Each rule follows from one point at a time.
 // Hence the set is what can be reached from the root tetrahedra, in any order, and each tetrahedron that is
 // reached is tested once.
 #pragma once
@@ -34,8 +34,8 @@ struct MeshBound {
 /// that are active already. Parents outside the box are ignored: who knows their brick must add them there.
 ///
 ///   samples    of `type`, at all points of active.box(), x fastest; outside the volume those of the nearest voxel
-///   active     of a box of whole root cubes; none at first
-///   expanded   what this function made of `active` before, or none: tetrahedra that these points created are not tested
+///   active     of a box of complete root cubes; none at first
+///   expanded   the earlier result of this function for `active`, or none: tetrahedra that these points created are not tested
 ///              again
 ///
 /// Exact for integers. For floats, the test is in doubles, in one order, on the side of safety: a tetrahedron
@@ -43,7 +43,7 @@ struct MeshBound {
 /// is cut, by about the precision of the type. A tetrahedron with a vertex or a sample that is not finite
 /// violates the bound, unless it holds no sample but its vertices.
 ///
-/// No allocation but for a few rows of bits. REQUIRES: bound.largest >= 0; the box is part of the domain.
+/// No allocation except a few rows of bits. REQUIRES: bound.largest >= 0; the box is part of the domain.
 void refine_to_bound(SampleType type, std::span<const std::byte> samples, const MeshBound& bound,
                      LatticeBits expanded, LatticeBits& active);
 

@@ -18,7 +18,7 @@ struct PointsOfSlice {
   bool odd_x, odd_y, odd_z;
   bool alternate;  ///< diagonals alternate with the parity of the cell; not at the root
 
-  /// Of each edge.
+  /// One for each edge.
   float length() const {
     constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
     return static_cast<float>(2 * unit) * sqrt_of[odd];

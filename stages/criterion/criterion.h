@@ -47,7 +47,7 @@ struct CriterionParameters {
 struct EdgeBatch {
   static constexpr std::size_t capacity = 256;
   static constexpr std::size_t padding =
-      16;  ///< entries that may be written beyond, as a vector is written whole
+      16;  ///< entries that may be written beyond, as an entire vector is written
 
   using Lane = std::array<float, capacity + padding>;
   using Flags = std::array<std::uint32_t, capacity>;  ///< a small number for each edge

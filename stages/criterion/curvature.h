@@ -28,7 +28,7 @@ struct CurvatureField {
 
   enum Component { value, gx, gy, gz, hxx, hyy, hzz, hxy, hxz, hyz, component_count };
 
-  /// Entries of a component that may be read beyond its last one, as vectors are read whole.
+  /// Entries of a component that may be read beyond its last one, as entire vectors are read.
   static constexpr std::size_t padding = 16;
 
   Box box;                                         ///< corners are multiples of the distance

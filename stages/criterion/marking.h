@@ -21,14 +21,14 @@ struct MarkingParameters {
 };
 
 /// Marks the points of `marks.box()` that lie in the volume; other bits stay as they are.
-/// `cubes`: a box of whole root cubes that contains marks.box(). REQUIRES: samples.box contains
+/// `cubes`: a box of complete root cubes that contains marks.box(). REQUIRES: samples.box contains
 /// cubes.grown(CurvatureField::halo). T: see evaluate_curvature().
 template <class T>
 void mark_curvature(const Samples<T>& samples, const Box& cubes, const Domain& domain,
                     const MarkingParameters& parameters, LatticeBits& marks);
 
-/// The same for three thresholds: the points whose excess is more than 0.6, 1, and 1.6 times what the criterion
-/// allows. Only edges that VarianceTest finds are measured. REQUIRES: the sets have the same box.
+/// The same for three thresholds: the points whose excess is more than 0.6, 1, and 1.6 times what the
+/// criterion allows. Only edges that VarianceTest finds are measured. REQUIRES: the sets have the same box.
 template <class T>
 void grade_curvature(const Samples<T>& samples, const Box& cubes, const Domain& domain,
                      const MarkingParameters& parameters,

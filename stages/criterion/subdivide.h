@@ -11,8 +11,8 @@ namespace tagrid {
 
 /// Closes `bits` under "the parents of an active point are active", in place, and activates the root corners.
 ///
-/// The box of the bits must consist of whole root cubes of the lattice; parents outside it are ignored. The
-/// function sweeps once over the levels, finest first, and handles whole words of points at a time. The
+/// The box of the bits must consist of complete root cubes of the lattice; parents outside it are ignored.
+/// The function sweeps once over the levels, finest first, and handles entire words of points at a time. The
 /// result is what the paper's recursion Neighbor_Require_for_Subdivision decides (its section 2.3), without
 /// its repetition.
 void close_under_parents(LatticeBits& bits, int cube_size);
@@ -22,7 +22,7 @@ void close_under_parents(LatticeBits& bits, int cube_size);
 void close_under_parents(std::span<LatticeBits> nested, int cube_size);
 
 /// The box whose marks affect the activity of the closed box of a brick (the paper's region of reference,
-/// rounded up to whole root cubes).
+/// rounded up to complete root cubes).
 Box region_of_marks(const Box& closed_box, const Domain& domain);
 
 /// The active points of `closed_box`. REQUIRES: marks.box() == region_of_marks(closed_box, domain).

@@ -14,8 +14,8 @@ namespace tagrid {
 /// that make marks.
 int mark_halo(const CodingParameters& parameters);
 
-/// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: whole root
-/// cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
+/// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: complete
+/// root cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
 LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters);
 

@@ -52,7 +52,7 @@ inline constexpr std::array<std::int32_t, 32> learning_rates = [] {
 /// The initial model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
 /// distribution around symbol 7, with the last symbol for everything beyond.
 inline SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of) {
-  // If m is the mean magnitude, the ratio of neighbouring probabilities is (sqrt(1 + m^2) - 1) / m. This is
+  // If m is the mean magnitude, the ratio of neighboring probabilities is (sqrt(1 + m^2) - 1) / m. This is
   // close to it: right in both limits, and computed in integers.
   const std::uint64_t ratio = (mean * (mean + of) << 16) / (2 * of * of + 2 * mean * of + mean * mean);
   std::array<std::uint64_t, 9> power = {65536};

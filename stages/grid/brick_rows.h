@@ -1,4 +1,4 @@
-// Whole rows of bricks along x that are processed together.
+// Complete rows of bricks along x that are processed together.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace tagrid {
 
-/// Rows y_low .. y_end - 1 of the layers z_low .. z_end - 1. Rows that are read or written as one stretch of a file have
-/// one layer, or all rows of each layer: so their bricks are consecutive.
+/// Rows y_low .. y_end - 1 of the layers z_low .. z_end - 1. Rows that are read or written as one stretch of
+/// a file have one layer, or all rows of each layer: so their bricks are consecutive.
 struct BrickRows {
   std::int64_t y_low = 0, y_end = 0;
   std::int64_t z_low = 0, z_end = 0;

@@ -14,7 +14,7 @@ struct BrickRun {
   friend constexpr bool operator==(const BrickRun&, const BrickRun&) = default;
 };
 
-/// Adds a run that begins behind the others, to the last one if it follows without a gap.
+/// Adds a run that begins after the others, to the last one if it follows without a gap.
 inline void append(std::vector<BrickRun>& runs, const BrickRun& run) {
   if (!runs.empty() && runs.back().last == run.first - 1)
     runs.back().last = run.last;
@@ -25,7 +25,7 @@ inline void append(std::vector<BrickRun>& runs, const BrickRun& run) {
 /// The samples that the bricks of a run own: at most five boxes, which do not overlap.
 inline std::vector<Box> boxes_of(const BrickRun& run, const BrickGrid& bricks) {
   std::vector<Box> boxes;
-  // The longest stretch from `first` on that is a box: whole layers, whole rows of a layer, or a part of a row.
+  // The longest stretch from `first` on that is a box: complete layers, complete rows, or a part of a row.
   for (std::int64_t first = run.first; first <= run.last;) {
     const std::int64_t left = run.last - first + 1, row = bricks.bricks(0), layer = bricks.layer_count();
     std::int64_t count = std::min(left, row - first % row);

@@ -24,7 +24,7 @@ struct Diamond {
   }
 };
 
-/// The diamond of `p`, with exact integer coordinates. REQUIRES: p is no root corner.
+/// The diamond of `p`, with exact integer coordinates. REQUIRES: p is not a root corner.
 Diamond diamond(Index3 p, const PointClass& c, int cube_size);
 
 }  // namespace tagrid

@@ -9,8 +9,8 @@
 
 namespace tagrid {
 
-/// A volume of `dims` samples, covered by whole root cubes of edge `cube_size`. The domain is the smallest
-/// lattice of whole root cubes that holds every sample, with at least one cube along each axis.
+/// A volume of `dims` samples, covered by complete root cubes of edge `cube_size`. The domain is the smallest
+/// lattice of complete root cubes that holds every sample, with at least one cube along each axis.
 struct Domain {
   Index3 dims;
   int cube_size = 32;
@@ -47,7 +47,7 @@ struct BrickGrid {
     return (position.z * bricks(1) + position.y) * bricks(0) + position.x;
   }
 
-  /// All lattice points of a brick, including the faces that it shares with its neighbours.
+  /// All lattice points of a brick, including the faces that it shares with its neighbors.
   constexpr Box closed_box(Index3 position) const {
     Box box;
     for (int axis = 0; axis < 3; ++axis) {

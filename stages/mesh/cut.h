@@ -6,7 +6,7 @@
 // them and the planes of the border meet at integers. The polytope is triangulated by pulling (e.g. Lee and
 // Santos, "Subdivisions and triangulations of polytopes", 2017): its lowest corner, in one order of all
 // lattice points, is joined to the triangles of the faces that do not contain it, and each face is
-// triangulated in the same way. So the triangles of a face depend on the face alone, and two neighbours cut
+// triangulated in the same way. So the triangles of a face depend on the face alone, and two neighbors cut
 // their common face in the same way.
 #pragma once
 

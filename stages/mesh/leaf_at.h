@@ -15,11 +15,12 @@ struct Place {
 };
 
 /// A leaf tetrahedron that contains `place`, its border included. Any bits are safe; the leaf is one of
-/// for_each_leaf_tetrahedron(). If the place is on a common border of several leaves, the same one is always found in the
-/// same box.
+/// for_each_leaf_tetrahedron(). If the place is on a common border of several leaves, the same one is always
+/// found in the same box.
 ///
-/// Exact: the barycentric coordinates of the place are whole numbers at every level. REQUIRES: active.box() is a box of
-/// whole root cubes that contains the place; coordinates are at least 0; parts >= 1; parts times a coordinate is below 2^62.
+/// Exact: the barycentric coordinates of the place are integers at every level. REQUIRES: active.box()
+/// consists of complete root cubes and contains the place; coordinates >= 0; parts >= 1; parts * coordinate <
+/// 2^62.
 BisectionStep leaf_at(const LatticeBits& active, const Place& place, int cube_size);
 
 }  // namespace tagrid

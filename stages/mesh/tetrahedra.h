@@ -104,9 +104,8 @@ void for_each_leaf_below(const BisectionStep& step, const LatticeBits& active, i
 /// count as inactive, which gives the prefix of the grid at that level. The leaves tile the box. If the
 /// activity is conforming, they meet face to face, across boxes, too. Any bits are safe.
 ///
-/// No allocation; recursion is no deeper than 3K. Vertices have positive order.
-/// REQUIRES: active.box() contains box; box is a closed box of whole root cubes (low and high are multiples
-/// of `cube_size`).
+/// No allocation; recursion is no deeper than 3K. Vertices have positive order. REQUIRES: active.box()
+/// contains box; box is a closed box of complete root cubes (low and high are multiples of `cube_size`).
 template <class Visit>
 void for_each_leaf_tetrahedron(const LatticeBits& active, const Box& box, int cube_size, int max_level,
                                Visit visit) {

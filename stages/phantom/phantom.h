@@ -1,4 +1,4 @@
-// A made-up CT volume of any size, for tests and measurements: tissue with slow gradients, bones, lungs,
+// A synthetic CT volume of any size, for tests and measurements: tissue with slow gradients, bones, lungs,
 // foam, thin shells and metal in a patient on a table, with correlated noise, inside a round field of view.
 #pragma once
 

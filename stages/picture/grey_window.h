@@ -11,7 +11,7 @@ namespace tagrid {
 struct GreyWindow {
   double low = 0, high = 1;
 
-  /// The grey level of a value; nothing for NaN. Halves are rounded up.
+  /// The gray level of a value; nothing for NaN. Halves are rounded up.
   std::optional<std::uint8_t> grey(double value) const {
     if (value != value) return std::nullopt;
     if (value <= low) return std::uint8_t{0};
@@ -21,10 +21,11 @@ struct GreyWindow {
   }
 };
 
-/// The window from the value below which 0.5 per cent of the values lie to that above which 0.5 per cent lie. Values that
-/// are not finite do not count; nor does a value that more than half of all others equal, which usually is padding, unless fewer
-/// than eight different values are left: a mask or labels. If nothing is left, or all is equal, the window begins there and has a
-/// width of 1, or of the next larger double. Changes the order of `values`.
+/// The window from the value below which 0.5 per cent of the values lie to that above which 0.5 per cent lie.
+/// Values that are not finite do not count; nor does a value that more than half of all others equal, which
+/// usually is padding, unless fewer than eight different values are left: a mask or labels. If nothing is
+/// left, or all is equal, the window begins there and has a width of 1, or of the next larger double. Changes
+/// the order of `values`.
 GreyWindow window_of(std::vector<double>& values);
 
 }  // namespace tagrid

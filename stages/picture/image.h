@@ -1,4 +1,4 @@
-// A picture of pixels in memory, and colours.
+// A picture of pixels in memory, and colors.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +26,8 @@ constexpr Colour mixed(Colour under, Colour over, int share) {
   return {mix(under.red, over.red), mix(under.green, over.green), mix(under.blue, over.blue)};
 }
 
-/// The colour of a level from 0 (coarse) to `deepest`: from dark violet over red to light yellow, so that
-/// finer levels are lighter also where colours are not seen. REQUIRES: 0 <= level <= deepest.
+/// The color of a level from 0 (coarse) to `deepest`: from dark violet over red to light yellow, so that
+/// finer levels are lighter also where colors are not seen. REQUIRES: 0 <= level <= deepest.
 constexpr Colour colour_of_level(int level, int deepest) {
   constexpr std::array<Colour, 6> stops = {
       {{44, 18, 120}, {40, 100, 190}, {20, 160, 150}, {110, 200, 80}, {240, 205, 50}, {255, 245, 190}}};

@@ -63,7 +63,7 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
                int largest, int least);
 
 /// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or
-/// more. If the panel is not to scale, a side on which they have as many stays whole. REQUIRES: the panel
+/// more. If the panel is not to scale, a side on which they have as many stays complete. REQUIRES: the panel
 /// shows `at`.
 Panel detail_of(const Panel& panel, Index3 at);
 

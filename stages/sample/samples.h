@@ -12,7 +12,7 @@
 
 namespace tagrid {
 
-/// Distances of neighbouring samples in memory, in bytes, along x, y and z.
+/// Distances of neighboring samples in memory, in bytes, along x, y and z.
 using Strides = std::array<std::int64_t, 3>;
 
 /// A view of the samples of `box`, x fastest.

@@ -15,7 +15,7 @@ namespace tagrid {
 /// How samples become values: value = slope * sample + intercept, as numbers of another type.
 struct ValueRule {
   SampleType from = SampleType::uint8, to = SampleType::uint8;
-  /// One of all samples, or one for each slice along z of the whole volume; as many slopes as intercepts.
+  /// One of all samples, or one for each slice along z of the entire volume; as many slopes as intercepts.
   std::vector<double> slopes = {1}, intercepts = {0};
 
   bool changes_nothing() const {

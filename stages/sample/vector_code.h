@@ -1,6 +1,6 @@
-// Plain loops as vector code: the compiler clones them for these instruction sets, and one clone is chosen when
-// the program starts. All give the same bytes (IEEE operations, no contraction of multiply and add). Not for
-// unnamed namespaces: gcc 12 does not vectorize clones there. What no compiler makes of a loop is Highway's
+// Plain loops as vector code: the compiler clones them for these instruction sets, and one clone is chosen
+// when the program starts. All give the same bytes (IEEE operations, no contraction of multiply and add). Not
+// for unnamed namespaces: gcc 12 does not vectorize clones there. What no compiler vectorizes is Highway's
 // (instruction_sets.h); which way to take is in docs/decisions/0039-two-kinds-of-vector-code.md.
 #pragma once
 

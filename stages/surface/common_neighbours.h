@@ -1,4 +1,4 @@
-// The neighbours of a vertex of the grid that are the same in every brick that has the vertex.
+// The neighbors of a vertex of the grid that are the same in every brick that has the vertex.
 #pragma once
 
 #include <algorithm>
@@ -18,18 +18,18 @@ namespace tagrid {
 /// cubes at a vertex have these in common.
 class CommonNeighbours {
  public:
-  /// `active` must outlive the object. A prefix of the activity gives the neighbours in the prefix.
+  /// `active` must outlive the object. A prefix of the activity gives the neighbors in the prefix.
   CommonNeighbours(const LatticeBits& active, int cube_size) : active_(active), cube_size_(cube_size) {}
 
-  /// Whether neighbours along this axis are among them.
+  /// Whether neighbors along this axis are among them.
   bool are_along(int axis, Index3 vertex) const { return vertex[axis] % cube_size_ != 0; }
   /// The number of such axes: 3 inside of a root cube, 2 on a face, 1 on an edge, 0 at a corner.
   int axes(Index3 vertex) const { return are_along(0, vertex) + are_along(1, vertex) + are_along(2, vertex); }
   bool is_vertex(Index3 p) const { return active_.test(p); }
 
   /// True if is_found(std::span<const Index3>) is true of any leaf at the vertex; it gets those of its other
-  /// vertices that are common neighbours. Any bits are safe. REQUIRES: the box of the activity consists of
-  /// whole root cubes and contains the vertex.
+  /// vertices that are common neighbors. Any bits are safe. REQUIRES: the box of the activity consists of
+  /// complete root cubes and contains the vertex.
   template <class IsFound>
   bool any_leaf(Index3 vertex, IsFound is_found) const {
     Index3 corner;

@@ -10,9 +10,9 @@
 
 namespace tagrid {
 
-/// The piecewise linear field, rounded to samples, at all points of one root cube at a time. Few root cubes need it, so
-/// it is computed when the first value of a cube is read. No base edge leaves the closed root cube of its midpoint, so
-/// the values are those that the field of the whole brick has.
+/// The piecewise linear field, rounded to samples, at all points of one root cube at a time. Few root cubes
+/// need it, so it is computed when the first value of a cube is read. No base edge leaves the closed root
+/// cube of its midpoint, so the values are those that the field of the entire brick has.
 template <class T>
 class FieldOfCube {
  public:

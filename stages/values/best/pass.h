@@ -51,7 +51,7 @@ class VoxelPass {
         if constexpr (two_bounds) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t s = 0; s < segments_; ++s) {
           const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
-          // Whether neighbouring segments were quiet: the same one in the slice before (until it is replaced)
+          // Whether neighboring segments were quiet: the same one in the slice before (until it is replaced)
           // and in the row above, and the one on the left.
           std::uint8_t* quiet = &quiet_before_[static_cast<std::size_t>((y + 1) * segments_ + s)];
           AdaptiveBit& model = quiet_[*quiet | quiet[-segments_] << 1 | (s > 0 ? quiet[-1] : 1) << 2];
@@ -71,7 +71,7 @@ class VoxelPass {
  private:
   using Prediction = BlendedWindow::Prediction;
   using Context = BlendedWindow::Context;
-  /// How a residual is coded: flat if the neighbours are all equal, otherwise in a context.
+  /// How a residual is coded: flat if the neighbors are all equal, otherwise in a context.
   struct CodedBy {
     bool flat;
     Context context;
@@ -100,7 +100,7 @@ class VoxelPass {
         std::clamp<Product>(p.value + residual * static_cast<Product>(quantizer.step), low_, high_));
   }
 
-  // Quantization does not depend on the coding, so the whole segment is quantized before its first decision
+  // Quantization does not depend on the coding, so the entire segment is quantized before its first decision
   // is coded.
   bool encode_segment(const T* original, std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
     if (window_.is_flat(first, last) && repeats(original, first, last)) {

@@ -1,4 +1,4 @@
-// How large residuals are around a voxel, and the coding of residuals where all neighbours are equal.
+// How large residuals are around a voxel, and the coding of residuals where all neighbors are equal.
 #pragma once
 
 #include <algorithm>
@@ -28,10 +28,10 @@ struct EnergyClass {
 inline constexpr std::size_t energy_classes = 64;
 extern const std::array<EnergyClass, energy_classes> energy_class_table;
 
-/// Residuals of voxels whose neighbours are all equal.
+/// Residuals of voxels whose neighbors are all equal.
 class FlatResidualModel {
  public:
-  /// Codes the residual of a voxel whose neighbours are all equal.
+  /// Codes the residual of a voxel whose neighbors are all equal.
   template <class Coder>
   [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
     const auto given = static_cast<std::uint64_t>(std::abs(residual));

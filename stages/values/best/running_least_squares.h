@@ -1,4 +1,4 @@
-// Least squares over the voxels just coded, in exact integers: weights of the neighbourhood that follow the
+// Least squares over the voxels just coded, in exact integers: weights of the neighborhood that follow the
 // texture from place to place. Sums of products forget slowly. Every few voxels, half a sweep of coordinate
 // descent (the method of Gauss and Seidel) moves the weights towards their solution. Encoder and decoder
 // compute the same.
@@ -15,7 +15,7 @@ inline constexpr int feature_bits = 12;
 /// Largest magnitude of a feature and of a target.
 inline constexpr std::int32_t feature_limit = (1 << feature_bits) - 1;
 
-/// Inputs of an adaptive prediction: differences between neighbours and a first guess.
+/// Inputs of an adaptive prediction: differences between neighbors and a first guess.
 using Features = std::array<std::int32_t, features>;
 
 class RunningLeastSquares {

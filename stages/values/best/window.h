@@ -16,7 +16,7 @@
 
 namespace tagrid {
 
-/// The neighbours to the left of a voxel in its row. They are in registers, since every voxel waits for the
+/// The neighbors to the left of a voxel in its row. They are in registers, since every voxel waits for the
 /// one before.
 struct LeftVoxels {
   std::int32_t value, second_value;        ///< of the voxels x - 1, x - 2
@@ -40,10 +40,10 @@ class VoxelWindow {
   void begin_row(std::int64_t y);
   void end_row();
 
-  /// True if all neighbours of the voxels first .. last - 1 are equal, and stay so as long as these voxels
+  /// True if all neighbors of the voxels first .. last - 1 are equal, and stay so as long as these voxels
   /// are equal, too. REQUIRES: all voxels before `first` are committed.
   bool is_flat(std::int64_t first, std::int64_t last) const;
-  /// Commits the value of the neighbours for the voxels of such a segment. For other segments, call prepare()
+  /// Commits the value of the neighbors for the voxels of such a segment. For other segments, call prepare()
   /// first.
   void fill(std::int64_t first, std::int64_t last);
   /// Prepares what the functions below need of the rows before. Call it at least once per row.
@@ -106,7 +106,7 @@ class VoxelWindow {
   Value* here_ = nullptr;  ///< the row being coded
   const Value *above_ = nullptr, *behind_ = nullptr;
   Value* residual_ = nullptr;
-  std::vector<Value> largest_, smallest_;  ///< of the neighbours in the rows before
+  std::vector<Value> largest_, smallest_;  ///< of the neighbors in the rows before
   bool prepared_ = false;                  ///< whether the members below are those of the row
   std::int32_t left_weight_ = 0, second_weight_ = 0;
   std::vector<std::int32_t> sum_;      ///< weighted sum of all taps except those in the row

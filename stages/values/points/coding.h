@@ -22,7 +22,7 @@ T stored_point(T value, std::int64_t point_error);
 
 /// Appends the values of the active points of active.box(). `values` holds the stored values (see
 /// stored_point) of all its points, x fastest; those of inactive points are ignored. REQUIRES: the box
-/// consists of whole root cubes, and the set of active points is conforming inside it.
+/// consists of complete root cubes, and the set of active points is conforming inside it.
 template <class T>
 void encode_points(std::span<const T> values, const LatticeBits& active, int cube_size,
                    std::int64_t point_error, std::vector<std::uint8_t>& out);

@@ -46,7 +46,7 @@ constexpr T from_fixed(Fixed value, int cube_size) {
 /// but both ends are, it is left * 0.5 + right * 0.5; if only one end is finite, it is that end.
 ///
 /// Takes about one or two nanoseconds per point. Any bits are safe; for conforming ones the result is the
-/// linear interpolation. REQUIRES: active.box() contains box; box is a closed box of whole root cubes.
+/// linear interpolation. REQUIRES: active.box() contains box; box is a closed box of complete root cubes.
 template <class Number>
 void interpolate(const LatticeBits& active, const Box& box, int cube_size, std::span<Number> values);
 

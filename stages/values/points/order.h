@@ -106,7 +106,7 @@ template <class Sum, class ValueAt>
     if (p[axis] < box.high[axis]) side_sum += see(at + step[axis]), ++sides;
   }
   // For a face centre, the sides are cube centres, which are closer than the corners: they weigh 2 : 1. An
-  // edge midpoint takes the plain mean of its neighbours along the axes.
+  // edge midpoint takes the plain mean of its neighbors along the axes.
   if (sides == 0)
     result.value = rounded_quotient<Sum>(corner_sum, corners);
   else if (corners == 4)

@@ -1,4 +1,4 @@
-// Predicts a voxel from its causal neighbourhood: a weighted sum, with weights fitted to the brick.
+// Predicts a voxel from its causal neighborhood: a weighted sum, with weights fitted to the brick.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct Tap {
   int dx, dy, dz;
 };
 
-/// The neighbours that have a weight; all come before the voxel in raster order. The first two are in the row
+/// The neighbors that have a weight; all come before the voxel in raster order. The first two are in the row
 /// of the voxel, the first eight in its slice.
 inline constexpr std::array<Tap, 18> taps = {{{-1, 0, 0},
                                               {-2, 0, 0},
@@ -59,8 +59,8 @@ Weights default_weights();
 ///   magnitude   the largest distance of a sample from the reference, or more
 ///   noise       variance of the decoder's values around the originals, in squared sample units
 /// The computation uses exact integers, and + - * / and square roots of doubles in a fixed order, so weights
-/// are the same on every machine. The result has magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for
-/// wide ones.
+/// are the same on every machine. The result has magnitude() <= weight_limit. T: samples of 8 or 16 bits, or
+/// std::int64_t for wide ones.
 template <class T>
 Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
                     std::int64_t magnitude, double noise);

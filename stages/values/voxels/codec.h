@@ -30,10 +30,10 @@ class [[nodiscard]] PendingVoxels {
 
   bool is_complete() const { return !wave_; }
 
-  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or 64,
-  /// as there is room. Returns nothing if the code was longer than the samples: then these are stored instead,
-  /// and become the reconstruction.
-  /// REQUIRES: it is called once, while all that encode_voxels() was given is still there.
+  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or
+  /// 64, as there is room. Returns nothing if the code was longer than the samples: then these are stored
+  /// instead, and become the reconstruction. REQUIRES: it is called once, while all that encode_voxels() was
+  /// given is still there.
   std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {});
 
  private:
@@ -57,7 +57,7 @@ PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& bri
 /// type. After an error the content of `samples` is unspecified. Bytes that the code carries are appended to
 /// `carried`. If `samples` has room for the first slices only, then only these are decoded: that takes less
 /// time, what the code has after them is not checked, and nothing is appended to `carried`.
-/// REQUIRES: `samples` has room for at least one slice, and for whole ones.
+/// REQUIRES: `samples` has room for at least one slice, and for complete ones.
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried);

@@ -1,5 +1,5 @@
-// The first byte of the values of a brick of voxels, of any type: whether the brick is constant or coded. Bricks that are
-// not coded.
+// The first byte of the values of a brick of voxels, of any type: whether the brick is constant or coded.
+// Bricks that are not coded.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace tagrid {
 inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1, raw_brick = 3;
 
 /// The number of slices that `samples` values, the first ones of a brick, fill.
-/// REQUIRES: at least one slice; whole ones; not more than the brick has.
+/// REQUIRES: at least one slice; complete ones; not more than the brick has.
 inline std::int64_t slices_in(const Box& owned, std::size_t samples) {
   const Index3 size = owned.size();
   const std::int64_t slices = static_cast<std::int64_t>(samples) / (size.x * size.y);

@@ -75,7 +75,7 @@ class Decoder : Wave<false> {
   /// a vector reads.
   static constexpr std::ptrdiff_t most_of_steps = 2 * 4 * wave_lanes + 32;
 
-  /// Near the end, goes on in a copy that is followed by zeros. Returns false if words behind the end were
+  /// Near the end, goes on in a copy that is followed by zeros. Returns false if words after the end were
   /// asked for.
   bool enough_words() {
     if (!at_end_) {

@@ -83,7 +83,7 @@ struct Decoding {
   I32 state;
 };
 
-/// The weights of the neighbours, for the slice of each lane; in pairs, as add_products() takes them.
+/// The weights of the neighbors, for the slice of each lane; in pairs, as add_products() takes them.
 struct LaneWeights {
   alignas(64) std::int16_t of_pair[9][32];
   I32 constant;

@@ -75,7 +75,7 @@ TAGRID_STEP Neighbours Wave<encoding>::neighbours_of(Half& f, std::int64_t t, co
   return n;
 }
 
-/// Whether all voxels have neighbours that are equal, and the value of these.
+/// Whether all voxels have neighbors that are equal, and the value of these.
 template <bool encoding>
 TAGRID_STEP bool Wave<encoding>::repeats(const Half& f, const Neighbours& n, const StepLanes& lanes) const {
   if constexpr (encoding) {
@@ -104,7 +104,7 @@ TAGRID_STEP I32 Wave<encoding>::weighted_sum(const Half& f, std::int64_t t, cons
   return total(s, s2) + f.weights.constant;
 }
 
-/// A weighted sum of the sizes of residuals, but for those on the left.
+/// A weighted sum of the sizes of residuals, except those on the left.
 template <bool encoding>
 TAGRID_STEP I16 Wave<encoding>::residuals_around(const Half& f, std::int64_t t,
                                                  const StepLanes& lanes) const {

@@ -10,7 +10,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 
-/// From the neighbours of line t to the contexts; encoding, to the residuals.
+/// From the neighbors of line t to the contexts; encoding, to the residuals.
 template <bool encoding>
 TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
   const StepLanes lanes = begin_step(f, h, t);

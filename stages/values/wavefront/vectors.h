@@ -373,7 +373,7 @@ TAGRID_LANE M32 widen(M16 m) {
 
 // ---- Sums of products of 16 bits, in an order of their own.
 /// Lanes 0 .. 3 and 8 .. 11 are in `low`, the others in `high`; each in two parts on machines that do not add
-/// neighbours.
+/// neighbors.
 struct PairSums {
   hn::Vec<hn::Repartition<std::int32_t, D16> > low[16 / width16], high[16 / width16], low2[16 / width16],
       high2[16 / width16];
@@ -458,7 +458,7 @@ TAGRID_LANE void transpose(Eight (&v)[8]) {
   }
 }
 
-// ---- Words of a set of lanes, which lie one behind the other in memory
+// ---- Words of a set of lanes, one after the other in memory
 
 /// The n-th word goes to the n-th lane of the set. Reads sixteen words.
 TAGRID_LANE I32 take_words(const void* words, std::uint32_t lanes) {

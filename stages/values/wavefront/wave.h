@@ -121,7 +121,7 @@ class Wave {
     }
   }
 
-  /// Copies the rows of line t that neighbours in other groups and slices ask for.
+  /// Copies the rows of line t that neighbors in other groups and slices ask for.
   TAGRID_STEP void copy_borders(Half& f, std::int64_t t) {
     Line* const l = f.lines + t;
     const std::int64_t up = s_.period - wave_slope, of_slice = f.at.of_slice;

@@ -30,9 +30,9 @@ struct WideBias {
 struct WidePrediction {
   std::int64_t value = 0;
   std::int32_t fraction = 0;  ///< remainder of rounding the prediction, in 2^-11, -1024 .. 1023
-  std::uint64_t spread = 0;   ///< of the neighbours' numbers; 0: they are all equal
+  std::uint64_t spread = 0;   ///< of the neighbors' numbers; 0: they are all equal
   std::uint64_t before = 0;   ///< weighted sum of the residuals of the rows before
-  std::uint32_t texture = 0;  ///< the neighbours above the plain prediction, and a sign; below 24
+  std::uint32_t texture = 0;  ///< the neighbors above the plain prediction, and a sign; below 24
   std::size_t texture_bias = 0, sign_bias = 0;
 };
 
@@ -146,7 +146,7 @@ class WideWindow {
     c.sign[1] = ((trit(x - 1, -1, 0) * 3 + trit(x + 1, -1, 0)) * 3 + trit(x + 1, 0, 1)) * 8 + p.texture % 8;
     return c;
   }
-  /// Which of the neighbours escaped: left, above, and in the slice before.
+  /// Which of the neighbors escaped: left, above, and in the slice before.
   std::size_t escape_context(std::int64_t x) const {
     return escapes_[0][index(x - 1)] + 2U * escapes_[0][index(x, -1)] + 4U * escapes_[1][index(x)];
   }
