@@ -1,4 +1,4 @@
-// Sizes that files say have 64 bits; memory may have fewer.
+// Sizes in files have 64 bits; those in memory may have fewer.
 #pragma once
 
 #include <cstddef>

@@ -15,8 +15,8 @@
 
 namespace tagrid {
 
-/// Reads such a file at any place. Of a compressed stream, going back begins anew. Throws WorldError, and BrokenInput if a
-/// file has changed since it was described.
+/// Reads such a file at any place. Going back in a compressed stream starts at its beginning. Throws
+/// WorldError, and BrokenInput if a file has changed since it was described.
 class PlainBytes {
  public:
   /// `paths` are those of the files of the source. Both must outlive this.
@@ -28,7 +28,7 @@ class PlainBytes {
   bool is_complete() const;
   /// True if there are no such samples among the bytes [begin, end).
   bool has_bytes(std::uint64_t begin, std::uint64_t end);
-  /// Fills `to` with the bytes from `position` on. REQUIRES: they are there, and are no such samples.
+  /// Fills `to` with the bytes from `position` on. REQUIRES: they exist, and are not such samples.
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:

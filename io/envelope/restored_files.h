@@ -1,4 +1,4 @@
-// The files of a source as they are made again from an envelope and decoded samples.
+// The files of a source, restored from an envelope and decoded samples.
 #pragma once
 
 #include <cstddef>
@@ -19,19 +19,20 @@
 
 namespace tagrid {
 
-/// Makes the files in a hidden folder beside their final places. publish() gives them their names: all of them, or none.
-/// Takes decoded samples in any order. Every failure to write is a WorldError.
+/// Makes the files in a hidden folder beside their final places. publish() gives them their names: all of
+/// them, or none. Takes decoded samples in any order. Every failure to write is a WorldError.
 class RestoredFiles : public VolumeSink {
  public:
-  /// `input` is the .tag file, which is never written to. `folder` is made, with its parents, if it is not there. Throws
-  /// UsageError if it is not a folder.
+  /// `input` is the .tag file, which is never written to. Creates `folder` and its parents if they do not
+  /// exist. Throws UsageError if `folder` is not a folder.
   RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 
-  /// Makes all files, with all bytes that are not samples. Throws BrokenInput; UsageError if a file is there already.
+  /// Makes all files, with all bytes that are not samples. Throws BrokenInput; UsageError if a file already
+  /// exists.
   void make(EnvelopeReader& envelope);
-  /// Checks the finished files against their checksums, as far as there are any, and makes them durable. Throws
-  /// BrokenInput.
+  /// Checks the finished files against their checksums, as far as there are any, and makes them durable.
+  /// Throws BrokenInput.
   void check();
 
   const std::vector<EnvelopeFile>& files() const { return files_; }

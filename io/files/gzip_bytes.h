@@ -34,8 +34,8 @@ class GzipBytes final : public CompressedBytes {
 /// True if the next bytes of a file begin a gzip stream. Does not move on.
 bool begins_gzip(FileBytes& file);
 
-/// The first `size` bytes, or fewer, of the content of the gzip stream with which the file goes on; what is damaged ends
-/// it. Does not move on. REQUIRES: size <= 4096.
+/// The first `size` bytes, or fewer, of the content of the gzip stream that follows in the file, up to any
+/// damage. Does not move on. REQUIRES: size <= 4096.
 std::string beginning_of_gzip(FileBytes& file, std::size_t size);
 
 }  // namespace tagrid

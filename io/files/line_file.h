@@ -1,4 +1,4 @@
-// A file that grows by whole lines and is complete after every line.
+// A file that grows by complete lines and is complete after every line.
 #pragma once
 
 #include <string>

@@ -6,13 +6,14 @@
 
 namespace tagrid {
 
-/// Until remove(), a `.NAME.part*` in a folder. It is removed with its files by the destructor, by a signal that ends the
-/// program, and after a crash by remove_abandoned_folders(). Folders that were made are removed with it, but for keep(), as
-/// far as they are empty. Every failure is a WorldError that names a folder.
+/// A `.NAME.part*` in a folder, until remove(). The destructor, or a signal that ends the program, removes it
+/// and its files; after a crash, remove_abandoned_folders() does. Folders that were created for it are
+/// removed too, if they are empty and keep() was not called. Every failure is a WorldError that names a
+/// folder.
 class StagingFolder {
  public:
-  /// Makes the folder that `folder` names, with its parents, if it is not there. Throws UsageError if there is something
-  /// else.
+  /// Creates `folder` and its parents if they do not exist. Throws UsageError if something else has
+  /// this name.
   StagingFolder(std::string folder, const std::string& name);
   ~StagingFolder();
   StagingFolder(const StagingFolder&) = delete;

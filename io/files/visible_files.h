@@ -6,8 +6,9 @@
 
 namespace tagrid {
 
-/// The regular files of a folder in natural order: neither hidden ones nor those of deeper folders. Links to files count, and so do
-/// those that lead nowhere: a slice that is lost must not look as if it had never been. Throws WorldError.
+/// The regular files of a folder in natural order: without hidden ones and those of deeper folders. Links to
+/// files count, and so do those that lead nowhere: a lost slice must not look as if it had never existed.
+/// Throws WorldError.
 std::vector<std::string> visible_files(const std::string& folder);
 
 }  // namespace tagrid

@@ -18,8 +18,8 @@
 
 namespace tagrid {
 
-/// The arrays of a mesh, little endian, in nameless temporary files until their sizes are known: 24 bytes and a sample
-/// per point, 33 bytes per tetrahedron.
+/// The arrays of a mesh, little endian, in nameless temporary files until their sizes are known: 24 bytes and
+/// a sample per point, 33 bytes per tetrahedron.
 struct SpooledMesh {
   SpooledMesh(const std::string& path, SampleType type_of_values)
       : value_type(type_of_values),
@@ -36,15 +36,16 @@ struct SpooledMesh {
   std::int64_t points = 0, tetrahedra = 0;
 };
 
-/// A file that gets its name in commit(). Memory does not grow with the mesh. Failures of the system are WorldErrors.
+/// A file that gets its name in commit(). Memory does not grow with the mesh. Failures of the system are
+/// WorldErrors.
 class MeshFile : public MeshSink {
  public:
   /// Throws UsageError if the output exists and `overwrite` is false.
   MeshFile(const std::string& path, SampleType value_type, bool overwrite)
       : output_(path, overwrite), mesh_(path, value_type) {}
 
-  /// What the file says besides its arrays. If values have a slope or an intercept, it gets an array `rescaled`, too. To
-  /// be called before finish().
+  /// The metadata of the file, besides its arrays. If values have a slope or an intercept, it gets an array
+  /// `rescaled`, too. To be called before finish().
   void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
 
   void add_points(std::span<const double> xyz, std::span<const std::byte> values) override;
@@ -59,7 +60,7 @@ class MeshFile : public MeshSink {
   void finish();
   /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
   void commit() { output_.commit(); }
-  /// Size of the whole file. REQUIRES: finish() was called.
+  /// Size of the entire file. REQUIRES: finish() was called.
   virtual std::uint64_t file_bytes() const { return output_.position(); }
   /// What the user should know of the file. REQUIRES: finish() was called.
   virtual std::vector<std::string> warnings() const { return {}; }
@@ -80,8 +81,8 @@ class MeshFile : public MeshSink {
   std::int64_t largest_index_ = -1;
 };
 
-/// Calls use(first, bytes) for all entries of a spooled array, in order, in pieces of whole entries. `first`: the number of
-/// the first entry of the piece.
+/// Calls use(first, bytes) for all entries of a spooled array, in order, in pieces of complete entries.
+/// `first` is the number of the first entry of the piece.
 template <class Use>
 void for_each_piece(SpoolFile& array, std::size_t entry_bytes, Use use) {
   constexpr std::size_t most = std::size_t{1} << 20;

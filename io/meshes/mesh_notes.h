@@ -1,4 +1,4 @@
-// What files of meshes and surfaces say besides their arrays.
+// Metadata of meshes and surfaces, besides their arrays.
 #pragma once
 
 #include <string>

@@ -22,14 +22,14 @@ class SurfaceFile : public SurfaceSink {
   /// Throws UsageError if the output exists and `overwrite` is false.
   SurfaceFile(const std::string& path, bool overwrite) : output_(path, overwrite) {}
 
-  /// What the file says besides its triangles. To be called before the first piece.
+  /// The metadata of the file, besides its triangles. To be called before the first piece.
   void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
 
   /// Puts the file together. To be called once, after the last piece.
   virtual void finish() = 0;
   /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
   void commit() { output_.commit(); }
-  /// Size of the whole file. REQUIRES: finish() was called.
+  /// Size of the entire file. REQUIRES: finish() was called.
   std::uint64_t file_bytes() const { return output_.position(); }
   /// What the user should know of the file, a sentence each. REQUIRES: finish() was called.
   virtual std::vector<std::string> warnings() const { return {}; }

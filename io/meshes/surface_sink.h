@@ -11,8 +11,8 @@ namespace tagrid {
 
 /// Some triangles, and their vertices, each once.
 struct SurfacePiece {
-  /// The numbers of the vertices in the whole surface, which counts vertices in the order in which they come: those of
-  /// earlier pieces have lower numbers than all that are new, and the new ones follow one another.
+  /// The numbers of the vertices in the entire surface, in the order in which vertices come: those of earlier
+  /// pieces have lower numbers than all new ones, and the new ones follow one another.
   std::span<const std::int64_t> ids;
   /// The position of a vertex of the piece in the world: x y z.
   std::function<std::array<double, 3>(std::size_t)> position;

@@ -1,4 +1,4 @@
-// A part of a .tag file in a separate file: its blocks as they will be in the whole file, and the data that
+// A part of a .tag file in a separate file: its blocks as they will be in the entire file, and the data that
 // is needed to place them there. docs/design.md explains its purpose. Byte by byte (all little endian):
 //
 //   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum (8)

@@ -1,4 +1,4 @@
-// What conversations with readers and with writers have in common: JSON objects in lines, and errors.
+// Common parts of conversations with readers and with writers: JSON objects in lines, and errors.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace tagrid {
 
 using Json = nlohmann::json;
 
-/// An answer that is not as docs/readers.md says. The conversation adds the name of the program.
+/// An answer that breaks the rules of docs/readers.md. The conversation adds the name of the program.
 struct WrongAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -43,7 +43,7 @@ const Json& list_in(const Json& object, const char* key);
 std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least);
 std::vector<std::string> texts_in(const Json& object, const char* key);
 
-/// Throws the error of which an answer of the program tells: BrokenInput, UsageError or WorldError.
+/// Throws the error that an answer of the program reports: BrokenInput, UsageError or WorldError.
 [[noreturn]] void throw_error(const FormatProgram& program, const Json& answer);
 
 /// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that speaks another

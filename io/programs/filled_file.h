@@ -14,8 +14,8 @@ namespace tagrid {
 /// Gives a program the temporary file of an output to fill. Pipes and devices get a copy of what it wrote.
 class FilledFile {
  public:
-  /// `file` must outlive the object; nothing has been written to it. `path`: its own. What is for a pipe or a device waits
-  /// in a temporary file in the folder `spool`; "": in that for temporary files.
+  /// `file` must outlive the object; nothing has been written to it. `path`: its own. What is for a pipe or a
+  /// device waits in a temporary file in the folder `spool`; "": in that for temporary files.
   FilledFile(OutputFile& file, const std::string& path, const std::string& spool = "");
   ~FilledFile();
   FilledFile(const FilledFile&) = delete;
@@ -25,8 +25,8 @@ class FilledFile {
   const std::string& path() const { return path_; }
   /// For messages: the name of the output, and the folder in which it waits, which may be full.
   const std::string& name() const { return name_; }
-  /// To be called once, when the program has ended. Throws WorldError if it removed or replaced the file. Returns the
-  /// bytes of the whole output.
+  /// To be called once, when the program has ended. Throws WorldError if it removed or replaced the file.
+  /// Returns the bytes of the entire output.
   std::uint64_t complete();
 
  private:

@@ -1,5 +1,5 @@
-// A program that reads or writes a format, while it runs. It knows lines and bytes; what they mean is known to
-// io/programs/reader_conversation.h and io/programs/writer_conversation.h.
+// A program that reads or writes a format, while it runs. It knows lines and bytes; what they mean is known
+// to io/programs/reader_conversation.h and io/programs/writer_conversation.h.
 #pragma once
 
 #include <sys/types.h>
@@ -15,9 +15,10 @@
 
 namespace tagrid {
 
-/// A program that is asked by lines on its standard input, and answers on its standard output. It is a process group of
-/// its own, which ends with this object, or with the thread that made it. Every failure of the program (it cannot be
-/// started, dies, is silent, says too much) is a WorldError that names it and quotes the end of its standard error.
+/// A program that is asked by lines on its standard input, and answers on its standard output. It is a
+/// process group of its own, which ends with this object, or with the thread that made it. Every failure of
+/// the program (it cannot be started, dies, is silent, says too much) is a WorldError that names it and
+/// quotes the end of its standard error.
 class FormatProgram {
  public:
   struct Limits {
@@ -34,23 +35,26 @@ class FormatProgram {
 
   /// Sends a line; `line` is without its '\n'.
   void say(std::string_view line);
-  /// Sends bytes, and returns how many: all, unless the program says something meanwhile, or ends after it said something.
-  /// Then hear() has it, and the rest can be sent afterwards.
+  /// Sends bytes, and returns how many: all, unless the program says something meanwhile, or ends after it
+  /// said something. Then hear() has it, and the rest can be sent afterwards.
   std::size_t write(const std::byte* bytes, std::size_t size);
-  /// True if hear() need not wait: the program has said a whole line.
+  /// True if hear() need not wait: a complete line of the program has arrived.
   bool has_line() const { return heard_.find('\n') != heard_.npos; }
   /// The next line of the program, without its '\n'.
   std::string hear();
   /// Fills `out` with the next bytes of the program.
   void read(std::byte* out, std::size_t size);
-  /// Closes the program's input, and waits for its end. The program must say nothing more, and end with code 0.
+  /// Closes the program's input, and waits for its end. The program must say nothing more, and end with code
+  /// 0.
   void finish();
   /// From now on, the program may have so many bytes of memory of its own. Memory that it has stays.
   void limit_memory(std::uint64_t bytes);
 
-  /// From now on, a call that waits throws WorldError as soon as `stop` is true. `stop` must outlive the calls.
+  /// From now on, a call that waits throws WorldError as soon as `stop` is true. `stop` must outlive the
+  /// calls.
   void stop_when(const std::atomic<bool>& stop) { stop_ = &stop; }
-  /// For messages: from now on, the program reads this file, or writes it, and whatever is wrong with one is said of both.
+  /// For messages: from now on, the program reads this file, or writes it, and whatever is wrong with one is
+  /// said of both.
   void reads(const std::string& path) { file_ = path; }
   void writes(const std::string& path) {
     file_ = path;
@@ -68,12 +72,13 @@ class FormatProgram {
   [[noreturn]] void fail(std::string_view what, bool may_lack_memory);
   void start();
   enum class For { output, input, either };
-  /// Waits until the program says something or ends (its output), or takes bytes (its input). True if its output is ready.
+  /// Waits until the program says something or ends (its output), or takes bytes (its input). True if its
+  /// output is ready.
   bool wait(For what);
   void listen_to_errors();
-  /// Keeps what the program has said, as far as it is there. Returns false at the end of its output.
+  /// Keeps the output of the program that has arrived. Returns false at the end of its output.
   bool listen();
-  /// Reads what is there; 0 at the end.
+  /// Reads what has arrived; 0 at the end.
   std::size_t read_some(std::byte* out, std::size_t size);
   [[noreturn]] void fail_as_ended();
   std::string ending();

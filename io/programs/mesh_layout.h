@@ -1,4 +1,4 @@
-// What a writer program learns of a mesh before its arrays come; docs/readers.md specifies it.
+// What a writer program is told about a mesh before its arrays come; docs/readers.md specifies it.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Where samples lie, as readers say it; docs/readers.md specifies it.
+// Where samples lie, according to readers; docs/readers.md specifies it.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What tagrid and a reader program say to each other; docs/readers.md specifies it.
+// The conversation of tagrid and a reader program; docs/readers.md specifies it.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@
 
 namespace tagrid {
 
-/// What users say about a volume, by the names of options: {"series", "2"}. Readers ignore those that they do not know.
+/// The options of users for a volume, by their names: {"series", "2"}. Readers ignore those that they do not
+/// know.
 using ReaderOptions = std::map<std::string, std::string>;
 
 /// What a reader says about a volume.

@@ -1,4 +1,4 @@
-// What programs of ours that read and that write formats have in common: how they answer.
+// Common parts of our programs that read and write formats: how they answer.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ void say(const OrderedJson& answer);
 /// Says samples, which may stay in a buffer until the next line, or flush_samples().
 void say_samples(const std::vector<std::byte>& samples);
 void flush_samples();
-/// Says what is wrong with the file at `path`; `of_memory` is what is said of it if memory ran out.
+/// Reports what is wrong with the file at `path`; `of_memory` is the message if memory ran out.
 void say_error(const std::exception_ptr& exception, const std::string& path, const std::string& of_memory);
 /// Says that this program still works, but not more often than once a second. To be called during long work.
 void say_working();

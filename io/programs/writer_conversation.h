@@ -1,4 +1,4 @@
-// What tagrid and a writer program say to each other; docs/readers.md specifies it.
+// The conversation of tagrid and a writer program; docs/readers.md specifies it.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@
 
 namespace tagrid {
 
-/// What users say about the file, by the names of options: {"grid", "density"}. Writers ignore those that they do not know.
+/// The options of users for the file, by their names: {"grid", "density"}. Writers ignore those that they do
+/// not know.
 using WriterOptions = std::map<std::string, std::string>;
 
 /// What a writer says before it gets samples, or arrays.

@@ -1,4 +1,4 @@
-// Checksums of whole files and volumes; see io/bytes/checksum.h.
+// Checksums of complete files and volumes; see io/bytes/checksum.h.
 #pragma once
 
 #include <cstdint>

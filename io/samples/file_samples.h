@@ -26,7 +26,7 @@ struct SamplesPlace {
   std::uint64_t start = 0;  ///< The byte of the file at which the samples begin, or the compressed stream
                             ///< that contains them.
   bool big_endian = false;
-  bool may_go_on = false;          ///< Bytes after the samples are no error.
+  bool may_go_on = false;          ///< Bytes after the samples are not an error.
   std::uint64_t header_bytes = 0;  ///< Bytes that were already read from another file: a detached header.
 };
 

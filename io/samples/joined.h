@@ -12,10 +12,11 @@ namespace tagrid {
 /// Opens part i of a volume: a source of some of its slices.
 using OpenPart = std::function<std::unique_ptr<VolumeSource>(std::int64_t i)>;
 
-/// The volume of `facts`, which consists of `parts` with equally many slices, from front to back. `files` are those of
-/// all parts; `plain_form`, if it is there, gives the files besides those of parts. Traits follow from the parts, whose
-/// memory is added to that of `facts`. Opens all parts, so that what is wrong with one is found at once, and from then on
-/// one at a time. REQUIRES: parts > 0; dims.z is a multiple of it; parts can be read again.
+/// The volume of `facts`, which consists of `parts` with equally many slices, from front to back. `files` are
+/// those of all parts; `plain_form`, if given, describes the files besides those of parts. Traits follow from
+/// the parts, whose memory is added to that of `facts`. Opens all parts, so that what is wrong with one is
+/// found at once, and from then on one at a time. REQUIRES: parts > 0; dims.z is a multiple of it; parts can
+/// be read again.
 std::unique_ptr<VolumeSource> joined(SourceFacts facts, std::int64_t parts, OpenPart open);
 
 }  // namespace tagrid

@@ -8,7 +8,7 @@ namespace tagrid {
 /// False if the environment says TAGRID_SANDBOX=off.
 bool sandbox_is_on();
 
-/// What the sandbox is made of on this machine, for users: "Landlock 7, seccomp".
+/// The parts of the sandbox on this machine, for users: "Landlock 7, seccomp".
 std::string sandbox_in_words();
 
 }  // namespace tagrid

@@ -49,8 +49,8 @@ std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t bric
 
 /// The length of the block and that of the activity: the fields before the activity.
 std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick);
-/// The checksum of the brick's number and a block's fields from the length to the values, which does not depend on what
-/// precedes it.
+/// The checksum of the brick's number and a block's fields from the length to the values, which does not
+/// depend on what precedes it.
 std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick);
 /// The same for the fields as one piece.
 std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick);
@@ -92,14 +92,14 @@ class EnvelopeBlocks {
 
 /// Reads the first envelope_head_size bytes of a block. `rest` receives the number of bytes that follow.
 Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest);
-/// Reads a whole block. `content` may be null: then only the checksum is read and checked.
+/// Reads an entire block. `content` may be null: then only the checksum is read and checked.
 Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
                             std::vector<std::byte>* content);
 
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
-/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`; `last_checksum` is
-/// that of the last block.
+/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`;
+/// `last_checksum` is that of the last block.
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);

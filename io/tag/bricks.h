@@ -56,7 +56,7 @@ class TagBricks {
   std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
 };
 
-/// All that a .tag file says besides its bricks.
+/// Everything in a .tag file except its bricks.
 struct TagSummary {
   TagHeader header;
   TagIndex index;

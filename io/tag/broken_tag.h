@@ -1,4 +1,4 @@
-// What is said of a broken .tag file, the same by all ways of reading it.
+// Messages about a broken .tag file, the same for all ways of reading it.
 #pragma once
 
 #include <cstddef>

@@ -22,15 +22,16 @@ inline constexpr std::size_t tag_preamble_size = 16;
 /// The largest header that is read, whatever size it claims.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
-/// The whole header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok(), for a header that can
-/// be read again.
+/// The entire header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok(), so that
+/// the header can be read again.
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
-/// The size of the whole header, from the first tag_preamble_size bytes of a file, or from all its bytes if
+/// The size of the entire header, from the first tag_preamble_size bytes of a file, or from all its bytes if
 /// there are fewer. Broken if they are not those of a .tag file.
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size);
 
-/// Reads a whole header; every field is checked. `checksum` is that of the header, to which bricks are bound.
+/// Reads an entire header and checks every field. `checksum` is that of the header, to which bricks are
+/// bound.
 Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::uint64_t& checksum);
 
 /// Checks that a header may have these parameters; says what is wrong.

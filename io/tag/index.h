@@ -1,4 +1,4 @@
-// The index of a .tag file: the statistics of every brick and of the whole volume. docs/format.md specifies
+// The index of a .tag file: the statistics of every brick and of the entire volume. docs/format.md specifies
 // it.
 #pragma once
 

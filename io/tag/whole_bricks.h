@@ -1,4 +1,4 @@
-// What is whole in a damaged .tag file.
+// The intact bricks of a damaged .tag file.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace tagrid {
 
-/// Finds the bricks of a damaged file that are whole. A brick is whole if its checksum says so, which is bound to the number
-/// of the brick and to the checksum before it. It is also whole if only its stored checksum is damaged: then the
-/// checksum of the brick behind it is bound to what it should be. The index says where bricks are. Without the index,
-/// only the bricks in front of the first damage count: nothing says that those behind it belong to this file. Several
-/// threads may call all const functions at once.
+/// Finds the intact ("whole") bricks of a damaged file. A brick is intact if its checksum matches, which
+/// depends on the number of the brick and on the checksum before it. It is also intact if only its stored
+/// checksum is damaged: then the checksum of the next brick depends on the correct one. The index says where
+/// bricks are. Without it, only the bricks before the first damage count, because nothing proves that later
+/// ones belong to this file. Several threads may call all const functions at once.
 class WholeBricks {
  private:
   struct Place {
@@ -30,8 +30,8 @@ class WholeBricks {
   };
 
  public:
-  /// Reads the whole file, and keeps 24 bytes for each brick that the file has room for. Throws BrokenInput if the header is
-  /// not whole, and WorldError.
+  /// Reads the entire file, and keeps 24 bytes for each brick that the file has room for. Throws BrokenInput
+  /// if the header is damaged, and WorldError.
   explicit WholeBricks(std::shared_ptr<const ByteSource> source);
 
   const TagHeader& header() const { return header_; }
@@ -43,14 +43,14 @@ class WholeBricks {
            places_[static_cast<std::size_t>(brick)].is_whole;
   }
   std::int64_t whole_count() const { return std::ranges::count(places_, true, &Place::is_whole); }
-  /// The bricks that are not, in increasing order.
+  /// The other bricks, in increasing order.
   std::vector<BrickRun> lost() const;
   /// The index; nothing if it is damaged or missing.
   const std::optional<TagIndex>& index() const { return index_; }
   /// True if something besides bricks is damaged: a stored checksum, the envelope, the index, the footer.
   bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
 
-  /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer whole.
+  /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer intact.
   BrickBytes read(std::int64_t brick) const;
 
  private:
@@ -61,8 +61,8 @@ class WholeBricks {
   /// Reads the index, if `last_checksum` is the checksum before it; by default, that which is stored there.
   void read_index(std::optional<std::uint64_t> last_checksum = std::nullopt);
   void look_at_bricks();
-  /// The last brick is whole, if nothing but its stored checksum is damaged and the block behind it is bound to what it
-  /// `should_be`. `position` and `before` are the end of the bricks, and the checksum that is stored there.
+  /// The last brick is intact if only its stored checksum is damaged and the next block depends on what it
+  /// `should_be`. `position` is the end of the bricks, and `before` the checksum that is stored there.
   void look_at_envelope(std::uint64_t position, std::uint64_t before, std::optional<std::uint64_t> should_be);
 
   std::shared_ptr<const ByteSource> source_;

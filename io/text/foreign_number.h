@@ -1,4 +1,4 @@
-// Numbers in texts that other programs wrote. A field that is there and cannot be read is not a field that is absent:
+// Numbers in texts of other programs. A field that exists but cannot be read is not an absent field:
 // every reader of a format asks here, and tells its user what it found.
 #pragma once
 
@@ -13,7 +13,7 @@ struct ForeignNumber {
   enum class Outcome : unsigned char {
     absent,      ///< The source has no such field.
     number,      ///< `value` is what the source means.
-    unreadable,  ///< The field is there, and nobody knows which number it means.
+    unreadable,  ///< The field exists, but its number is unclear.
   };
 
   Outcome outcome = Outcome::absent;

@@ -21,10 +21,10 @@ std::string_view trimmed(std::string_view text);
 /// The parts of `text` between blanks.
 std::vector<std::string_view> words_of(std::string_view text);
 
-/// The whole of `text` as a number, independent of the locale; "nan" is one.
+/// All of `text` as a number, independent of the locale; "nan" is one.
 std::optional<double> number_of(std::string_view text);
 
-/// The whole of `text` as a whole number, without a plus sign.
+/// All of `text` as a whole number, without a plus sign.
 std::optional<std::int64_t> whole_number_of(std::string_view text);
 
 /// `text` for a message, as UTF-8: shortened, and without anything on which a terminal would act.

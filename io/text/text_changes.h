@@ -1,4 +1,4 @@
-// A text of which some parts are replaced.
+// A text with some parts replaced.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ class TextChanges {
     changed_.append(text_.substr(done_, begin - done_)).append(by);
     done_ = begin + part.size();
   }
-  /// The whole text. To be called once.
+  /// The entire text. To be called once.
   std::string finish() { return std::move(changed_.append(text_.substr(done_))); }
 
  private:

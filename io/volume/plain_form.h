@@ -1,5 +1,5 @@
-// The files of a source as they would be if its samples lay plainly in them. Samples that are compressed cannot be given
-// back byte for byte without their encoder, but the same data set can be given back uncompressed.
+// The files of a source as they would be if their samples were not compressed. Without the encoder,
+// compressed samples cannot be restored byte for byte, but the same data set can be restored uncompressed.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +48,7 @@ struct PlainFile {
 };
 
 struct PlainForm {
-  /// How samples are compressed, for users: "gzip"; "" if nobody knows.
+  /// How samples are compressed, for users: "gzip"; "" if unknown.
   std::string compression;
   std::vector<PlainFile> files;
   std::vector<SliceRun> places;  ///< of all samples in `files`, from front to back

@@ -17,10 +17,10 @@ namespace tagrid {
 struct Geometry {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-  /// The distance between neighbouring samples along each axis (x, y, z); NaN if unknown. If there are
+  /// The distance between neighboring samples along each axis (x, y, z); NaN if unknown. If there are
   /// directions, their lengths.
   std::array<double, 3> spacing = {unknown, unknown, unknown};
-  /// World position of sample (0, 0, 0); without has_origin, where samples count as 1 apart in the whole volume.
+  /// World position of sample (0, 0, 0); without has_origin, in the entire volume with samples 1 apart.
   std::array<double, 3> origin = {0, 0, 0};
   /// directions[axis] is the vector in the world from one sample to the next one along `axis`.
   std::array<std::array<double, 3>, 3> directions = {};
@@ -81,8 +81,8 @@ struct RawDescription {
   std::uint64_t offset = 0;
 };
 
-/// Bytes of memory that a program which reads or writes a format may take until it has said how much it needs, unless
-/// less is allowed.
+/// Bytes of memory that a program which reads or writes a format may take until it has said how much it
+/// needs, unless less is allowed.
 inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
 
 /// The user's description of a volume that does not describe itself.
@@ -96,7 +96,7 @@ struct SourceDescription {
   std::string from;      ///< The name of the format; "" if the content of the file says it.
   std::string
       series;  ///< Of several series in a folder, the name or the number of one; "" if there is only one.
-  bool gaps_ok = false;  ///< Slices that are missing by the numbers of their files are no error.
+  bool gaps_ok = false;  ///< Missing slice numbers are not an error.
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;

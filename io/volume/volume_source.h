@@ -22,7 +22,7 @@ struct SourceTraits {
   bool again = false;         ///< Any slice can be read next, any number of times. True for a file, false for
                               ///< a pipe.
   bool any_rows = false;      ///< Any rows can be read, not only the next ones. Implies `again`.
-  bool whole_slices = false;  ///< Only whole slices can be read.
+  bool whole_slices = false;  ///< Only complete slices can be read.
   std::uint64_t memory = 0;   ///< Bytes of memory that reading takes, besides the requested samples.
 };
 
@@ -35,8 +35,8 @@ struct SourceFacts {
   SourceTraits traits = {};
   /// For messages: what the user calls the volume, such as its folder; "" if it is its last file.
   std::string name = "";
-  /// The name that chooses this volume among those of its source, now and when files of other volumes have come or gone;
-  /// "" if the format has no such names.
+  /// The name that chooses this volume among those of its source, now and when files of other volumes have
+  /// come or gone; "" if the format has no such names.
   std::string lasting_name = "";
   /// The files contain other bytes, besides a header and these samples; they are skipped.
   bool holds_other_bytes = false;
@@ -46,16 +46,16 @@ struct SourceFacts {
   Rescale rescale = {};
   /// What users should know of the volume, a sentence each; see all_warnings().
   std::vector<std::string> warnings = {};
-  /// What the files say about the samples and the reader does not understand, a sentence each. A lossy encoding cannot
-  /// replace such files, since a comparison with them would not notice what was misread.
+  /// What the files say about the samples and the reader does not understand, a sentence each. A lossy
+  /// encoding cannot replace such files, since a comparison with them would not notice what was misread.
   std::vector<std::string> not_understood = {};
-  /// A sentence if it is unknown how values follow from samples, because a field that says so cannot be read. A bound on
-  /// values cannot be kept then. "" if it is known.
+  /// A sentence if it is unknown how values follow from samples, because a field that says so cannot be read.
+  /// A bound on values cannot be kept then. "" if it is known.
   std::string scale_doubt = "";
   /// Where all samples lie in the files, from front to back; empty if they do not lie there plainly.
   std::vector<SliceRun> places = {};
-  /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if nobody can
-  /// tell. Throws as opening the source does.
+  /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if
+  /// nobody can tell. Throws as opening the source does.
   std::function<PlainForm()> plain_form = {};
 
   /// For messages: the path that the user gave, or "standard input". REQUIRES: there are files.
@@ -65,10 +65,12 @@ struct SourceFacts {
   }
 };
 
-/// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about its scale.
+/// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about
+/// its scale.
 std::vector<std::string> all_warnings(const SourceFacts& facts);
 
-/// Why files that are described like this must not be replaced by a lossy encoding; "" if nothing is in the way.
+/// Why files that are described like this must not be replaced by a lossy encoding; "" if nothing is in the
+/// way.
 std::string why_not_understood(const SourceFacts& facts);
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type
@@ -105,7 +107,8 @@ class VolumeSource {
   /// slices if traits().whole_slices.
   void read_samples(std::byte* out, std::int64_t count);
   void read_slices(std::byte* out, std::int64_t count) { read_samples(out, count * slice_samples()); }
-  /// Reads `rows`, which are whole rows of one slice: any rows if traits().any_rows, otherwise the next ones.
+  /// Reads `rows`, which are complete rows of one slice: any rows if traits().any_rows, otherwise the next
+  /// ones.
   void read_rows(std::byte* out, const Box& rows);
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);

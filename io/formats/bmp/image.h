@@ -1,4 +1,4 @@
-// Windows bitmaps (BMP) of 8-bit grey samples, as SkyScan's programs write slices.
+// Windows bitmaps (BMP) of 8-bit gray samples, as SkyScan's programs write slices.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct BmpImage {
 bool begins_bmp(std::string_view bytes);
 
 /// Reads header and palette. Throws BrokenInput if the file is damaged or too short, or if its samples are
-/// not plain 8-bit grey values: other depths, compressed, or with a palette in which entry i is not the grey
+/// not plain 8-bit gray values: other depths, compressed, or with a palette in which entry i is not the gray
 /// (i, i, i). Throws WorldError. Safe for any bytes.
 BmpImage bmp_image(const ByteSource& file);
 

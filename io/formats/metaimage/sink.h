@@ -18,7 +18,7 @@ std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo
 std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::string& samples_path,
                                        const VolumeInfo& info, const SinkOptions& options);
 
-/// What MetaImage loses of this volume, one sentence for each loss.
+/// What MetaImage cannot keep of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_meta_image(const VolumeInfo& info);
 
 }  // namespace tagrid

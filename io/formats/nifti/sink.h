@@ -19,7 +19,7 @@ std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeIn
 std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const VolumeInfo& info,
                                             const SinkOptions& options);
 
-/// What NIfTI loses of this volume, one sentence for each loss.
+/// What NIfTI cannot keep of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_nifti(const VolumeInfo& info);
 
 }  // namespace tagrid

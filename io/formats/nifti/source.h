@@ -9,9 +9,9 @@
 
 namespace tagrid {
 
-/// Reads a NIfTI file, or the pair to which a header belongs. `file` was opened at `path` and is at its beginning; it may
-/// be compressed with gzip. Of several volumes, `source.series` chooses one by its number, from 1 on. Throws BrokenInput,
-/// UsageError and WorldError.
+/// Reads a NIfTI file, or the pair to which a header belongs. `file` was opened at `path` and is at its
+/// beginning; it may be compressed with gzip. `source.series` chooses one of several volumes by its number,
+/// counted from 1. Throws BrokenInput, UsageError and WorldError.
 std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const std::string& path,
                                          const SourceDescription& source);
 

@@ -1,4 +1,4 @@
-// Volumes in NRRD files that have more or fewer axes than three.
+// Volumes in NRRD files with more or fewer than three axes.
 #pragma once
 
 #include <cstdint>

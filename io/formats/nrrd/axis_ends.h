@@ -1,4 +1,4 @@
-// Spacings of an NRRD header that says where its axes begin and end.
+// Spacings of an NRRD header that gives the ends of its axes.
 #pragma once
 
 #include <string>

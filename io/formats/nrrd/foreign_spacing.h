@@ -1,4 +1,4 @@
-// Distances between samples, as other programs' files give them.
+// Distances between samples in files of other programs.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ enum class NegativeSpacing {
   is_unknown,  ///< It has no meaning.
 };
 
-/// Sets the spacing of the first axes, up to three. What is unreadable or 0, and so without a meaning, stays
+/// Sets the spacing of the first axes, up to three. Unreadable numbers and 0 have no meaning and stay
 /// unknown. Adds a sentence to `warnings` for each; `names` are those of the fields, one for each axis, or
 /// one for all.
 void set_spacing(const std::vector<ForeignNumber>& numbers, const std::vector<std::string>& names,

@@ -1,4 +1,4 @@
-// What files that have one unit and one space cannot say of a geometry.
+// What files with one unit and one space cannot record of a geometry.
 #pragma once
 
 #include <string>

@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// Writes a page for each slice, uncompressed, all headers in front of all samples; BigTIFF if the file is
+/// Writes a page for each slice, uncompressed, all headers before all samples; BigTIFF if the file is
 /// larger than 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
 std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
                                         const SinkOptions& options);

@@ -21,13 +21,13 @@ Sections parse_sections(std::string_view text);
 /// The names of the groups that are volumes: "volume1", "volume2".
 std::vector<std::string> volumes_in(std::string_view text);
 
-/// The text of a whole file. Throws BrokenInput if it is larger than 1 MiB, and WorldError.
+/// The text of an entire file. Throws BrokenInput if it is larger than 1 MiB, and WorldError.
 std::string read_description(FileBytes& file);
 
-/// parse_sections() of a whole file. Throws as above.
+/// parse_sections() of an entire file. Throws as above.
 Sections read_sections(FileBytes& file);
 
-/// The value of a field. Throws BrokenInput, with the name of the file, if it is not there.
+/// The value of a field. Throws BrokenInput, with the name of the file, if it does not exist.
 const std::string& required(const Sections& sections, const std::string& key, const std::string& file);
 
 }  // namespace tagrid
