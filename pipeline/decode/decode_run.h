@@ -24,10 +24,10 @@ namespace tagrid {
 struct WantedRegion {
   /// Samples from `low` up to, but not including, `high` on each axis; the ends of the volume if not given.
   std::array<std::optional<std::int64_t>, 3> low, high;
-  /// Only samples whose coordinates in the whole volume are multiples of `step` on all axes.
+  /// Only samples whose coordinates in the entire volume are multiples of `step` on all axes.
   std::int64_t step = 1;
 
-  /// True if it is the whole volume.
+  /// True if it is the entire volume.
   bool is_all() const {
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (low[axis] || high[axis]) return false;

@@ -32,7 +32,7 @@ class DecodedRows {
   /// Drops its bricks; the next brick is the first one of the following rows.
   void begin_next();
 
-  /// The samples that the bricks own: whole rows of whole slices.
+  /// The samples that the bricks own: complete rows of complete slices.
   const Box& box() const { return box_; }
   /// Bytes of the rows of one slice.
   std::size_t slice_bytes() const;
@@ -48,7 +48,7 @@ class DecodedRows {
   Part part_with(Index3 p) const;
   /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for part_with().
   void copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high, std::span<std::byte> out) const;
-  /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: whole rows.
+  /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: complete rows.
   /// REQUIRES: as for part_with(); all rows of `samples` are here.
   template <class Use>
   void for_each_slice(const Box& samples, Use use) const {

@@ -21,7 +21,7 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
 GridSchedule schedule_of_encoding(const CodingParameters& parameters, const BrickRows& rows);
 
 struct EncodeStreams {
-  /// Reads samples: whole rows of one slice, in the order of z. Never called by two threads at once.
+  /// Reads samples: complete rows of one slice, in the order of z. Never called by two threads at once.
   std::function<SliceSamples(const Box& rows)> read_slice;
   /// Takes the bricks in the order of their numbers. Never called by two threads at once.
   std::function<void(std::int64_t brick, BrickCode code)> write_brick;

@@ -19,7 +19,7 @@ namespace tagrid {
 /// Encodes the bricks of a volume according to a plan: all at once, or one part after the other.
 class RowEncoder {
  public:
-  /// Reads whole rows of one slice. Slices come in the order of z.
+  /// Reads complete rows of one slice. Slices come in the order of z.
   using ReadSlice = std::function<SliceSamples(const Box& rows)>;
 
   /// `parameters` must outlive the encoder.

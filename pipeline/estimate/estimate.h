@@ -1,4 +1,4 @@
-// What encodings of a volume would give, from a sample of its bricks.
+// Estimates of encodings of a volume, from a sample of its bricks.
 #pragma once
 
 #include <cstdint>
@@ -39,8 +39,9 @@ struct EstimateResult {
   std::vector<Estimate> estimates;  ///< in the order of max_errors
 };
 
-/// Encodes and decodes a sample of the bricks with every bound, and infers the whole from how rough the other bricks are.
-/// A small volume is encoded whole. Throws UsageError, BrokenInput, WorldError and MemoryLimit.
+/// Encodes and decodes a sample of the bricks with every bound, and infers the rest from the roughness of the
+/// other bricks. A small volume is encoded entirely. Throws UsageError, BrokenInput, WorldError and
+/// MemoryLimit.
 EstimateResult estimate_encoding(const EstimateRun& run);
 
 }  // namespace tagrid

@@ -11,7 +11,7 @@
 // If only some rows of bricks are encoded, marks of one row of root cubes beyond them are needed, too. They
 // are computed again for the rows that own them.
 //
-// Bricks without a grid need no marks: they are ready when the slices of their layer are there.
+// Bricks without a grid need no marks: they are ready when the slices of their layer have arrived.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +60,7 @@ class GridSchedule {
   Work add_slice(SliceSamples slice);
   Work add_marks(MarkedTile tile);
 
-  /// The whole root cubes of a tile.
+  /// The complete root cubes of a tile.
   Box tile_box(Index3 tile) const;
   /// The points whose marks a tile owns: [low, high) of its box; the last tile along an axis also owns its
   /// high face.
@@ -85,7 +85,7 @@ class GridSchedule {
   bool marks_;  ///< whether there are any
   std::int64_t halo_;
   bool marks_outside_;  ///< whether points outside the volume are marked
-  Box marked_;          ///< whole root cubes: those of the bricks and, for marks, one more on every side
+  Box marked_;          ///< complete root cubes: those of the bricks and, for marks, one more on every side
   Box samples_;
   SliceWindow window_;
   std::int64_t root_layer_end_;

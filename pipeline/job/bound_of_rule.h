@@ -1,4 +1,4 @@
-// Largest errors that follow from the samples, as plain numbers.
+// Maximum errors that follow from the samples, as plain numbers.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace tagrid {
 
 struct FoundBound {
-  double max_error = 0;  ///< of samples; whole if they are integers
+  double max_error = 0;  ///< of samples; an integer if they are integers
   std::string reason;    ///< how it follows from the samples
 };
 

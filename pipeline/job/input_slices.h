@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// Reads `rows`, whole rows of one slice; see VolumeSource. Bytes after the last sample make the whole input
-/// wrong, so they are checked before anything is finished.
+/// Reads `rows`, complete rows of one slice; see VolumeSource. Bytes after the last sample make the entire
+/// input wrong, so they are checked before anything is finished.
 SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
 
 /// A function that reads any rows in this way. `source` must outlive it.

@@ -1,4 +1,4 @@
-// The settings of an encoding, as a user gives them.
+// The settings of an encoding, as the user gives them.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ inline constexpr Setting range = {"range", "the value range"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 }  // namespace setting
 
-/// A largest error that follows from the samples.
+/// A maximum error that follows from the samples.
 struct ErrorRule {
   enum class Kind {
     noise,     ///< a multiple of the standard deviation of the noise

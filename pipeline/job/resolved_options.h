@@ -12,7 +12,7 @@
 
 namespace tagrid {
 
-/// What one volume makes of the options of an encoding, before a sample is read. Two encodings of a volume are
+/// The options of an encoding, resolved for one volume before a sample is read. Two encodings of a volume are
 /// the same if these are: nothing else can tell, since an error of 0.9 and one of 0.1 are both none where a
 /// step of the samples is 1.
 struct ResolvedOptions {
@@ -25,8 +25,8 @@ struct ResolvedOptions {
   std::string volume;            ///< its name, for messages
 };
 
-/// Throws UsageError if the volume does not allow the options, or if they bound errors of values and nobody
-/// knows which values the samples stand for.
+/// Throws UsageError if the volume does not allow the options, or if they bound errors of values and it is
+/// unknown which values the samples stand for.
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
 
 /// The settings of an encoding by their names, and their values as text. Users read them in messages, and two

@@ -29,7 +29,7 @@ struct DecodeLoad {
 };
 std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
 
-/// The memory, besides that of the program, of deriving the grid of whole layers of bricks.
+/// The memory, besides that of the program, of deriving the grid of complete layers of bricks.
 std::uint64_t memory_of_deriving(const CodingParameters& parameters, std::int64_t threads);
 
 /// The same for bricks that are read one by one, each by a thread that stores the result elsewhere: the

@@ -12,7 +12,7 @@ namespace tagrid {
 /// The program tagrid-write-NAME.
 struct WriterProgram {
   std::string_view name;
-  bool keeps_volume = false;  ///< in memory, as a whole
+  bool keeps_volume = false;  ///< the entire volume in memory
 };
 
 /// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program.

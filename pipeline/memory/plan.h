@@ -17,8 +17,8 @@ namespace tagrid {
 
 struct EncodePlan {
   EncodeBudget budget;
-  /// Rows of bricks that are encoded together. With all rows of a layer, whole layers follow one another, and
-  /// no sample is read twice.
+  /// Rows of bricks that are encoded together. With all rows of a layer, complete layers follow one another,
+  /// and no sample is read twice.
   std::int64_t rows = 1;
   /// The largest amount of memory that the process takes.
   std::uint64_t memory = 0;
@@ -36,7 +36,7 @@ struct OriginalAccess {
   std::uint64_t besides = 0;  ///< memory of the reader itself
 };
 
-/// The plan that needs the least reading, with the largest number of threads that then fit. It has whole
+/// The plan that needs the least reading, with the largest number of threads that then fit. It has complete
 /// layers, unless rows of a slice can be read in any order: with `random_access`, or if they may be spooled.
 /// Throws UsageError, which names a sufficient limit, if the limit cannot be kept. `besides`: memory of the
 /// reader itself. `verified`: with the same limit, the file will be compared with its original, so a limit
@@ -66,7 +66,7 @@ enum class DecodeUse {
   stream,         ///< Samples are written in raster order.
   verify,         ///< Grid, statistics and shared faces are checked, samples compared with rows in any order.
   verify_stream,  ///< The same, with rows in raster order.
-  mesh,           ///< Whole layers are made into tetrahedra.
+  mesh,           ///< Complete layers are made into tetrahedra.
 };
 
 struct DecodePlan {

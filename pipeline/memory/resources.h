@@ -9,8 +9,8 @@ namespace tagrid {
 
 struct Resources {
   int threads = 1;
-  /// Peak resident memory of the whole process. If not given, the target is a quarter of the memory available
-  /// to each process, and a run is refused only if the machine cannot hold it.
+  /// Peak resident memory of the entire process. If not given, the target is a quarter of the memory
+  /// available to each process, and a run is refused only if the machine cannot hold it.
   std::optional<std::uint64_t> memory = std::nullopt;
   /// Number of such processes that share the machine.
   int processes = 1;
@@ -21,8 +21,8 @@ struct Resources {
   explicit Resources(int thread_count) : threads(thread_count) {}
 };
 
-/// Bytes of memory that a program which reads or writes a format may take until it has said how much it needs: what a limit
-/// leaves to it, but always enough for the programs of tagrid to start.
+/// Bytes of memory that a program which reads or writes a format may take until it has said how much it
+/// needs: what a limit leaves to it, but always enough for the programs of tagrid to start.
 std::uint64_t first_memory_of_programs(const std::optional<std::uint64_t>& limit);
 /// The smallest limit with which that is as much as without a limit.
 std::uint64_t limit_for_most_first_memory();
@@ -44,7 +44,7 @@ struct DecodeBudget {
   int threads = 1;
   /// Bricks between the reader and the rows in which they are collected.
   std::int64_t bricks_in_flight = 1;
-  /// Rows of bricks that are collected and then written; all rows of a layer make whole slices.
+  /// Rows of bricks that are collected and then written; all rows of a layer make complete slices.
   std::int64_t rows = 1;
 };
 

@@ -1,8 +1,9 @@
 // The coarsest grid whose mesh is within a bound of all decoded voxels, found brick by brick.
 //
-// A brick is refined by itself (stages/coarsen/coarsen.h) and again whenever a neighbour has made a point active that both
-// contain, until nothing changes. What is found is the one smallest grid, so the order of the bricks, their size and the
-// number of threads have no influence on it. Samples and activity of bricks wait in nameless temporary files.
+// A brick is refined by itself (stages/coarsen/coarsen.h) and again whenever a neighbor has made a point
+// active that both contain, until nothing changes. What is found is the one smallest grid, so the order of
+// the bricks, their size and the number of threads have no influence on it. Samples and activity of bricks
+// wait in nameless temporary files.
 #pragma once
 
 #include <cstddef>
@@ -30,19 +31,21 @@ struct CoarsenedBrick {
 
 class CoarsenedGrid {
  public:
-  /// `parameters` must outlive the object. `path`: the temporary files are in its folder, and messages name it.
+  /// `parameters` must outlive the object. `path`: the temporary files are in its folder, and messages name
+  /// it.
   CoarsenedGrid(const CodingParameters& parameters, const MeshBound& bound, const std::string& path);
 
-  /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each brick, and the
-  /// samples and activity of the bricks on which threads work.
+  /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each
+  /// brick, and the samples and activity of the bricks on which threads work.
   static std::uint64_t working_bytes(const CodingParameters& parameters, std::int64_t threads);
   /// The heap of a CoarsenedBrick.
   static std::uint64_t bytes_of_brick(const CodingParameters& parameters);
 
-  /// Takes the samples of the next layer of bricks, and refines each of them, on the threads of the caller's arena.
-  /// REQUIRES: layer.complete(), with all rows of bricks of the layer.
+  /// Takes the samples of the next layer of bricks, and refines each of them, on the threads of the caller's
+  /// arena. REQUIRES: layer.complete(), with all rows of bricks of the layer.
   void add_layer(const DecodedRows& layer);
-  /// Refines bricks again until nothing changes, on the threads of the caller's arena. Call it once, after the last layer.
+  /// Refines bricks again until nothing changes, on the threads of the caller's arena. Call it once, after
+  /// the last layer.
   void settle();
   /// REQUIRES: settle() was called.
   CoarsenedBrick brick(Index3 position);
@@ -69,7 +72,7 @@ class CoarsenedGrid {
   std::mutex mutex_;  ///< for all below
   SpoolFile samples_, bits_;
   std::vector<std::uint32_t>
-      news_;  ///< for each brick, a bit for every neighbour that has points that are new to it
+      news_;  ///< for each brick, a bit for every neighbor that has points that are new to it
 };
 
 }  // namespace tagrid

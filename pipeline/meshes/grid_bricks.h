@@ -1,4 +1,4 @@
-// Passes the bricks of a .tag file's grid, with the values of their points, to whatever makes something of them: a
+// Passes the bricks of a .tag file's grid, with the values of their points, to a consumer: a
 // mesh, or a surface.
 #pragma once
 

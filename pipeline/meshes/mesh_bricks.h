@@ -14,7 +14,7 @@ namespace tagrid {
 /// The plan of mesh_all(). Throws MemoryLimit.
 DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resources);
 
-/// The whole mesh, from a file that has not been read yet, front to back. Memory: that of decoding, and the
+/// The entire mesh, from a file that has not been read yet, front to back. Memory: that of decoding, and the
 /// activity of one layer of bricks. Throws BrokenInput, WorldError, and the exceptions of `sink` and
 /// `progress`. REQUIRES: no box; the grid has the level; padded, or !is_flat().
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,

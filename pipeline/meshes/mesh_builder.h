@@ -19,7 +19,7 @@ namespace tagrid {
 struct MeshPart {
   /// The prefix of the grid up to this level: points of higher levels are left out.
   int level = 0;
-  /// Fills whole root cubes, instead of ending at the last samples.
+  /// Fills complete root cubes, instead of ending at the last samples.
   bool padded = false;
   /// Only tetrahedra that meet this box; both ends are included.
   std::optional<Box> box = std::nullopt;

@@ -15,7 +15,7 @@ struct SurfaceOptions {
   /// In the units of the values: slope * sample + intercept, where the file has a slope.
   double iso = 0;
   bool of_samples = false;  ///< `iso` is a stored sample, and the largest samples are inside
-  /// The prefix of the grid up to this level; the whole grid if not given.
+  /// The prefix of the grid up to this level; the entire grid if not given.
   std::optional<int> level = std::nullopt;
   /// Only the surface in tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};
@@ -46,8 +46,9 @@ struct SurfaceResult : GridResult {
 /// the surface in one brick.
 ///
 /// Throws UsageError for a level that the grid cannot have, for a region that is not in the volume, for a
-/// name that does not say a format, for a volume of one slice, and for a value if the scale of values is in doubt or each slice has a slope of its own;
-/// MemoryLimit, BrokenInput, WorldError; then nothing is left under the name of the output.
+/// name that does not say a format, for a volume of one slice, and for a value if the scale of values is in
+/// doubt or each slice has a slope of its own; MemoryLimit, BrokenInput, WorldError; then nothing is left
+/// under the name of the output.
 Finished<SurfaceResult> write_surface(const SurfaceRun& run);
 
 }  // namespace tagrid

@@ -16,7 +16,7 @@ struct VerifyOrder {
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
-/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the whole file. `setup` is
+/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the entire file. `setup` is
 /// that of this rank, if it has it already.
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup = {},
                           const Progress& progress = {});

@@ -18,10 +18,11 @@ struct LikelierReading {
   bool big_endian = false;
 };
 
-/// A reading that fits the file's samples far better than the given one. In the right reading, neighbours
+/// A reading that fits the file's samples far better than the given one. In the right reading, neighbors
 /// along x differ little, while bytes in the wrong order, halves of samples, or pairs of samples look like
-/// noise, and values of the other sign lie at both ends of the type. Nothing if there is no such reading, if the file is nearly constant or small, if its size does not
-/// fit, if it cannot seek, or if it begins as an NRRD file. Reads at most 64 short stretches of the file.
+/// noise, and values of the other sign lie at both ends of the type. Nothing if there is no such reading, if
+/// the file is nearly constant or small, if its size does not fit, if it cannot seek, or if it begins as an
+/// NRRD file. Reads at most 64 short stretches of the file.
 std::optional<LikelierReading> likelier_reading(const std::string& path, const RawDescription& raw);
 
 }  // namespace tagrid

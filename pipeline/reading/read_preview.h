@@ -1,4 +1,5 @@
-// Reads what a preview of a .tag file shows: a slice across each axis, and the levels of the grid in one of them.
+// Reads what a preview of a .tag file shows: a slice across each axis, and the levels of the grid in one of
+// them.
 #pragma once
 
 #include <array>
@@ -15,15 +16,16 @@
 namespace tagrid {
 
 struct PreviewWishes {
-  /// The slice across each axis (x, y, z). If there is none, the one in the middle; but where samples are left out, the slice of
-  /// z may be up to a twentieth of all slices away from it, so that it is the first one of its bricks: that takes least time.
+  /// The slice across each axis (x, y, z). If there is none, the one in the middle; but where samples are
+  /// left out, the slice of z may be up to a twentieth of all slices away from it, so that it is the first
+  /// one of its bricks: that takes least time.
   std::array<std::optional<std::int64_t>, 3> slices;
   int largest = 780;  ///< pixels of the longer side of a panel
   int least = 24;     ///< pixels that the shorter side has at least
 };
 
-/// The samples of a panel, in the type of the volume and the machine's byte order. The first index is across, the second
-/// down, of the numbers that PanelAxis::number() gives.
+/// The samples of a panel, in the type of the volume and the machine's byte order. The first index is across,
+/// the second down, of the numbers that PanelAxis::number() gives.
 struct PreviewSlice {
   Panel panel;
   std::vector<std::byte> samples;
@@ -32,13 +34,13 @@ struct PreviewSlice {
 /// The leaf of the grid that a pixel shows.
 struct LeafPixel {
   int level = 0;
-  std::uint64_t leaf = 0;  ///< differs between leaves, but for rare accidents
+  std::uint64_t leaf = 0;  ///< differs between leaves, except rare accidents
 };
 
 struct PreviewContent {
   std::array<PreviewSlice, 3> slices;  ///< across x, y and z
-  /// What the levels are drawn over: the slice of z or, where samples are left out, its detail around the other
-  /// slices. Without samples if the file stores no grid.
+  /// What the levels are drawn over: the slice of z or, where samples are left out, its detail around the
+  /// other slices. Without samples if the file stores no grid.
   PreviewSlice levels;
   /// For each pixel of that panel, in raster order, the leaf there; empty if the file stores no grid.
   std::vector<LeafPixel> leaves;
@@ -49,11 +51,11 @@ struct PreviewContent {
 /// The values of the samples of a slice, x + y * width, as doubles.
 std::vector<double> values_of(const PreviewSlice& slice, SampleType type);
 
-/// Reads only the bricks that the slices meet, on several threads, and decodes them no further than needed. The leaves are those
-/// in the plane of the slice of z that lie just below it (just above it for the first slice), so that the plane cuts them.
-/// Memory: the slices, and a brick for each thread; `besides` is what the caller needs besides the values_of() all slices.
-/// Throws UsageError for a slice outside of the volume, MemoryLimit, BrokenInput, WorldError, and the exceptions of
-/// `progress`.
+/// Reads only the bricks that the slices meet, on several threads, and decodes them no further than needed.
+/// The leaves are those in the plane of the slice of z that lie just below it (just above it for the first
+/// slice), so that the plane cuts them. Memory: the slices, and a brick for each thread; `besides` is what
+/// the caller needs besides the values_of() all slices. Throws UsageError for a slice outside of the volume,
+/// MemoryLimit, BrokenInput, WorldError, and the exceptions of `progress`.
 PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
                             std::uint64_t besides, const Progress& progress = {});
 

@@ -1,4 +1,4 @@
-// Source files in a .tag file: kept by encoding, compared by verification, and given back by `tagrid
+// Source files in a .tag file: kept by encoding, compared by verification, and restored by `tagrid
 // restore`.
 #pragma once
 
@@ -55,7 +55,7 @@ struct RestoreResult {
   KeptFiles kept;
 };
 
-/// Gives back the source files of a .tag file: byte for byte if its samples are exact, which is checked;
+/// Restores the source files of a .tag file: byte for byte if its samples are exact, which is checked;
 /// otherwise with decoded samples. Files whose samples were compressed come in their plain form. Throws
 /// UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
 Finished<RestoreResult> restore_files(const RestoreRun& run);

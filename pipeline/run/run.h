@@ -1,5 +1,5 @@
-// Whole runs: a volume is encoded to a .tag file, the file is decoded, or the file is verified. A volume is
-// one part, on which this process works, or many parts, which all ranks share. The choice is made here.
+// Complete runs: a volume is encoded to a .tag file, the file is decoded, or the file is verified. A volume
+// is one part, on which this process works, or many parts, which all ranks share. The choice is made here.
 #pragma once
 
 #include <string>
@@ -22,23 +22,22 @@ namespace tagrid {
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run);
 
 /// Decodes a .tag file, or a region of it. If input and output are files, permissions and time are kept. All
-/// ranks share the work for a whole volume from a file to a file; otherwise this process does it alone. The
+/// ranks share the work for an entire volume from a file to a file; otherwise this process does it alone. The
 /// same applies to OpenVDB output, because the places of its leaves in the file are not known beforehand.
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 
 /// Decodes all of a .tag file and throws BrokenInput at the first error: a wrong checksum, a brick that does
 /// not decode, an activity that is not conforming, a face on which two bricks disagree, or wrong statistics.
 /// With an original, also a voxel that differs from it by more than the file's bound, with its coordinates
-/// and both values, and a mesh that differs by more than its bound. What both say of the geometry is compared, and
-/// differences are in the result. All ranks share the work if the file and
-/// the original can be read in any order: no pipe, no compressed original. Otherwise this process does it
-/// alone.
+/// and both values, and a mesh that differs by more than its bound. What both say of the geometry is
+/// compared, and differences are in the result. All ranks share the work if the file and the original can be
+/// read in any order: no pipe, no compressed original. Otherwise this process does it alone.
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 
 /// Verifies an encoding before its input may be removed: decodes `encoded` and compares it with the volume
-/// `input`; if it keeps the source files, also with these. `files` are those of the volume, since before it was encoded.
-/// Throws BrokenInput if one of them has changed, also if that is within the bound; std::runtime_error, which means a bug in
-/// tagrid, if the file is not within its bound.
+/// `input`; if it keeps the source files, also with these. `files` are those of the volume, since before it
+/// was encoded. Throws BrokenInput if one of them has changed, also if that is within the bound;
+/// std::runtime_error, which means a bug in tagrid, if the file is not within its bound.
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const UnchangedFiles& files, const Resources& resources);
 

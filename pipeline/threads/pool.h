@@ -14,9 +14,9 @@ class PoolWork {
   virtual void leave() noexcept = 0;
 };
 
-/// Runs `work` on a waiting thread or on a new one. Returns false if the system gives no more threads, or if
-/// `most` threads of the pool are at work. Threads never end, because a program that a thread has started
-/// ends with it (see io/programs/format_program.h). A forked process starts without threads.
+/// Runs `work` on a waiting thread or on a new one. Returns false if the system cannot create more threads,
+/// or if `most` threads of the pool are at work. Threads never end, because a program that a thread has
+/// started ends with it (see io/programs/format_program.h). A forked process starts without threads.
 bool run_in_pool(PoolWork& work, int most);
 
 }  // namespace tagrid

@@ -9,7 +9,8 @@
 namespace tagrid {
 
 /// Verifies parts of a file, whose header, index and footer were checked when it was opened. The checksum of
-/// every brick is checked with that of the brick before it, so that all parts together check the whole chain.
+/// every brick is checked with that of the brick before it, so that all parts together check the entire
+/// chain.
 class PartVerifier {
  public:
   /// `file` must outlive the verifier. REQUIRES: setup.any_order.
@@ -21,7 +22,7 @@ class PartVerifier {
   Findings verify(const BrickRows& rows, const Watch& watch);
   VerifyResult finish(const Statistics& counted) { return checks_.finish(counted, file_.sizes()); }
 
-  /// Throws BrokenInput for two neighbouring bricks whose common face differs, as found by comparing parts.
+  /// Throws BrokenInput for two neighboring bricks whose common face differs, as found by comparing parts.
   /// The message says where.
   [[noreturn]] void tell_difference(const Disagreement& bricks) const;
 
