@@ -1,4 +1,5 @@
-// The work of `convert`: encodes the volumes of a manifest one after the other, each with the whole pipeline.
+// The work of `convert`: encodes the volumes of a manifest one after the other, each with the entire
+// pipeline.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +43,7 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
 void obey_conversion(Ranks& ranks, const Bytes& order);
 
 /// Encodes nothing, but removes the originals of those `lines` whose outputs are verified again and found
-/// good. `all` are the lines of the whole manifest. Records and failures are handled as in encode_lines().
+/// good. `all` are the lines of the entire manifest. Records and failures are handled as in encode_lines().
 /// Called by one rank.
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,

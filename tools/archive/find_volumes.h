@@ -13,12 +13,12 @@ struct FoundVolume {
   enum class Kind {
     volume,
     broken,      ///< It looks like a volume and cannot be read.
-    passed_over  ///< files that are no volumes: one entry for those of a folder that are alike
+    passed_over  ///< files that are not volumes: one entry for those of a folder that are alike
   };
 
   std::string path;     ///< absolute
   OptionTexts options;  ///< that are needed to read it: {"series", "1.2.3"}
-  std::string output;   ///< its place below the folder that was searched; nobody else has it
+  std::string output;   ///< its place below the folder that was searched; no other output has it
   std::string text;     ///< "512 x 512 x 300 int16, DICOM"; or what is wrong; or which files, and why
   Kind kind = Kind::volume;
   std::size_t files = 1;  ///< that are passed over

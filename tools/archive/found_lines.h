@@ -1,4 +1,4 @@
-// What a search says of volumes: lines of a list, each with an output of its own.
+// What a search reports about volumes: lines of a list, each with an output of its own.
 #pragma once
 
 #include <filesystem>
@@ -18,9 +18,9 @@ class FoundLines {
 
   /// A volume that can be read with these options. `text` describes it.
   void give(const std::filesystem::path& path, const OptionTexts& options, const std::string& text);
-  /// The path looks like a volume and cannot be read. The same error is said once.
+  /// The path looks like a volume and cannot be read. The same error is reported once.
   void give_broken(const std::filesystem::path& path, const OptionTexts& options, const Error& error);
-  /// How many errors were said.
+  /// The number of reported errors.
   std::size_t broken() const { return broken_.size(); }
 
  private:

@@ -1,4 +1,4 @@
-// Files below a folder that are no volumes, and belong to none.
+// Files below a folder that are not volumes and do not belong to one.
 #pragma once
 
 #include <filesystem>

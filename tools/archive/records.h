@@ -27,16 +27,16 @@ struct InputFile {
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
-/// Throws WorldError if there is nothing at the path of a volume, and UsageError if it is neither a file nor a folder:
-/// opening a pipe would block.
+/// Throws WorldError if there is nothing at the path of a volume, and UsageError if it is neither a file nor
+/// a folder: opening a pipe would block.
 void require_file_or_folder(const std::string& path);
 
 /// Names in records are those of text_of_name(); in memory they are the names themselves.
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
 nlohmann::ordered_json json_of(const OptionTexts& options);
 
-/// When a record was written. Clocks of different machines disagree, so it is first compared how many records of the same output were
-/// known then, one after the other: what a record rests on is never later than it.
+/// When a record was written. Clocks of different machines disagree, so it is first compared how many records
+/// of the same output were known then, one after the other: what a record rests on is never later than it.
 struct RecordTime {
   std::uint64_t sequence = 0;  ///< 1 more than that of any record of the output that its run had read
   double finished = 0;         ///< seconds since 1970
@@ -61,7 +61,7 @@ struct KnownOutput {
   RecordTime time;
   /// Why a later run failed with it, if none has since found it to be good; "" if none failed.
   std::string failed_since;
-  std::string record;  ///< the whole record, as its line
+  std::string record;  ///< the entire record, as its line
 };
 
 /// The keys of a record that describe the output; null if unknown.
@@ -73,7 +73,7 @@ inline constexpr std::array output_keys = {"dims",         "type",        "setti
 /// "b.dcm instead of a.dcm" if `files` are those of another volume: none of them was encoded. "" otherwise.
 std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files);
 
-/// Whether the output is there, with the size that it was written with.
+/// Whether the output exists with the size that it was written with.
 bool has_size(const KnownOutput& known, const std::string& path);
 
 /// Adds to `record` the description of the output from an earlier record.
@@ -82,9 +82,9 @@ void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 /// Turns `record` into that of a volume for which there is nothing to do.
 void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 
-/// Skips the volume if its original was removed and `input` is not there again; returns whether it did. Throws
-/// BrokenInput if `output`, then the only copy, is gone or has another size.
-/// `run` limits the memory of readers.
+/// Skips the volume if its original was removed and `input` does not exist again; returns whether it did.
+/// Throws BrokenInput if `output`, then the only copy, is gone or has another size. `run` limits the memory
+/// of readers.
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, nlohmann::ordered_json& record);
 
@@ -105,7 +105,7 @@ class KnownOutputs {
   std::string last_failure(const std::string& output) const;
   /// How many files of records the folder has.
   std::size_t files() const { return files_; }
-  /// Lines that are not records, but for half a last one: "out/results.jsonl: line 3 is not a record".
+  /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
 
  private:

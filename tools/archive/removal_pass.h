@@ -23,7 +23,7 @@ class RemovalPass {
   std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:
-  /// A line whose volume cannot be opened, so that nobody knows which files it has beside the one that is named.
+  /// A line whose volume cannot be opened, so that its other files, beside the named one, are unknown.
   struct UnknownFiles {
     std::string input, folder;
     std::string beginning;  ///< of its file: a header names other files there

@@ -11,7 +11,7 @@ struct RemovedOriginal {
   std::string input;     ///< its path in the list
   std::string output;    ///< path of the .tag file that replaces it
   std::string folder;    ///< where its files belong: the deepest folder that had all of them
-  bool is_back = false;  ///< all of its files are there again, with their sizes
+  bool is_back = false;  ///< all of its files exist again, with their sizes
   std::string error;  ///< why it cannot be restored: its record has impossible names; "" if they are possible
 };
 

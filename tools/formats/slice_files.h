@@ -38,7 +38,7 @@ struct BytesAfter {
   std::string path;
   std::uint64_t bytes = 0;
 };
-/// Says that they are no part of the volume, for all files at once.
+/// Reports that they are not part of the volume, for all files at once.
 void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
 
 /// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as

@@ -14,7 +14,7 @@
 
 namespace tagrid {
 
-/// What commands say of an input that is a volume: one list has all formats.
+/// The help text of a volume as input: one list has all formats.
 inline constexpr const char* volume_input_help =
     "Volume: a file, a directory of slices, or - for standard input; see tagrid formats";
 
@@ -56,7 +56,7 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result);
 
-/// Warns if the samples were compressed with a loss before, and the .tag file is larger than what they came
+/// Warns if the samples were already compressed with loss, and the .tag file is larger than what they came
 /// from.
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result);
 

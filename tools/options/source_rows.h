@@ -1,5 +1,5 @@
-// The table of the options that say how an input is to be read: its format, which of several volumes is meant, and what
-// headerless samples are.
+// The table of the options that say how to read an input: its format, which of several volumes to take, and
+// what headerless samples are.
 #pragma once
 
 #include <string>

@@ -8,7 +8,7 @@
 
 namespace tagrid {
 
-/// The candidate with the fewest insertions, deletions, replacements and swaps of neighbouring letters from
+/// The candidate with the fewest insertions, deletions, replacements and swaps of neighboring letters from
 /// `word`; nothing if there are more of these than a third of its letters.
 std::optional<std::string> nearest(std::string_view word, const std::vector<std::string>& candidates);
 

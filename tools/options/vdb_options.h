@@ -23,13 +23,14 @@ struct VdbOptions {
 /// --vdb-grid, --vdb-type, --vdb-background, --vdb-tolerance of an output
 void add_vdb_output_options(CLI::App& command, VdbOptions& options);
 
-/// Throws UsageError if they were given for another format, or make no sense.
+/// Throws UsageError if they were given for another format, or are invalid.
 void check_vdb_options(const VdbOptions& options, const Format& format);
 
 /// The same, as the program that writes grids gets them.
 std::map<std::string, std::string> wishes_of(const VdbOptions& options);
 
-/// Tells how large errors can be if a tolerance has added to them. `facts` is what the program said of the grid.
+/// Reports how large errors can be if a tolerance has added to them. `facts` is what the program said of the
+/// grid.
 void tell_of_tolerance(const RunOptions& run, const std::string& output, const nlohmann::ordered_json& facts);
 
 }  // namespace tagrid

@@ -11,7 +11,7 @@ namespace tagrid {
 /// Adds --region. `description`: what the command does with the samples.
 void add_region_option(CLI::App& command, std::string& region, const std::string& description);
 
-/// The region that the option names; the whole volume if it was not given (""). Throws UsageError.
+/// The region that the option names; the entire volume if it was not given (""). Throws UsageError.
 WantedRegion wanted_region(const std::string& region);
 
 }  // namespace tagrid

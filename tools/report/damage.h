@@ -1,4 +1,4 @@
-// What is lost of a damaged .tag file, for people and for scripts.
+// The lost parts of a damaged .tag file, for people and for scripts.
 #pragma once
 
 #include <nlohmann/json.hpp>

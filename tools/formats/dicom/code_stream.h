@@ -10,8 +10,9 @@
 
 namespace tagrid {
 
-/// The byte at which the code stream of the first frame begins, behind the table of offsets. `fragments`: the byte at which that
-/// table begins. The file may end before the stream. Throws BrokenInput if it ends before the table.
+/// The byte at which the code stream of the first frame begins, after the table of offsets. `fragments`: the
+/// byte at which that table begins. The file may end before the stream. Throws BrokenInput if it ends before
+/// the table.
 std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments);
 
 /// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000 (9-7), or as

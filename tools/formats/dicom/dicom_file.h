@@ -17,13 +17,13 @@ namespace tagrid {
 
 using Vector3 = std::array<double, 3>;
 
-/// One image: a whole file, or a frame of it.
+/// One image: an entire file, or a frame of it.
 struct DicomFrame {
   std::optional<Vector3> position;  ///< of the first sample, in mm, left-posterior-superior
   /// Unit vectors along a row and along a column.
   std::optional<std::array<Vector3, 2>> orientation;
   std::optional<std::array<double, 2>> spacing;  ///< along x and along y, in mm
-  double thickness = 0;                          ///< or the distance of slices, if that is said; 0: unknown
+  double thickness = 0;                          ///< or the distance of slices, if given; 0: unknown
   double step = 0;                               ///< the distance of slices with its sign; 0: unknown
   Rescale rescale;
   Moments moments;          ///< besides those of its file

@@ -24,7 +24,7 @@ struct ImageFiles {
 
 /// Reads the headers of all files at `path`: a file, a folder, or a DICOMDIR. A file that cannot be read
 /// looks like an image if it is of DICOM, or if its name has the extension of DICOM or is like those of
-/// images: the same extension, or the same texts between numbers. If there is no image at all, the first
+/// images: the same extension, or the same texts between numbers. If there is no image, the first
 /// unreadable file is the error. Throws BrokenInput and WorldError.
 ImageFiles image_files_at(const std::string& path);
 

@@ -8,7 +8,7 @@
 namespace tagrid {
 
 /// A sentence without a full stop and without the name of the file. Files of a series mostly have the same
-/// ones; those about one thing are said once.
+/// ones; those about one thing are reported once.
 struct DicomNote {
   std::string about;  ///< "RescaleSlope"
   std::string text;   ///< "RescaleSlope is empty; ..."
@@ -18,7 +18,7 @@ struct DicomNotes {
   std::vector<DicomNote> warnings;
   /// Those after which a lossy encoding must not replace the file; see SourceFacts.
   std::vector<DicomNote> not_understood;
-  /// Those after which nobody knows the values of samples.
+  /// Those that leave the values of samples unknown.
   std::vector<DicomNote> scale_doubts;
 
   /// Adds a note, unless there is one about the same thing.

@@ -15,10 +15,10 @@ struct PixelHead {
   bool has_fragments = false;  ///< Its length is not defined.
 };
 
-/// Reads the head in front of byte `offset` of a file. Throws BrokenInput if there is none.
+/// Reads the head before byte `offset` of a file. Throws BrokenInput if there is none.
 PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian);
 
-/// Checks that a file has all of its native samples, which have the head `head` in front of byte `offset`;
+/// Checks that a file has all of its native samples, which have the head `head` before byte `offset`;
 /// notes bytes that are left over and are more than padding. Throws BrokenInput.
 void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
                          std::uint64_t offset);

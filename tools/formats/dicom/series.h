@@ -22,14 +22,14 @@ struct DicomSeries {
 /// by their numbers if they have no positions.
 std::vector<DicomSeries> series_of(const std::vector<DicomFile>& files);
 
-/// Where the slices of a series lie, and what is to be said of that.
+/// Where the slices of a series lie, and what to report about that.
 struct DicomPlaces {
   Geometry geometry;
   KeyValues pairs;  ///< the positions of all slices, if their steps differ
   std::vector<std::string> warnings;
 };
 
-/// Throws BrokenInput if two slices are at one place, or if only some have a position. `name` is for
+/// Throws BrokenInput if two slices are at the same position, or if only some have a position. `name` is for
 /// messages.
 DicomPlaces places_of(const DicomSeries& series, const std::vector<DicomFile>& files,
                       const std::string& name);

@@ -7,7 +7,7 @@
 
 namespace tagrid {
 
-/// What this reader does with the samples of a syntax.
+/// How this reader handles the samples of a syntax.
 enum class SyntaxUse : std::uint8_t {
   native,           ///< Samples lie plainly in the file.
   deflated,         ///< The data set is deflated; its samples are native.

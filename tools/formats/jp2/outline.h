@@ -1,4 +1,4 @@
-// What a JPEG 2000 file has besides the image that is read: ISO/IEC 15444-1, annexes A and I.
+// The contents of a JPEG 2000 file besides the image that is read: ISO/IEC 15444-1, annexes A and I.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 
 namespace tagrid {
 
-/// Analyze > Calibrate: a value is a function of a number from 0 on.
+/// Analyze > Calibrate: a value is a function of a number of at least 0.
 struct ImageJCalibration {
   std::string function;  ///< its number as it is written; "0": c0 + c1 * number
   ForeignNumber c0, c1;
@@ -26,7 +26,7 @@ struct ImageJCalibration {
 /// Nothing if the description of an image is not ImageJ's, or has no calibration.
 std::optional<ImageJCalibration> calibration_of(std::string_view description);
 
-/// What a calibration makes of samples.
+/// The effect of a calibration on samples.
 struct CalibratedSamples {
   SampleType type = SampleType::uint8;
   std::int32_t add = 0;  ///< to each integer

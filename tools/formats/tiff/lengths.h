@@ -22,7 +22,7 @@ struct GivenDistance {
 std::string plain_unit(std::string_view unit);
 
 /// The spacing, in the unit of the first axis that has one. It is unknown along an axis without a distance,
-/// and along one whose distance or unit cannot be read, which is said.
+/// and along one whose distance or unit cannot be read, with a warning.
 Geometry spacing_of(const std::array<GivenDistance, 3>& distances, TiffRemarks& remarks);
 
 }  // namespace tagrid

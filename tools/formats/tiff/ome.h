@@ -40,7 +40,7 @@ struct OmeImage {
   TiffRemarks remarks;
 };
 
-/// A whole description.
+/// An entire description.
 struct OmeXml {
   std::string uuid;           ///< of the file that it is in; "" if it says none
   std::string metadata_file;  ///< the file that has the description instead (BinaryOnly); "" if it is here

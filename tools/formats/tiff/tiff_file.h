@@ -17,7 +17,7 @@ namespace tagrid {
 
 class TiffFile {
  public:
-  /// Throws WorldError if the file cannot be opened, BrokenInput if it is no TIFF file.
+  /// Throws WorldError if the file cannot be opened, BrokenInput if it is not a TIFF file.
   explicit TiffFile(const std::string& path);
 
   const std::string& path() const { return path_; }

@@ -14,7 +14,7 @@ namespace tagrid {
 /// An image in a TIFF file: one slice.
 struct TiffPage {
   std::uint64_t directory = 0;  ///< byte of the file at which its description lies
-  std::int64_t number = 0;      ///< of the directory among all of the file, from 0 on
+  std::int64_t number = 0;      ///< of the directory among all of the file, counted from 0
   std::uint32_t width = 0, height = 0;
   SampleType type = SampleType::uint8;
   /// Of a sample, if they are packed: they are widened to `type`; 0 if samples have its size.

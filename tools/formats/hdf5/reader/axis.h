@@ -20,7 +20,7 @@ struct Axis {
   double step() const;
   /// True if all distances are equal.
   bool is_even() const;
-  /// True if all places differ, and each lies behind the one before it, or each before it.
+  /// True if all places differ, and each is after the one before it, or each before it.
   bool is_sorted() const;
 };
 

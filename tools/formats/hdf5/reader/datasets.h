@@ -34,7 +34,7 @@ bool has_own_samples(const std::string& path, hid_t dataset);
 std::vector<hsize_t> dims_of(hid_t dataset);
 
 /// The size of the volume that an array of this shape is. Axes in front with one sample are left out. A data
-/// set of two axes is one slice. Nothing if it is no volume.
+/// set of two axes is one slice. Nothing if it is not a volume.
 std::optional<Index3> volume_size(const std::vector<hsize_t>& dims);
 
 /// "31 x 20 x 7", the fastest axis first.

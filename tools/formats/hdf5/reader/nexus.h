@@ -12,10 +12,10 @@
 namespace tagrid {
 
 /// The path of the data set that the file names as its default one; "" if it names none. Throws BrokenInput
-/// if the file names something that is not there. `path` is that of the file.
+/// if the file names something that does not exist. `path` is that of the file.
 std::string nexus_default(hid_t file, const std::string& path);
 
-/// The path of the data set that a group of NeXus names as its signal, whether it is there or not; "" if it
+/// The path of the data set that a group of NeXus names as its signal, whether it exists or not; "" if it
 /// names none.
 std::string nexus_signal_of(hid_t group, const std::string& group_path);
 

@@ -14,7 +14,7 @@ struct PlainHdf5 {
   std::string why_not;  ///< a sentence if there is no such copy; "" if there is one
 };
 
-/// At most so many bytes besides the samples are copied.
+/// The limit on the bytes, other than samples, that are copied.
 inline constexpr std::uint64_t most_around_samples = std::uint64_t{2} << 20;
 
 /// Copies all objects, links and attributes of the file at `path` to a file in memory, with the library, and makes `dataset`,

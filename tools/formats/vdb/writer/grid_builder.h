@@ -14,7 +14,8 @@
 
 namespace tagrid {
 
-/// G is the type of the grid. Voxels that differ from the background are active; equal ones of a whole leaf become a tile.
+/// G is the type of the grid. Voxels that differ from the background are active; a leaf of equal ones becomes
+/// a tile.
 template <class G>
 class GridBuilder {
  public:

@@ -14,7 +14,8 @@ namespace tagrid {
 ///   tolerance   samples at most this far from the background become the background; 0 by default
 ///   type        float or int32: what samples of 8 and 16 bits are stored as; float by default
 ///   max-error   the largest error that the samples already have; absent if there is no bound
-/// int32 is stored as it is, uint32 as double, floats as they are. The whole tree is in memory until the file is written.
+/// int32 and floats are stored unchanged, uint32 as double. The entire tree is in memory until the file is
+/// written.
 std::unique_ptr<ServedOutput> begin_vdb(const WriteRequest& request);
 
 }  // namespace tagrid
