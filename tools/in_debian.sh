@@ -42,6 +42,8 @@ exec unshare --mount --pid --fork --kill-child --mount-proc="$root/proc" bash -c
   mount --bind "$2-build" "$2/work/build"
   mount --rbind /dev "$2/dev"
   mount --rbind /sys "$2/sys"
+  # The numbers of processes begin anew, and Open MPI names its folders by them.
+  mount -t tmpfs tmpfs "$2/tmp"
   root=$2
   shift 2
   exec chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 TERM="${TERM:-dumb}" \
