@@ -24,9 +24,11 @@ class MpiRuns : public ResumedRuns {
 #else
     const std::string program;
 #endif
-    // Open MPI 5 has no option to be quiet.
-    return with(with({"env", "OMPI_MCA_rmaps_base_oversubscribe=1", "OMPI_MCA_orte_execute_quiet=1", "mpirun",
-                      "--allow-run-as-root", "--oversubscribe", "-n", std::to_string(processes)},
+    // Open MPI 5 has no option to be quiet, and complains of TCP between processes of one machine if the
+    // network is not the loopback.
+    return with(with({"env", "OMPI_MCA_rmaps_base_oversubscribe=1", "OMPI_MCA_orte_execute_quiet=1",
+                      "OMPI_MCA_btl_tcp_if_include=lo", "mpirun", "--allow-run-as-root", "--oversubscribe",
+                      "-n", std::to_string(processes)},
                      more),
                 {program});
   }
@@ -34,6 +36,8 @@ class MpiRuns : public ResumedRuns {
     Ending ending = Process(with(mpirun(processes, more), arguments), folder_.string()).finish();
     // Sometimes mpirun's event library complains of connections to ranks that have ended.
     ending.err = std::regex_replace(ending.err, std::regex("\\[warn\\] Epoll [^\n]*\n"), "");
+    // Open MPI 5 says which rank failed first.
+    ending.err = std::regex_replace(ending.err, std::regex("-+\nprterun detected [\\s\\S]*?\n-+\n"), "");
     return ending;
   }
   /// Whether a process works in the folder.
