@@ -678,6 +678,8 @@ class Dicom(ReaderTest):
                 truth = file.pixel_array
             except (RuntimeError, NotImplementedError, AttributeError):
                 continue  # pydicom has no decoder for it here
+            except OverflowError:
+                continue  # pydicom 2.4 with numpy 2: signed samples in JPEG 2000
             truth = truth.reshape((-1,) + truth.shape[-2:]).astype("int64")
             pairs = info["source"]["pairs"]
             self.assert_same(samples, (truth + int(pairs.get("dicom_added_intercept", 0))).astype(samples.dtype), name)
