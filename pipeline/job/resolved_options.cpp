@@ -116,9 +116,13 @@ std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& 
       if (!*bound) continue;
       const double given = **bound, error = error_in_samples(given, rescale);
       *bound = error;
-      if (error > 0)
-        reason += fmt::format("{}{} allows {:.6g} steps of the stored samples ({:.6g} each)",
-                              reason.empty() ? "" : "; ", given, real ? error : std::floor(error), slope);
+      if (!reason.empty() && given > 0) reason += "; ";
+      if (const double steps = real ? error : std::floor(error); steps > 0)
+        reason +=
+            fmt::format("{} allows {:.6g} steps of the stored samples ({:.6g} each)", given, steps, slope);
+      else if (given > 0)
+        reason += fmt::format("{} is less than one step of the stored samples ({:.6g} each), so it becomes 0",
+                              given, slope);
     }
   if (o.range) {
     const double a = (o.range->first - rescale.intercept) / rescale.slope,

@@ -125,14 +125,15 @@ class Volume:
 
     @property
     def max_error(self) -> float:
-        """The bound: no sample is further than this from the original. 0: lossless. inf: the file has no bound."""
+        """The bound: no stored sample is further than this from the original. 0: lossless. inf: no bound.
+        Multiply it by the slope for values, such as HU."""
         bound: float = self._info["max_error"]
         return math.inf if math.isnan(bound) else bound
 
     @property
     def achieved(self) -> dict[str, float]:
-        """The errors measured during encoding: max_error, rmse, psnr (in dB) and mesh_error. NaN if
-        unknown."""
+        """The errors of stored samples, measured during encoding: max_error, rmse, psnr (in dB) and
+        mesh_error. NaN if unknown."""
         return {name: self._info[f"achieved_{name}"] for name in ("max_error", "rmse", "psnr", "mesh_error")}
 
     @property

@@ -39,7 +39,7 @@ struct WideBounds {
 };
 
 /// Keeps the bound E: quantization with the step 2E + 1, since every difference is within E of a multiple of
-/// that. The lanes of stages/values/wavefront do the same in vectors, see LaneBound there.
+/// that. The lanes of stages/values/wavefront do the same in vectors (wave.h, LaneBound).
 struct Quantizer {
   std::int64_t error = 0;
   std::int64_t step = 1;

@@ -69,8 +69,8 @@ class Values(ReaderTest):
                     numpy.testing.assert_array_equal(by_plastimatch(self.folder / name), truth, name)
 
     def test_info_says_what_the_source_says_of_values(self):
-        for pairs, said in (("rescale_slope:=5\n", "5 * sample\n"), ("rescale_intercept:=-7\n", "sample + -7\n"),
-                            ("rescale_slope:=5\nrescale_intercept:=-7\nrescale_units:=HU\n", "5 * sample + -7 HU\n")):
+        for pairs, said in (("rescale_slope:=5\n", "5 * sample\n"), ("rescale_intercept:=-7\n", "sample - 7\n"),
+                            ("rescale_slope:=5\nrescale_intercept:=-7\nrescale_units:=HU\n", "5 * sample - 7 HU\n")):
             self.encode(stored(), pairs)
             self.assertRegex(self.tagrid("info", "a.tag").stdout, "(?m)^ *values +" + re.escape(said))
 

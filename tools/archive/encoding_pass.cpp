@@ -73,7 +73,8 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
   return fmt::format(
       "{}: is the only copy of a volume whose original was removed, and {} is not known to be that "
-      "original ({}); choose another name (output=NAME)",
+      "original ({}); choose another name (output=NAME), or give the options of its encoding if it was "
+      "restored from there",
       output, input, why);
 }
 

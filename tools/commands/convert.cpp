@@ -51,7 +51,7 @@ struct ConvertCommand {
     }
     for (const auto& [name, value] :
          {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
-      if (value->empty()) throw UsageError(fmt::format("{} is required", name));
+      if (value->empty()) throw UsageError(fmt::format("convert: {} is required", name));
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(

@@ -129,7 +129,7 @@ struct RestoreCommand {
       warn(run,
            fmt::format("{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,
                        named(files, [](const EnvelopeFile& file) { return !file.slices.empty(); }),
-                       result.index.total.max_error));
+                       error_text(result.index.total.max_error, result.header)));
     if (run.verbosity == 0 || run.quiet) return;
     for (const EnvelopeFile& file : files)
       say_line(fmt::format("{}/{}: {} bytes", output.path, file.name, file.size));

@@ -50,7 +50,7 @@ std::string number_wanted() {
   else if constexpr (std::integral<Number>)
     return "a whole number";
   else
-    return "a finite number";
+    return "a finite number, such as 0.5";
 }
 
 /// Reads the value of an option that is a number (T, or std::optional<T>) as tools/options/numbers.h does;

@@ -32,15 +32,16 @@ std::string spacing_words(const Lengths& lengths) {
 }
 
 std::string error_words(const CodingParameters& p, const Statistics& total, const Rescale& rescale) {
-  const std::string of_mesh =
-      p.mesh_error >= 0 ? fmt::format(", mesh within {}", short_number(p.mesh_error)) : "";
+  // In values, as the gray scale is.
+  const std::string unit = rescale.units.empty() ? "" : " " + rescale.units;
+  const auto in_values = [&](double error) { return short_number(error * std::abs(rescale.slope)) + unit; };
+  const std::string of_mesh = p.mesh_error >= 0 ? ", mesh within " + in_values(p.mesh_error) : "";
   if (p.mode == FileMode::voxels && p.is_exact()) return "lossless" + of_mesh;
   std::string text = p.mode == FileMode::grid ? "grid only, " : "";
-  text += p.max_error < 0 ? "no bound" : fmt::format("every voxel within {}", short_number(p.max_error));
-  if (p.surface_error >= 0) text += fmt::format(", active points within {}", short_number(p.surface_error));
+  text += p.max_error < 0 ? "no bound" : "every voxel within " + in_values(p.max_error);
+  if (p.surface_error >= 0) text += ", active points within " + in_values(p.surface_error);
   text += of_mesh;
-  text += fmt::format(", largest error {}", short_number(total.max_error));
-  if (std::abs(rescale.slope) != 1) text += " (in stored samples)";
+  text += ", largest error " + in_values(total.max_error);
   const Achieved achieved = achieved_of(total);
   if (!std::isnan(achieved.psnr)) text += fmt::format(", PSNR {:.2f} dB", achieved.psnr);
   return text;

@@ -151,10 +151,10 @@ void print_geometry(const TagHeader& header, const Line& line) {
   if (!g.space.empty()) line("space", printable(g.space));
 }
 
-/// How values follow from samples: "2 * sample + -1024 HU". What the source does not say is "".
+/// How values follow from samples: "2 * sample - 1024 HU". What the source does not say is "".
 std::string values_text(const std::string& slope, const std::string& intercept, const std::string& units) {
   std::string text = slope.empty() ? "sample" : slope + " * sample";
-  if (!intercept.empty()) text += " + " + intercept;
+  if (!intercept.empty()) text += intercept[0] == '-' ? " - " + intercept.substr(1) : " + " + intercept;
   return units.empty() ? text : text + " " + units;
 }
 

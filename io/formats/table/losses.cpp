@@ -107,8 +107,12 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> differences;
   bool has_slopes = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+    // On its own: whoever measures in the file measures wrong.
     if (key == "slice_positions")
-      differences.emplace_back("slices lie at unequal distances (slice_positions)");
+      all.push_back(
+          fmt::format("slices lie at unequal distances (slice_positions), but {} stores one distance, so its "
+                      "slices are not where those of the scan are; the .tag file and .nrrd files have them",
+                      format.name));
     if (key == "slice_slopes") differences.emplace_back("slices have individual slopes (slice_slopes)");
     has_slopes = has_slopes || key == "slice_slopes";
     if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))

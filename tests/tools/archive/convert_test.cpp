@@ -191,7 +191,7 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
   volumes(1);
   const std::pair<const char*, const char*> lines[] = {
       {"b.nrrd\tmax-eror=5", "line 2: unknown option --max-eror; did you mean --max-error?"},
-      {"b.nrrd\tmax-error=five", "line 2: --max-error: five: must be a finite number"},
+      {"b.nrrd\tmax-error=five", "line 2: --max-error: five: must be a finite number, such as 0.5"},
       {"b.nrrd\tmax-error", "line 2: max-error: must be option=value"},
       {"b.nrrd\tmax-error=", "must be option=value"},
       {"b.nrrd\t=5", "must be option=value"},
