@@ -126,7 +126,7 @@ std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
       series.push_back(std::move(files));
     }
   }
-  std::ranges::sort(series, comes_before, &NumberedFiles::pattern);
+  std::ranges::stable_sort(series, comes_before, &NumberedFiles::pattern);
   return series;
 }
 

@@ -38,7 +38,8 @@ tagrid_status status_of(const SortedError& error) {
 
 std::string message_of(const SortedError& error) {
   if (error.kind == ErrorKind::memory) return "out of memory";
-  if (error.detail.problem != Problem::memory_limit) return error.message;
+  if (error.detail.problem != Problem::memory_limit || error.detail.sentence.terms.empty())
+    return error.message;
   // The plan counts the whole process; a caller's limit is for the work of the call.
   return MemoryLimit(error.message, error.detail).but_for(memory_of_program).what();
 }

@@ -60,12 +60,12 @@ void require_shared_folder(Ranks& ranks, const std::string& folder) {
   });
 }
 
-/// Volumes whose records are unreadable count as not done, and their originals are kept.
+/// Volumes without a record after such a line count as not done, and their originals are kept.
 void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
   constexpr std::size_t most = 20;
   const std::vector<std::string>& lines = known.unreadable();
   for (std::size_t i = 0; i < std::min(lines.size(), most); ++i)
-    warn(run, lines[i] + "; its volume counts as not done");
+    warn(run, lines[i] + "; volumes without a later record count as not done");
   if (lines.size() > most) warn(run, fmt::format("{} more lines are not records", lines.size() - most));
 }
 

@@ -72,7 +72,7 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 
 std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
   return fmt::format(
-      "{}: is the only copy of a volume whose original was removed, and {} is not known to be that "
+      "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
       "original ({}); choose another name (output=NAME), or give the options of its encoding if it was "
       "restored from there",
       output, input, why);
@@ -131,7 +131,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                 false,
                 nullptr};
   const KnownOutput* last = known_.find(line.output);
-  const bool was_removed = last && last->state == KnownOutput::State::removed;
+  // A line that is not a record may say so, too.
+  const bool was_removed =
+      (last && last->state == KnownOutput::State::removed) || !known_.possibly_newer(line.output).empty();
   const KnownOutput* known = options_.skip_done ? last : nullptr;
   const bool is_there = known && has_size(*known, volume.output);
   if (known && skip_removed(*known, volume.input, volume.output, options_.run, record)) return;

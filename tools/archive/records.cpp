@@ -178,6 +178,7 @@ void KnownOutputs::read(const std::string& path) {
   ++files_;
   FileBytes file(path);
   std::uint64_t number = 0;
+  const std::size_t first = unreadable_.size();
   for (std::string line;; line.clear()) {
     // A line that is too long for a record is read in pieces, and is none.
     bool is_too_long = false;
@@ -187,21 +188,22 @@ void KnownOutputs::read(const std::string& path) {
     ++number;
     const ordered_json record = is_too_long ? ordered_json() : ordered_json::parse(line, nullptr, false);
     try {
-      note(record, line);
+      const std::string output = note(record, line);
+      if (first < unreadable_.size()) older_[output][first] = unreadable_.size();
     } catch (const nlohmann::json::exception&) {
       unreadable_.push_back(fmt::format("{}: line {} is not a record", path, number));
     }
   }
 }
 
-void KnownOutputs::note(const ordered_json& record, const std::string& line) {
-  const std::string output = name_in(record, "output");
+std::string KnownOutputs::note(const ordered_json& record, const std::string& line) {
+  std::string output = name_in(record, "output");
   const RecordTime time = time_of(record);
   std::uint64_t& highest = sequences_[output];
   highest = std::max(highest, time.sequence);
   note_failure(record, output, time);
   auto known = known_output(record);
-  if (!known) return;
+  if (!known) return output;
   known->time = time;
   known->record = line;
   const auto newest = outputs_.find(output);
@@ -209,6 +211,15 @@ void KnownOutputs::note(const ordered_json& record, const std::string& line) {
     outputs_.emplace(output, std::move(*known));
   else if (replaces(*known, newest->second))
     newest->second = std::move(*known);
+  return output;
+}
+
+std::string KnownOutputs::possibly_newer(const std::string& output) const {
+  std::size_t next = 0;
+  if (const auto found = older_.find(output); found != older_.end())
+    for (const auto& [first, end] : found->second)
+      if (first == next) next = end;
+  return next < unreadable_.size() ? unreadable_[next] : "";
 }
 
 void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,

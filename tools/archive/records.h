@@ -107,6 +107,9 @@ class KnownOutputs {
   std::size_t files() const { return files_; }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
+  /// The first such line that may be newer than all that is known of the output, e.g. say that its original was
+  /// removed; "" if there is none.
+  std::string possibly_newer(const std::string& output) const;
 
  private:
   struct LastRun {
@@ -114,11 +117,14 @@ class KnownOutputs {
     std::string failure;
   };
   void read(const std::string& path);
-  void note(const nlohmann::ordered_json& record, const std::string& line);
+  /// Returns the name of the output.
+  std::string note(const nlohmann::ordered_json& record, const std::string& line);
   void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
 
   std::size_t files_ = 0;
   std::vector<std::string> unreadable_;
+  /// By output: the stretches of unreadable_, one per file, that come before its last record in that file.
+  std::map<std::string, std::map<std::size_t, std::size_t>> older_;
   std::map<std::string, KnownOutput> outputs_;
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones
   std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to

@@ -128,6 +128,10 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
         "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options "
         "of its encoding succeeds",
         line.input, known->failed_since));
+  if (const std::string line_of_none = known_.possibly_newer(line.output); !line_of_none.empty())
+    throw UsageError(fmt::format(
+        "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
+        line.input, line_of_none));
   record["options"] = json_of(known->options);
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);

@@ -190,7 +190,8 @@ TEST_F(MpiConvert, ARankWhoseDiskFailsFailsItsVolumeAndTheOthersAreDone) {
 TEST_F(MpiConvert, ResultsThatCannotBeWrittenEndTheJob) {
   volumes(6);
   std::filesystem::create_directory(path("out"));
-  const std::string before = std::string((std::size_t{1} << 24) - 1, '-') + "\n";
+  const std::string record = R"({"output":"x","finished":0,"status":"kept","error":")";
+  const std::string before = record + std::string((std::size_t{1} << 24) - record.size() - 3, '-') + "\"}\n";
   file("out/results.jsonl", before);
   // The first rank writes them, and may not write files of more than 16 MiB.
   Arguments command = mpirun(3);
