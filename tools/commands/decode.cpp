@@ -156,8 +156,8 @@ struct DecodeCommand {
                                    name));
     if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
-    warn(run, fmt::format("{}: has stored samples; values are {} * sample {}{}, but few programs read slope "
-                          "and intercept from such a file; --values writes values",
+    warn(run, fmt::format("{}: has stored samples; values are {} * sample {}{}, but few programs apply this "
+                          "to such a file; --values writes values",
                           name, rescale.slope, added(), units));
   }
 
