@@ -274,7 +274,8 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
 TEST_F(OutputFiles, SamplesInAnotherFolderThanTheirHeaderAreNotRemoved) {
   phantom("volume.nhdr");
   expect_ok(script("mkdir other; mv volume.raw other; sed -i s,volume.raw,other/volume.raw, volume.nhdr"));
-  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage, "another folder");
+  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage,
+               "in a different folder than its header");
   EXPECT_TRUE(std::filesystem::exists(folder_ / "other" / "volume.raw"));
   expect_ok(tagrid({"encode", "volume.nhdr", "-o", "x.tag"}));
 }

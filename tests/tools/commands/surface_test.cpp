@@ -88,7 +88,7 @@ TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelp
   const Ending far = surface("far.tag", "far.stl");
   EXPECT_EQ(far.code, 0);
   EXPECT_NE(far.err.find("far.stl: STL has 32-bit numbers"), std::string::npos) << far.err;
-  EXPECT_NE(far.err.find("of 0.5 between samples"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("where samples are 0.5 apart"), std::string::npos) << far.err;
   EXPECT_GT(flat_triangles(content("far.stl")), flat_triangles(content("near.stl")));
   // The other formats, which it names, move nothing.
   for (const char* format : {".ply", ".vtp", ".obj"})
@@ -103,7 +103,7 @@ TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelp
   EXPECT_EQ(std::stod(first), there.vertices[0][0]);
   // A volume of NIfTI has its place in 32 bits, too.
   const Ending nifti = tagrid({"decode", "far.tag", "-fo", "far.nii"});
-  EXPECT_NE(nifti.err.find("32 bits"), nifti.err.npos) << nifti.err;
+  EXPECT_NE(nifti.err.find("32-bit numbers"), nifti.err.npos) << nifti.err;
 }
 
 TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
