@@ -153,7 +153,7 @@ std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const st
   const std::string text = read_description(*file);
   const Sections sections = parse_sections(text);
   refuse_what_changes_samples(name, sections);
-  const std::string& size = required(sections, "file1/size", name);
+  const std::string size = required(sections, "file1/size", name);
   const auto words = words_of(size);
   if (words.size() != 3)
     throw BrokenInput(fmt::format("{}: Size {} must be 3 numbers", name, quoted(std::string_view(size))));
