@@ -16,9 +16,9 @@
 namespace tagrid {
 
 struct PreviewWishes {
-  /// The slice across each axis (x, y, z). If there is none, the one in the middle; but where samples are
-  /// left out, the slice of z may be up to a twentieth of all slices away from it, so that it is the first
-  /// one of its bricks: that takes least time.
+  /// The slice across each axis (x, y, z); by default the middle one. If samples are left out, the default
+  /// slice of z is the first one of its bricks, which decodes fastest. It is at most a twentieth of all slices
+  /// away from the middle.
   std::array<std::optional<std::int64_t>, 3> slices;
   int largest = 780;  ///< pixels of the longer side of a panel
   int least = 24;     ///< pixels that the shorter side has at least

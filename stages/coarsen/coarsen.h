@@ -35,8 +35,8 @@ struct MeshBound {
 ///
 ///   samples    of `type`, at all points of active.box(), x fastest; outside the volume those of the nearest voxel
 ///   active     of a box of complete root cubes; none at first
-///   expanded   the earlier result of this function for `active`, or none: tetrahedra that these points created are not tested
-///              again
+///   expanded   the earlier result of this function for `active`, or none: tetrahedra that these points
+///              created are not tested again
 ///
 /// Exact for integers. For floats, the test is in doubles, in one order, on the side of safety: a tetrahedron
 /// may be bisected whose error is below the bound by less than 2^-47 of its largest value or, where the mesh

@@ -180,7 +180,7 @@ void KnownOutputs::read(const std::string& path) {
   std::uint64_t number = 0;
   const std::size_t first = unreadable_.size();
   for (std::string line;; line.clear()) {
-    // A line that is too long for a record is read in pieces, and is none.
+    // A line that is too long for a record is not a record. It is read in pieces, to find where it ends.
     bool is_too_long = false;
     for (; !file.read_line(line, longest_record); line.clear()) is_too_long = true;
     // Half a last line is all that a killed run wrote of a record.

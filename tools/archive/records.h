@@ -107,8 +107,8 @@ class KnownOutputs {
   std::size_t files() const { return files_; }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
-  /// The first such line that may be newer than all that is known of the output, e.g. say that its original was
-  /// removed; "" if there is none.
+  /// The first such line that may be newer than the records of the output. It may have said that the original was
+  /// removed. Returns "" if there is no such line.
   std::string possibly_newer(const std::string& output) const;
 
  private:

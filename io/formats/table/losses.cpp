@@ -7,6 +7,7 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/line.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/text/text.h"
 
@@ -105,7 +106,6 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   if (!format.keeps_header)
     if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
   std::vector<std::string> differences;
-  bool has_slopes = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     // On its own: whoever measures in the file measures wrong.
     if (key == "slice_positions")
@@ -114,14 +114,14 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
                       "slices are not where those of the scan are; the .tag file and .nrrd files have them",
                       format.name));
     if (key == "slice_slopes") differences.emplace_back("slices have individual slopes (slice_slopes)");
-    has_slopes = has_slopes || key == "slice_slopes";
     if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())
-    all.push_back(fmt::format("{}, which {} cannot hold; the .tag file and .nrrd files have them{}",
-                              fmt::join(differences, ", and "), format.name,
-                              has_slopes ? "; the values in this file are the stored samples" : ""));
+    all.push_back(fmt::format(
+        "{}, which {} cannot hold; the .tag file and .nrrd files have them{}",
+        fmt::join(differences, ", and "), format.name,
+        has_slopes_of_slices(info.nrrd_fields) ? "; the values in this file are the stored samples" : ""));
   return all;
 }
 
