@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "stages/activity/bytes_of_points.h"
 #include "stages/activity/candidates.h"
 #include "stages/activity/forecast.h"
 #include "stages/activity/neighbour_words.h"

@@ -11,6 +11,10 @@
 #include <cstdint>
 #include <limits>
 
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/sample/coding_parameters.h"
+
 namespace tagrid {
 
 /// True if `e` can bound an error: a finite number from 0, in sample units. An absent bound is nothing in
@@ -66,5 +70,16 @@ inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
   const Quantizer other = limited(bounds.max_error);
   return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
 }
+
+/// What the encoder and the decoder of a brick's voxels both know.
+template <class Bounds>
+struct BrickOfVoxels {
+  Box owned;  ///< of the voxels; not empty
+  /// Of a box that contains `owned`; only needed with a surface_error.
+  const LatticeBits* activity = nullptr;
+  Bounds bounds;
+  Effort effort = Effort::normal;
+};
+using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 
 }  // namespace tagrid

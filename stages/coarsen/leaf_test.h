@@ -16,7 +16,6 @@
 
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
-#include "stages/grid/tetrahedron.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/lattice_points.h"
 #include "stages/sample/numbers.h"

@@ -1,9 +1,14 @@
 // The field and its derivatives at the ends of base edges.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "stages/grid/box.h"
@@ -57,7 +62,7 @@ struct CurvatureField {
 
 /// Evaluates slice z of a field of distance 2. REQUIRES: samples.box contains field.box.grown(halo).
 /// field_scale: voxels per unit of field value (in the plane of the paper's curves).
-/// T: the narrow sample types; or double, for the heights of wide samples (heights.h), with a scale of 1.
+/// T: the narrow sample types; or double, for the heights of wide samples, with a scale of 1.
 template <class T>
 void evaluate_curvature(const Samples<T>& samples, std::int64_t z, double field_scale, CurvatureField& field);
 /// The peak of the heap that it takes for rows of `width` points: six rows of sums.
@@ -67,5 +72,21 @@ constexpr std::uint64_t working_bytes_of_evaluating(std::int64_t width) {
 
 /// Copies every second point of slice z to a field of the same box with twice the distance. REQUIRES: `to` has a slice z.
 void thin_out(const CurvatureField& from, std::int64_t z, CurvatureField& to);
+
+/// (sample - range_low) * field_scale, limited to a million voxels, as a multiple of 2^-20. Such multiples
+/// are coarse enough for the stencils of curvature.h to be exact in doubles, and so the same everywhere. A
+/// sample that is not finite gives a NaN; edges near it violate nothing.
+template <class T>
+std::vector<double> heights_of(std::span<const T> samples, double range_low, double field_scale) {
+  constexpr double limit = 1 << 20, fine = 1 << 20;
+  std::vector<double> heights(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double voxels = (static_cast<double>(samples[i]) - range_low) * field_scale;
+    heights[i] = std::floor(std::clamp(voxels, -limit, limit) * fine + 0.5) / fine;
+    if constexpr (std::is_floating_point_v<T>)
+      if (!std::isfinite(samples[i])) heights[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return heights;
+}
 
 }  // namespace tagrid

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "stages/criterion/diamond_samples.h"
-#include "stages/grid/diamond.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

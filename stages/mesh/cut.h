@@ -13,7 +13,7 @@
 #include <array>
 #include <cstddef>
 
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 

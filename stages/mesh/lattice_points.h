@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 

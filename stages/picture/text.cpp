@@ -1,4 +1,4 @@
-#include "stages/picture/text.h"
+#include "stages/picture/image.h"
 
 #include <array>
 #include <cstdint>

@@ -54,7 +54,9 @@ class EdgeNumbers {
     return number_in(edges_.data(), before_.data(), middle);
   }
   /// Replaces the edges of triangles by their numbers. REQUIRES: as for number().
-  void replace_by_numbers(std::span<std::array<std::uint32_t, 3>> triangles) const;
+  void replace_by_numbers(std::span<std::array<std::uint32_t, 3>> triangles) const {
+    replace(edges_.data(), before_.data(), triangles);
+  }
 
  private:
   static std::size_t words(Index3 size) {

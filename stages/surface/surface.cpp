@@ -120,6 +120,14 @@ class TwiceCrossed {
 
 }  // namespace
 
+// As vector code it counts bits by an instruction.
+TAGRID_VECTOR_CODE
+void EdgeNumbers::replace(const std::uint64_t* edges, const std::uint32_t* before,
+                          std::span<std::array<std::uint32_t, 3>> triangles) {
+  for (auto& triangle : triangles)
+    for (std::uint32_t& middle : triangle) middle = number_in(edges, before, middle);
+}
+
 template <class T>
 BrickSurface surface_of_brick(std::span<T> points, const LatticeBits& active, const SurfaceGrid& grid,
                               const SurfaceLevel& level) {

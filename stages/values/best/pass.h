@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "stages/bound/bounds.h"
-#include "stages/bound/brick_of_voxels.h"
 #include "stages/values/best/blended_window.h"
 #include "stages/values/best/mixed_residual_model.h"
 #include "stages/values/best/residual_model.h"
