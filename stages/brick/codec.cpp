@@ -10,15 +10,13 @@
 #include "stages/brick/sample_statistics.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
-#include "stages/values/points/interpolation.h"
-#include "stages/values/points/wide_coding.h"
 #include "stages/values/voxels/codec.h"
 #include "stages/values/wide/codec.h"
 
 namespace tagrid {
 namespace {
 
-// The coders of narrow and wide types under one name.
+// Its type selects the coder of narrow or of wide types.
 template <class T>
 auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
   if constexpr (is_wide<T>)
@@ -28,54 +26,6 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
                       &active,
                       {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
                       parameters.effort};
-}
-
-template <class T>
-auto encode_brick_voxels(const Samples<T>& samples, const LatticeBits& active,
-                         const CodingParameters& parameters, std::span<T> decoded,
-                         std::vector<std::uint8_t>& out) {
-  const std::span<const T> original(samples.data, decoded.size());
-  if constexpr (is_wide<T>)
-    return encode_wide_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
-  else
-    return encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
-}
-
-template <class T>
-Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
-                           const CodingParameters& parameters, const BrickValues<T>& values) {
-  if constexpr (is_wide<T>)
-    return decode_wide_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples,
-                                 values.carried);
-  else
-    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
-}
-
-template <class T>
-T stored(T value, double point_error) {
-  if constexpr (is_wide<T>)
-    return stored_wide_point(value, point_error);
-  else
-    return stored_point(value, integer_bound<T>(point_error));
-}
-
-template <class T>
-void encode_brick_points(std::span<const T> points, const LatticeBits& active,
-                         const CodingParameters& parameters, std::vector<std::uint8_t>& out) {
-  if constexpr (is_wide<T>)
-    encode_wide_points<T>(points, active, parameters.cube_size, parameters.point_error, out);
-  else
-    encode_points<T>(points, active, parameters.cube_size, integer_bound<T>(parameters.point_error), out);
-}
-
-template <class T>
-Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, std::span<T> points) {
-  if constexpr (is_wide<T>)
-    return decode_wide_points<T>(bytes, active, parameters.cube_size, parameters.point_error, points);
-  else
-    return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
-                            points);
 }
 
 // The values of `box` that lie in `owned`.
@@ -120,7 +70,9 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
     encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                     parameters.max_level, code.activity);
   };
-  auto values = encode_brick_voxels<T>(samples, active, parameters, decoded, code.values);
+  const std::span<const T> original(samples.data, n);
+  auto values =
+      encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, code.values);
   if (!parameters.stores_grid()) {
     values.finish();
   } else if (activity_follows_values(parameters)) {
@@ -134,7 +86,7 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
     values.finish();
     code_activity();
   }
-  measure_samples<T>({samples.data, n}, decoded, code.statistics);
+  measure_samples<T>(original, decoded, code.statistics);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
 }
 
@@ -145,8 +97,9 @@ void encode_points_and_activity(const Samples<T>& samples, const LatticeBits& ac
   const std::span<const T> original(samples.data, static_cast<std::size_t>(samples.box.count()));
   encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
   std::vector<T> points(original.size());
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = stored(original[i], parameters.point_error);
-  encode_brick_points<T>(points, active, parameters, code.values);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = stored_point(original[i], parameters.point_error);
+  encode_points<T>(points, active, parameters.cube_size, parameters.point_error, code.values);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
   const Box box = parameters.bricks().owned_box(brick);
   std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
@@ -197,10 +150,11 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
                            const CodingParameters& parameters, Index3 brick, const BrickValues<T>& values) {
   const Box owned = parameters.bricks().owned_box(brick);
   if (parameters.mode == FileMode::voxels)
-    return decode_brick_voxels<T>(bytes, owned, active, parameters, values);
+    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
   assert(static_cast<std::int64_t>(values.samples.size()) == owned.count());
   assert(active.box() == parameters.bricks().closed_box(brick));
-  Status status = decode_brick_points<T>(bytes, active, parameters, values.points);
+  Status status =
+      decode_points<T>(bytes, active, parameters.cube_size, parameters.point_error, values.points);
   if (status.ok()) interpolate_owned<T>(values.points, active, parameters, brick, values.samples);
   return status;
 }

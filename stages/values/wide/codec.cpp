@@ -210,8 +210,8 @@ std::uint64_t working_bytes_of_pass(Index3 size) {
 }  // namespace
 
 template <class T>
-PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
-                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, std::span<T> reconstruction,
+                          std::vector<std::uint8_t>& out) {
   assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
@@ -242,8 +242,8 @@ PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& bric
 }
 
 template <class T>
-Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
-                          std::vector<std::uint8_t>& carried) {
+Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+                     std::vector<std::uint8_t>& carried) {
   const std::int64_t slices = slices_in(brick.owned, samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
@@ -281,11 +281,11 @@ std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) 
   return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                       \
-  template PendingWide encode_wide_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
-                                          std::vector<std::uint8_t>&);                              \
-  template Status decode_wide_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
-                                     std::vector<std::uint8_t>&);
+#define TAGRID_INSTANTIATE(T)                                                                  \
+  template PendingWide encode_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
+                                     std::vector<std::uint8_t>&);                              \
+  template Status decode_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
+                                std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

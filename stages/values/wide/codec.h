@@ -39,20 +39,20 @@ struct [[nodiscard]] PendingWide {
 /// Appends the coded values of a brick to `out`, except for what finish() appends; see encode_voxels(). A
 /// sample that is not finite is restored bit by bit, whatever the bound.
 template <class T>
-PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
-                               std::span<T> reconstruction, std::vector<std::uint8_t>& out);
+PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, std::span<T> reconstruction,
+                          std::vector<std::uint8_t>& out);
 
 /// The inverse. Safe on any bytes: see decode_voxels().
 template <class T>
-Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
-                          std::vector<std::uint8_t>& carried);
+Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+                     std::vector<std::uint8_t>& carried);
 
-/// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that
+/// The peak of the heap that encode_voxels() takes for a box of `size` voxels, including the bytes that
 /// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,
 /// the models and the largest possible number of events.
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
                                                     Effort effort);
-/// The same for decode_wide_voxels(): the window and the models.
+/// The same for decode_voxels(): the window and the models.
 std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort);
 
 }  // namespace tagrid
