@@ -46,6 +46,12 @@ inline Way way_of(const PointsOfSlice& points, std::int64_t i, std::int64_t j) {
   return {along(points.odd_x, px), along(points.odd_y, py), along(points.odd_z, pz)};
 }
 
+/// The first coordinate from `low` on that is an odd, or an even, multiple of the unit.
+constexpr std::int64_t first_multiple(std::int64_t low, std::int64_t unit, bool odd) {
+  const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
+  return offset + (low - offset + period - 1) / period * period;
+}
+
 /// Calls f(points) for each class of points with this unit in slice z of `box`, up to a level. REQUIRES: z is a multiple
 /// of the unit.
 template <class F>
@@ -53,11 +59,6 @@ void for_each_class_of_points(const Box& box, int cube_size, int max_level, std:
                               F f) {
   if (z < box.low.z || z > box.high.z) return;
   const std::int64_t period = 2 * unit;
-  // The first coordinate >= low of the form unit * odd number, or unit * even number.
-  const auto first_of = [&](std::int64_t low, bool odd) {
-    const std::int64_t offset = odd ? unit : 0;
-    return offset + (low - offset + period - 1) / period * period;
-  };
   const auto count = [&](std::int64_t first, std::int64_t high) {
     return first > high ? 0 : (high - first) / period + 1;
   };
@@ -65,7 +66,7 @@ void for_each_class_of_points(const Box& box, int cube_size, int max_level, std:
     const bool ox = bits & 1, oy = bits & 2, oz = (z & unit) != 0;
     const int odd = int{ox} + int{oy} + int{oz};
     if (odd == 0 || level_of(cube_size, unit, odd) > max_level) continue;
-    const std::int64_t x0 = first_of(box.low.x, ox), y0 = first_of(box.low.y, oy);
+    const std::int64_t x0 = first_multiple(box.low.x, unit, ox), y0 = first_multiple(box.low.y, unit, oy);
     const PointsOfSlice points{unit, x0, y0, z,  count(x0, box.high.x), count(y0, box.high.y),
                                odd,  ox, oy, oz, period != cube_size};
     if (points.columns > 0 && points.rows > 0) f(points);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "stages/criterion/base_edges.h"
 #include "stages/criterion/diamond_samples.h"
 #include "stages/grid/lattice.h"
 
@@ -55,17 +56,12 @@ class MeshMarker {
   // Larger than any bound that samples can give.
   static constexpr Bound unknown = Bound{1} << 60, marked = Bound{1} << 61;
 
-  static std::int64_t first_of(std::int64_t low, std::int64_t unit, bool odd) {
-    const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
-    return offset + (low - offset + period - 1) / period * period;
-  }
-
   void pass(std::int64_t unit, unsigned axes) {
     const std::int64_t period = 2 * unit;
     list_children(unit, axes);
-    for (std::int64_t z = first_of(box_.low.z, unit, axes & 4); z <= box_.high.z; z += period)
-      for (std::int64_t y = first_of(box_.low.y, unit, axes & 2); y <= box_.high.y; y += period)
-        for (std::int64_t x = first_of(box_.low.x, unit, axes & 1); x <= box_.high.x; x += period)
+    for (std::int64_t z = first_multiple(box_.low.z, unit, axes & 4); z <= box_.high.z; z += period)
+      for (std::int64_t y = first_multiple(box_.low.y, unit, axes & 2); y <= box_.high.y; y += period)
+        for (std::int64_t x = first_multiple(box_.low.x, unit, axes & 1); x <= box_.high.x; x += period)
           decide({x, y, z}, unit);
   }
 

@@ -78,11 +78,10 @@ PointList children(Index3 p, const PointClass& c);
 /// Six times the signed volume: (b-a) x (c-a) . (d-a). Positive if the right-hand normal of a, b, c points
 /// towards d, as in the vertex order of VTK_TETRA.
 constexpr std::int64_t six_volumes(const std::array<Index3, 4>& v) {
-  const Index3 p = v[1] - v[0], q = v[2] - v[0], r = v[3] - v[0];
-  return p.x * (q.y * r.z - q.z * r.y) + p.y * (q.z * r.x - q.x * r.z) + p.z * (q.x * r.y - q.y * r.x);
+  return dot(v[1] - v[0], cross(v[2] - v[0], v[3] - v[0]));
 }
 
-constexpr std::int64_t squared_length(Index3 v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
+constexpr std::int64_t squared_length(Index3 v) { return dot(v, v); }
 
 struct Tetrahedron {
   std::array<Index3, 4> vertices;  ///< six_volumes(vertices) > 0

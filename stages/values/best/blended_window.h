@@ -4,7 +4,7 @@
 #pragma once
 
 #include "stages/bound/bounds.h"
-#include "stages/values/best/mixed_residual_model.h"
+#include "stages/values/best/residual_model.h"
 #include "stages/values/best/running_least_squares.h"
 #include "stages/values/best/window.h"
 

@@ -11,7 +11,6 @@
 
 #include "stages/bound/bounds.h"
 #include "stages/values/best/blended_window.h"
-#include "stages/values/best/mixed_residual_model.h"
 #include "stages/values/best/residual_model.h"
 #include "stages/values/best/window.h"
 

@@ -30,25 +30,18 @@ std::vector<T> rounded_field(std::span<const FieldNumber<T>> field, std::span<co
   if constexpr (std::is_integral_v<T>) {
     round_to_samples<T, FieldNumber<T>>(field, cube_size, samples);
   } else {
-    const Box& box = active.box();
-    std::size_t i = 0;
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x, ++i)
-          samples[i] = active.test({x, y, z}) ? points[i]
-                       : std::isnan(field[i]) ? std::numeric_limits<T>::quiet_NaN()
-                                              : static_cast<T>(field[i]);
+    for (std::size_t i = 0; i < field.size(); ++i)
+      samples[i] = std::isnan(field[i]) ? std::numeric_limits<T>::quiet_NaN() : static_cast<T>(field[i]);
+    for_each_set(active, [&](Index3, std::size_t i) { samples[i] = points[i]; });
   }
   return samples;
 }
 
 LatticeBits prefix_of(const LatticeBits& active, int cube_size, int level) {
   LatticeBits prefix(active.box());
-  const Box& box = active.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-        if (active.test({x, y, z}) && classify({x, y, z}, cube_size).level <= level) prefix.set({x, y, z});
+  for_each_set(active, [&](Index3 p, std::size_t) {
+    if (classify(p, cube_size).level <= level) prefix.set(p);
+  });
   return prefix;
 }
 

@@ -63,10 +63,9 @@ class WidePass {
         if (bounds_.surface_error >= 0) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t x = 0; x < size.x; ++x, ++i) {
           if constexpr (Coder::encoding) {
-            if (!encode(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i]))
-              return false;
+            if (!code(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i])) return false;
           } else {
-            decode(x, result[i]);
+            code(x, T{}, 0, false, result[i]);
           }
         }
         window_.end_row();
@@ -102,46 +101,42 @@ class WidePass {
     return within(static_cast<double>(sample), static_cast<double>(original), bound);
   }
 
-  bool encode(std::int64_t x, T original, std::int64_t number, bool escaped, T& result) {
-    const WidePrediction prediction = window_.predict(x);
-    const bool is_active = active(x);
-    const std::size_t which = is_active;
+  WideResidual quantized(std::int64_t number, const WidePrediction& prediction, std::size_t which) const {
     const auto error = static_cast<std::uint64_t>(p_.error[which]);
     WideResidual r = difference(number, prediction.value);
     r.magnitude = (r.magnitude + std::min(error, ~r.magnitude)) / static_cast<std::uint64_t>(step_[which]);
     r.negative = r.negative && r.magnitude != 0;
-    const std::int64_t v = decoded(prediction, r, which);
-    result = sample_of(v);
-    const bool corrected = p_.corrected && is_active;
+    return r;
+  }
+
+  // When decoding, only `x` is input. Returns false if a sample needs an escape in a brick without escapes.
+  bool code(std::int64_t x, T original, std::int64_t number, bool escaped, T& result) {
+    const WidePrediction prediction = window_.predict(x);
+    const bool is_active = active(x), corrected = p_.corrected && is_active;
+    const std::size_t which = is_active;
+    WideResidual r;
+    std::int64_t v = 0;
+    if constexpr (Coder::encoding) {
+      r = quantized(number, prediction, which);
+      v = decoded(prediction, r, which);
+    }
     if constexpr (std::is_floating_point_v<T>) {
-      escaped = escaped || !(corrected || is_within(result, original, is_active));
-      if (escaped && !p_.escapes) return false;
+      if constexpr (Coder::encoding) {
+        escaped = escaped || !(corrected || is_within(sample_of(v), original, is_active));
+        if (escaped && !p_.escapes) return false;
+      }
       if (p_.escapes && code_adaptive(coder_, escaped, escape_[window_.escape_context(x)], 1000)) {
         result = code_escaped(original);
         window_.commit_escape(x, prediction);
         return true;
       }
     }
-    residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
+    r = residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
+    if constexpr (!Coder::encoding) v = decoded(prediction, r, which);
+    result = sample_of(v);
     if (corrected) result = code_correction(original, result);
     window_.commit(x, prediction, v, signed_residual(r), step_[which]);
     return true;
-  }
-
-  void decode(std::int64_t x, T& result) {
-    const WidePrediction prediction = window_.predict(x);
-    if constexpr (std::is_floating_point_v<T>)
-      if (p_.escapes && code_adaptive(coder_, false, escape_[window_.escape_context(x)], 1000)) {
-        result = code_escaped(T{});
-        window_.commit_escape(x, prediction);
-        return;
-      }
-    const std::size_t which = active(x);
-    const WideResidual r = residuals_->code(coder_, {}, window_.context(x, prediction, p_.error[which]));
-    const std::int64_t v = decoded(prediction, r, which);
-    result = sample_of(v);
-    if (p_.corrected && which == 1) result = code_correction(T{}, result);
-    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
   }
 
   // Codes the bits of a sample that has no number. Often they are those of the escaped sample before.

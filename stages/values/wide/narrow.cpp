@@ -9,7 +9,6 @@
 #include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 #include "stages/values/voxels/codec.h"
-#include "stages/values/wide/digits.h"
 
 namespace tagrid {
 namespace {

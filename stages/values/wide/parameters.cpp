@@ -6,9 +6,9 @@
 
 #include "stages/entropy/integer_model.h"
 #include "stages/entropy/rans_coder.h"
+#include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 #include "stages/values/prediction/parameters.h"
-#include "stages/values/wide/digits.h"
 #include "stages/values/wide/residual_model.h"
 
 namespace tagrid {
