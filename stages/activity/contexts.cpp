@@ -40,8 +40,8 @@ struct Past {
   std::size_t active = 0, inactive = 0;
 };
 
-// Bits 0, 2 and 5: whether the points before it along x, y and z are candidates; bits 1, 4 and 7: whether they
-// are expected to be active; bits 3 and 6, and `before` for x: whether they are.
+// Bits 0, 2 and 5: whether the points before it along x, y and z are candidates; bits 1, 4 and 7: whether
+// they are expected to be active; bits 3 and 6, and `before` for x: whether they are.
 constexpr Past past_of(std::size_t bits, bool before) {
   Past past;
   const auto add = [&past](bool candidate, bool active, bool forecast) {

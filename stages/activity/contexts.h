@@ -14,7 +14,6 @@
 #include "stages/activity/surprises.h"
 #include "stages/activity/surroundings.h"
 #include "stages/entropy/adaptive_bit.h"
-#include "stages/entropy/mixer.h"
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {

@@ -11,8 +11,8 @@ namespace tagrid {
 
 using Word = std::uint64_t;
 
-/// Where the bits of the points lie that are one step from the 64 points of a word. Points outside the box have
-/// no bit set.
+/// Where the bits of the points lie that are one step from the 64 points of a word. Points outside the box
+/// have no bit set.
 class NeighbourWord {
  public:
   /// `step` from points 64 i .. 64 i + 63 of the row at y, z, in `shape` and all other sets of the same box.

@@ -4,7 +4,6 @@
 #include "stages/activity/coding.h"
 #include "stages/activity/forecast.h"
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
 #include "stages/values/voxels/codec.h"

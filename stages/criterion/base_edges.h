@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// The points of one class in one slice: x = x0 + 2 unit i, y = y0 + 2 unit j. Their base edges end at corners of
-/// their cells in the lattice of 2 unit.
+/// The points of one class in one slice: x = x0 + 2 unit i, y = y0 + 2 unit j. Their base edges end at
+/// corners of their cells in the lattice of 2 unit.
 struct PointsOfSlice {
   std::int64_t unit;
   std::int64_t x0, y0, z;      ///< the first point
@@ -25,16 +25,16 @@ struct PointsOfSlice {
   }
 };
 
-/// The direction of an edge: the distance in units along each axis from its middle to its right end. An edge rises
-/// along its first odd axis.
+/// The direction of an edge: the distance in units along each axis from its middle to its right end. An edge
+/// rises along its first odd axis.
 struct Way {
   std::int64_t x, y, z;
 };
 
 /// The direction of the edge of point (i, j); it depends only on whether these are even.
 inline Way way_of(const PointsOfSlice& points, std::int64_t i, std::int64_t j) {
-  // Along the other axes an edge rises if its cell has the same parity there as along the first. The low corner of a
-  // cell is a unit below its middle.
+  // Along the other axes an edge rises if its cell has the same parity there as along the first. The low
+  // corner of a cell is a unit below its middle.
   const std::int64_t u = points.unit;
   const auto parity = [&](bool odd, std::int64_t middle) {
     return odd && points.alternate && ((middle - u) & (2 * u)) != 0;
@@ -52,8 +52,8 @@ constexpr std::int64_t first_multiple(std::int64_t low, std::int64_t unit, bool 
   return offset + (low - offset + period - 1) / period * period;
 }
 
-/// Calls f(points) for each class of points with this unit in slice z of `box`, up to a level. REQUIRES: z is a multiple
-/// of the unit.
+/// Calls f(points) for each class of points with this unit in slice z of `box`, up to a level. REQUIRES: z is
+/// a multiple of the unit.
 template <class F>
 void for_each_class_of_points(const Box& box, int cube_size, int max_level, std::int64_t unit, std::int64_t z,
                               F f) {

@@ -16,19 +16,20 @@
 
 namespace tagrid {
 
-/// Value, gradient and Hessian of the field at every second point of a box, or at points that are further apart: base
-/// edges of unit u end at points whose coordinates are multiples of 2u. Only a few slices of points are kept: a new one
-/// takes the place of the oldest.
+/// Value, gradient and Hessian of the field at every second point of a box, or at points that are further
+/// apart: base edges of unit u end at points whose coordinates are multiples of 2u. Only a few slices of
+/// points are kept: a new one takes the place of the oldest.
 ///
-/// The forecast of the activity is computed from it, so it is part of the format (section 6.6 of docs/format.md).
+/// The forecast of the activity is computed from it, so it is part of the format (section 6.6 of
+/// docs/format.md).
 ///
 /// The field is the uniform cubic B-spline whose coefficients are the samples: C2, with the 3-point stencils
 /// (1,4,1)/6 for the value, (-1,0,1)/2 for the first and (1,-2,1) for the second derivative on each axis.
 struct CurvatureField {
   /// Number of samples outside the box that the stencil reads, on every side.
   static constexpr int halo = 1;
-  /// The value is kept as an integer, 216 times the field (exact up to 16 bits per sample); derivatives are in
-  /// voxels per voxel, and per voxel squared, after multiplication by `field_scale`.
+  /// The value is kept as an integer, 216 times the field (exact up to 16 bits per sample); derivatives are
+  /// in voxels per voxel, and per voxel squared, after multiplication by `field_scale`.
   static constexpr float value_divisor = 216;
 
   enum Component { value, gx, gy, gz, hxx, hyy, hzz, hxy, hxz, hyz, component_count };
@@ -51,7 +52,8 @@ struct CurvatureField {
            component_count * sizeof(float);
   }
 
-  /// Where in a component the row begins whose points have the coordinates y and z. REQUIRES: slice z is kept.
+  /// Where in a component the row begins whose points have the coordinates y and z. REQUIRES: slice z is
+  /// kept.
   std::int64_t row_offset(std::int64_t y, std::int64_t z) const {
     return ((z - box.low.z) / distance % slices * size.y + (y - box.low.y) / distance) * size.x;
   }
@@ -70,7 +72,8 @@ constexpr std::uint64_t working_bytes_of_evaluating(std::int64_t width) {
   return static_cast<std::uint64_t>(width + 2 * CurvatureField::halo) * 6 * sizeof(double);
 }
 
-/// Copies every second point of slice z to a field of the same box with twice the distance. REQUIRES: `to` has a slice z.
+/// Copies every second point of slice z to a field of the same box with twice the distance. REQUIRES: `to`
+/// has a slice z.
 void thin_out(const CurvatureField& from, std::int64_t z, CurvatureField& to);
 
 /// (sample - range_low) * field_scale, limited to a million voxels, as a multiple of 2^-20. Such multiples

@@ -7,7 +7,6 @@
 
 #include "stages/criterion/base_edges.h"
 #include "stages/criterion/curvature.h"
-#include "stages/criterion/edge_tests.h"
 #include "stages/criterion/find_edges.h"
 #include "stages/criterion/mesh_criterion.h"
 #include "stages/sample/sample_type.h"

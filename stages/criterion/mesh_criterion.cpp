@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <vector>
 
 #include "stages/criterion/base_edges.h"

@@ -6,8 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "stages/mesh/lattice_points.h"
-
 namespace tagrid {
 namespace {
 

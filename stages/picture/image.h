@@ -1,4 +1,5 @@
-// A picture of pixels in memory, colors, and text in a font of 5 x 8 pixels that is enlarged by whole numbers.
+// A picture of pixels in memory, colors, and text in a font of 5 x 8 pixels that is enlarged by whole
+// numbers.
 #pragma once
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
-#include "stages/surface/brick_point.h"
+#include "stages/surface/edge_numbers.h"
 #include "stages/surface/field_of_cube.h"
 #include "stages/surface/sides.h"
 #include "stages/surface/surface.h"

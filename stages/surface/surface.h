@@ -71,9 +71,10 @@ struct BrickSurface {
 /// vertices of the surface on several edges lie there, and triangles between them have no area. A tetrahedron
 /// with a NaN has no triangles, unless the surface is closed: NaN is then outside.
 ///
-///   points  values at the points of active.box(), x fastest; those of the active ones are read, others may be replaced
-///   active  activity of the closed box of a brick, root corners included. A prefix of it gives the surface of the
-///           prefix
+///   points  values at the points of active.box(), x fastest; those of the active ones are read, others may be
+///           replaced
+///   active  activity of the closed box of a brick, root corners included. A prefix of it gives the surface of
+///           the prefix
 ///
 /// REQUIRES: active.box() has fewer than 2^28 points; the level is finite.
 template <class T>

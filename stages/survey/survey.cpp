@@ -10,8 +10,8 @@
 namespace tagrid {
 namespace survey {
 
-// Adds log2(1 + magnitude / step), in units of 2^-23, for a row. A float's bits are that logarithm if its mantissa is
-// taken for the part behind the point.
+// Adds log2(1 + magnitude / step), in units of 2^-23, for a row. A float's bits are that logarithm if its
+// mantissa is taken for the part behind the point.
 TAGRID_VECTOR_CODE double bits_of_row(std::span<const float> magnitudes, float per_step) {
   double sum = 0;
   for (std::size_t first = 0; first < magnitudes.size(); first += 64) {

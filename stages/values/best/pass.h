@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "stages/bound/bounds.h"
-#include "stages/values/best/blended_window.h"
 #include "stages/values/best/residual_model.h"
 #include "stages/values/best/window.h"
 
@@ -67,8 +66,8 @@ class VoxelPass {
   }
 
  private:
-  using Prediction = BlendedWindow::Prediction;
-  using Context = BlendedWindow::Context;
+  using Prediction = VoxelWindow::Prediction;
+  using Context = VoxelWindow::Context;
   /// How a residual is coded: flat if the neighbors are all equal, otherwise in a context.
   struct CodedBy {
     bool flat;
@@ -168,7 +167,7 @@ class VoxelPass {
   const LatticeBits* activity_;
   std::array<Quantizer, 2> quantizers_;
   std::int32_t low_, high_;  ///< range of the originals
-  BlendedWindow window_;
+  VoxelWindow window_;
   std::unique_ptr<MixedResidualModel> model_;
   std::int64_t segments_;
   std::int32_t largest_;

@@ -77,8 +77,8 @@ class PointLattice {
 template <class T, class Coder>
 using CodedValue = std::conditional_t<Coder::encoding, const T, T>;
 
-// The models code one value in both directions: code(at, guess, kind, spread). known(at) is the number from which others
-// are predicted.
+// The models code one value in both directions: code(at, guess, kind, spread). known(at) is the number from
+// which others are predicted.
 template <class T, class Coder>
 class NarrowPointModel {
  public:

@@ -1,11 +1,11 @@
 // Codes the values of the active points of a brick as bytes; a file without voxels stores nothing else of its
 // samples.
 //
-// A value is stored on a fixed lattice, and not relative to a prediction: so both bricks at a shared face store the
-// same value there. Integers are stored as multiples of 2 E_n + 1, clamped to the type. Floats are stored as
-// multiples of 2 E_n, rounded to the type, if these are within E_n, and otherwise as they are; if E_n = 0, every float
-// is stored as it is. Points come coarse to fine. Each is predicted from the vertices of its diamond, all of which are
-// active and known.
+// A value is stored on a fixed lattice, and not relative to a prediction: so both bricks at a shared face
+// store the same value there. Integers are stored as multiples of 2 E_n + 1, clamped to the type. Floats are
+// stored as multiples of 2 E_n, rounded to the type, if these are within E_n, and otherwise as they are; if
+// E_n = 0, every float is stored as it is. Points come coarse to fine. Each is predicted from the vertices of
+// its diamond, all of which are active and known.
 #pragma once
 
 #include <cstdint>

@@ -152,7 +152,7 @@ std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effo
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_decoding_wave(size);
   const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
-  return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
+  return quiet + VoxelWindow::working_bytes(size) + sizeof(MixedResidualModel) +
          MixedResidualModel::working_bytes();
 }
 

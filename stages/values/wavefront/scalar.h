@@ -1,4 +1,5 @@
-// What vectors.h does with whole vectors, as loops over sixteen lanes, for machines without vector instructions.
+// What vectors.h does with whole vectors, as loops over sixteen lanes, for machines without vector
+// instructions.
 #pragma once
 
 #include <cstdint>

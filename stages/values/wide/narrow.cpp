@@ -1,7 +1,6 @@
 #include "stages/values/wide/narrow.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>

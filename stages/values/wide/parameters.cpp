@@ -1,7 +1,6 @@
 #include "stages/values/wide/parameters.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 
 #include "stages/entropy/integer_model.h"

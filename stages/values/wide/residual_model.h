@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <memory>
 
 #include "stages/entropy/adaptive_bit.h"
 
@@ -83,8 +82,8 @@ std::uint64_t code_raw_bits(Coder& coder, std::uint64_t value, int bits) {
 
 class WideResidualModel {
  public:
-  /// The most events that a residual of so many bits makes: two and a sign, the number of its digits, the three
-  /// after the first, and the others, sixteen at a time.
+  /// The most events that a residual of so many bits makes: two and a sign, the number of its digits, the
+  /// three after the first, and the others, sixteen at a time.
   static constexpr std::uint64_t most_events(int bits) {
     return 2 + 1 + 6 + 3 + (static_cast<std::uint64_t>(bits) + 11) / 16;
   }
