@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "stages/entropy/integer_model.h"
+#include "stages/entropy/adaptive_bit.h"
 
 namespace tagrid {
 

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "stages/bound/bounds.h"
-#include "stages/entropy/integer_model.h"
+#include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
 #include "stages/sample/numbers.h"
 #include "stages/values/points/order.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "stages/entropy/integer_model.h"
+#include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
