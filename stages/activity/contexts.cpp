@@ -6,7 +6,7 @@
 namespace tagrid {
 namespace {
 
-// 64 counters that stop at two: one bit says "one or more", the other "two or more".
+// 64 counters that stop at two: one bit for "one or more", the other for "two or more".
 struct UpToTwo {
   Word any = 0, two = 0;
 

@@ -1,8 +1,8 @@
 // Bounds on errors: of voxels, of active voxels, of the mesh, and of stored points; and how a bound is kept.
 //
-// The header of a file has bounds as they were asked for (coding_parameters.h). The coders of 8 and 16 bits
-// take them in whole sample units, and Quantizer keeps them. The coder of wide types checks every sample
-// against its bound (stages/values/wide/codec.cpp).
+// The header of a file has bounds as requested (coding_parameters.h). The coders of 8 and 16 bits take them
+// as integers, and Quantizer keeps them. The coder of wide types checks every sample
+// (stages/values/wide/codec.cpp).
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace tagrid {
 /// EncodeOptions, and -1 in CodingParameters and in the header: see docs/decisions/0020-bounds.md.
 inline bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
-/// A bound in whole sample units. A bound larger than the range of the type becomes that range.
+/// A bound as an integer. A bound larger than the range of the type becomes that range.
 template <class T>
 std::int64_t integer_bound(double bound) {
   constexpr double widest =

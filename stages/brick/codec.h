@@ -37,7 +37,7 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
-/// The same for samples of the type that the parameters say.
+/// The same for samples of parameters.type.
 void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
@@ -100,7 +100,7 @@ enum class Wanted {
 
 inline constexpr std::int64_t all_slices = std::numeric_limits<std::int64_t>::max();
 
-/// What is asked of a brick.
+/// What to decode of a brick.
 struct BrickRequest {
   std::int64_t id = 0;  ///< its number
   Wanted wanted = Wanted::samples_and_grid;

@@ -60,7 +60,7 @@ class IntegerLimit {
 
   explicit IntegerLimit(double largest) : largest_(std::min(largest, most)) {}
 
-  /// The largest difference that is allowed, times a whole number.
+  /// The largest allowed difference, times an integer.
   std::int64_t times(std::int64_t whole) const {
     // largest_ is mantissa * 2^exponent.
     int exponent = 0;

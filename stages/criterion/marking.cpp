@@ -125,7 +125,7 @@ TAGRID_INSTANTIATE(double)
 
 namespace {
 
-// Where all is air, or was cut away, there is nothing to mark. Of wide samples some are no numbers.
+// Where all is air, or was cut away, there is nothing to mark. Wide samples may be NaN.
 template <class T>
 bool nothing_to_mark(const Samples<T>& samples, const CodingParameters& parameters) {
   if constexpr (is_wide<T>) return false;
@@ -139,7 +139,7 @@ LatticeBits mark_samples(const Samples<T>& samples, const Box& cubes, const Box&
                          const CodingParameters& parameters) {
   if (nothing_to_mark(samples, parameters)) return {};
   LatticeBits marks(marked);
-  // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
+  // Wide samples become heights; narrow ones are multiplied by the field scale later.
   if constexpr (is_wide<T>) {
     const auto count = static_cast<std::size_t>(samples.box.count());
     const std::vector<double> heights =

@@ -165,7 +165,7 @@ class MeshMarker {
 // The bounds that remain for the interpolation if values have errors, and if a cut rounds values once more.
 MeshBounds mesh_bounds(const CodingParameters& p) {
   // If originals are linear in the leaf and decoded values are within P of them, so are rounded values: P is
-  // whole.
+  // an integer.
   const auto at_border = [&](double left) {
     return left <= 0 || is_float_type(p.type) ? left : std::max(left - 0.5, 0.0);
   };

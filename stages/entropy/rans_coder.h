@@ -108,8 +108,7 @@ class RansDecoder {
     return value;
   }
 
-  /// True if exactly the bytes that the encoder wrote have been used, and the state is the encoder's first
-  /// one.
+  /// True if all bytes have been used, no more, and the state is the encoder's first one.
   bool finished() const { return position_ == bytes_.size() && state_ == rans_low; }
   /// True once more bytes were requested than there are; then decoding the rest is useless.
   bool exhausted() const { return position_ > bytes_.size(); }

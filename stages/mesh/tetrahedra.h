@@ -50,7 +50,7 @@ struct BisectionStep {
 };
 
 /// A place in a tetrahedron by its barycentric coordinates: place = sum of weights[i] * vertices[i], divided
-/// by the sum of the weights. None is negative; whole numbers stay whole at every level.
+/// by the sum of the weights. None is negative; integers stay integers at every level.
 using BarycentricWeights = std::array<std::int64_t, 4>;
 
 /// The weights of the same place in BisectionStep::half(middle, which), for a base edge that ends in vertex

@@ -83,7 +83,7 @@ class EdgeNumbers {
     return sum;
   }
 
-  /// True if it is asked for the first time. REQUIRES: the edge was added; count() was called.
+  /// True at the first call for this edge. REQUIRES: the edge was added; count() was called.
   bool is_first(std::uint32_t middle) {
     const std::uint64_t bit = std::uint64_t{1} << (middle % 64);
     std::uint64_t& word = asked_for_[middle / 64];
@@ -115,7 +115,7 @@ class EdgeNumbers {
                       std::span<std::array<std::uint32_t, 3>> triangles);
 
   std::vector<std::uint64_t> edges_;      // a bit for each point of the lattice with half the distances
-  std::vector<std::uint64_t> asked_for_;  // bits of edges that were not yet asked for
+  std::vector<std::uint64_t> asked_for_;  // bits of edges for which is_first() was not called
   std::vector<std::uint32_t> before_;     // for each word, the edges in the words before it
 };
 

@@ -18,7 +18,7 @@ class Sides {
       inside = 2,                            ///< an active point that is inside
       border = 4,                            ///< an active point in the border of the volume
       beyond = 8,                            ///< an active point outside of the volume
-      crossed = 16,  ///< the centre of a cell that has active points on both sides, or whose border is wanted
+      crossed = 16,  ///< the centre of a cell with active points on both sides, or at a border to be closed
       alone = 32;    ///< an active point of exactly the level that is outside; see SurfaceLevel
 
   /// Finds all of them. See surface_of_brick().

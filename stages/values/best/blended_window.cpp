@@ -157,7 +157,7 @@ void VoxelWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p, 
   const int shift = weight_bits - feature_bits_;
   squares_.learn(features_, std::clamp((truth - p.fitted) >> shift, -feature_limit, feature_limit));
   gradient_.learn(features_, (truth - p.gradient) >> shift);
-  // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
+  // An edge is no evidence of a bias elsewhere, so an error is limited to the usual size around it.
   const std::int64_t usual =
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error = std::clamp<std::int64_t>(truth - p.corrected, -usual, usual);

@@ -15,7 +15,7 @@
 
 namespace tagrid {
 
-// A segment is a piece of a row; one decision can say that all its residuals are zero.
+// A segment is a piece of a row; one event can code that all its residuals are zero.
 inline constexpr std::int64_t segment_length = 64;
 
 /// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
@@ -97,8 +97,7 @@ class VoxelPass {
         std::clamp<Product>(p.value + residual * static_cast<Product>(quantizer.step), low_, high_));
   }
 
-  // Quantization does not depend on the coding, so the entire segment is quantized before its first decision
-  // is coded.
+  // Quantization does not depend on the coding, so the segment is quantized before its first event is coded.
   bool encode_segment(const T* original, std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
     if (window_.is_flat(first, last) && repeats(original, first, last)) {
       window_.fill(first, last);

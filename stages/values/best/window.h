@@ -91,7 +91,7 @@ class VoxelWindow {
   using MissedSums = std::array<std::uint32_t, candidates>;
 
   /// The average error of predictions in one context: by texture, within a class of the size of the residuals
-  /// around. Without the class, the bias of rough regions would spoil smooth ones.
+  /// around. Without the class, smooth regions would get the bias of rough ones.
   struct Bias {
     std::int32_t value = 0;  ///< 2^-weight_bits
     std::uint32_t seen = 0;

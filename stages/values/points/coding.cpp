@@ -250,7 +250,7 @@ Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& act
 
 std::uint64_t working_bytes_of_encoding_points(SampleType type, Index3 size) {
   const auto points = static_cast<std::uint64_t>(size.x * size.y * size.z);
-  // Residuals of numbers of so many bits have one more, and a sign; on a lattice, floats have 48.
+  // A residual has one bit more than its numbers, and a sign; floats on a lattice have 48 bits.
   const int bits = static_cast<int>(8 * size_of(type)) + 1;
   const bool floats = is_float_type(type);
   const std::uint64_t events =

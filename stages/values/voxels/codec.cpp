@@ -140,7 +140,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& bric
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_encoding_wave(type, size);
   const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
-  // While the models know nothing, residuals are dearer; parameters come first.
+  // New models code residuals in more bits; parameters come first.
   constexpr std::uint64_t learning = 32768;
   return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
 }

@@ -1,5 +1,4 @@
-// What vectors.h does with whole vectors, as loops over sixteen lanes, for machines without vector
-// instructions.
+// What vectors.h does across lanes, as loops, for machines without vector instructions.
 #pragma once
 
 #include <cstdint>

@@ -265,7 +265,7 @@ std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size
   if (floats) ++events;                                                                     // escaped?
   if (floats && bounds.surface_error == 0) events += WideResidualModel::most_events(bits);  // corrected
   const std::uint64_t numbers = voxels * (sizeof(std::int64_t) + sizeof(std::uint8_t));
-  // Before the first voxel a few hundred say the parameters.
+  // The parameters take a few hundred events before the first voxel.
   const std::uint64_t wide =
       numbers + std::max(floats ? numbers : 0,
                          working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));

@@ -28,8 +28,7 @@ struct NarrowForm {
 template <class T>
 std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds);
 
-/// Appends the coded values of a brick, after the byte that says that they are narrow; see
-/// encode_voxels().
+/// Appends the coded values of a brick, without the byte that marks them as narrow; see encode_voxels().
 template <class T>
 PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, const WideBrick& brick,
                           std::span<T> reconstruction, std::vector<std::uint8_t>& out);

@@ -57,7 +57,7 @@ std::uint64_t roughness(const std::vector<std::int64_t>& numbers) {
 }
 
 // Lossless: fixed point if all finite samples are multiples of one unit and the result is shorter, as for
-// whole numbers stored as floats.
+// integers stored as floats.
 template <class T>
 void choose_lossless(std::span<const T> samples, WideParameters& p, WideNumbers& n) {
   make_keys(samples, n);

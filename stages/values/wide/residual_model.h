@@ -82,7 +82,7 @@ std::uint64_t code_raw_bits(Coder& coder, std::uint64_t value, int bits) {
 
 class WideResidualModel {
  public:
-  /// The most events that a residual of so many bits makes: two and a sign, the number of its digits, the
+  /// The most events of a residual of `bits` bits: two and a sign, the number of its digits, the
   /// three after the first, and the others, sixteen at a time.
   static constexpr std::uint64_t most_events(int bits) {
     return 2 + 1 + 6 + 3 + (static_cast<std::uint64_t>(bits) + 11) / 16;
