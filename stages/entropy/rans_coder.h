@@ -15,8 +15,6 @@
 
 namespace tagrid {
 
-inline constexpr int probability_bits = 16;
-
 /// A state is in [rans_low, rans_low << 16): it has 47 bits, so that Reciprocals divides it exactly.
 inline constexpr std::uint64_t rans_low = std::uint64_t{1} << 31;
 

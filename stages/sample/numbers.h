@@ -91,13 +91,10 @@ inline bool within(double a, double b, double bound) {
   return difference < 0 ? rest >= 0 : rest <= 0;
 }
 
-/// floor(log2 |v|). REQUIRES: v is finite and not zero.
-inline int exponent_of(double v) { return std::ilogb(v); }
-
 /// Exponent of the unit in the last place of a number of type T with the magnitude of v.
 template <class T>
 int last_place(T v) {
-  return std::max(exponent_of(static_cast<double>(v)) - (std::numeric_limits<T>::digits - 1),
+  return std::max(std::ilogb(static_cast<double>(v)) - (std::numeric_limits<T>::digits - 1),
                   std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits);
 }
 

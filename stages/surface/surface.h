@@ -22,7 +22,7 @@ struct SurfaceLevel {
   /// In units of samples. A vertex of the grid is inside if its value is at least this. It is outside,
   /// though, if its value is just this, no neighbor has more, and no triangle at it has all corners inside: a
   /// surface there would have no extent. Neighbors are those of
-  /// stages/surface/common_neighbours.h; NaN counts as more, or as outside if the surface is closed. On faces
+  /// CommonNeighbours; NaN counts as more, or as outside if the surface is closed. On faces
   /// of root cubes, those that are so put outside on their edges no longer count; inside, those on faces and
   /// edges.
   double value = 0;

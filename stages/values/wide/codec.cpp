@@ -7,7 +7,6 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/values/voxels/constant_brick.h"
-#include "stages/values/wide/narrow.h"
 #include "stages/values/wide/parameters.h"
 #include "stages/values/wide/residual_model.h"
 #include "stages/values/wide/window.h"

@@ -1,4 +1,4 @@
-#include "stages/values/wide/narrow.h"
+#include "stages/values/wide/codec.h"
 
 #include <algorithm>
 #include <cmath>
@@ -92,9 +92,9 @@ std::optional<NarrowForm> narrow_floats(std::span<const T> samples, const WideBo
   const double span = (*range)[1] - (*range)[0],
                largest = std::max(std::fabs((*range)[0]), std::fabs((*range)[1]));
   if (!(tight > 0) || !std::isfinite(span) || span == 0) return {};
-  const int exponent = std::max({exponent_of(span) - 15,
-                                 exponent_of(largest) - std::min(std::numeric_limits<T>::digits - 2, 45),
-                                 std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits});
+  const int exponent =
+      std::max({std::ilogb(span) - 15, std::ilogb(largest) - std::min(std::numeric_limits<T>::digits - 2, 45),
+                std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits});
   if (exponent < lowest_exponent || exponent > highest_exponent) return {};
   const double per_unit = power_of_two(-exponent);
   if (tight * per_unit < least_units) return {};
