@@ -1,4 +1,4 @@
-#include "stages/activity/bytes_of_points.h"
+#include "stages/activity/neighbour_words.h"
 
 #include <bit>
 #include <cstring>

@@ -80,7 +80,7 @@ class Candidates {
     const auto last = static_cast<std::size_t>(box.size().x - 1);
     add(y, z, [&](std::size_t i) {
       const auto at = [&](Index3 step) { return active_at(y, z, i, step); };
-      // A parent outside the box asks for nothing.
+      // Parents outside the box do not count.
       Word all = mask_[i];
       if (!pass_.odd[1] && y > box.low.y) all &= at({0, -u, 0});
       if (!pass_.odd[1] && y < box.high.y) all &= at({0, u, 0});

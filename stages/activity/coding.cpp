@@ -5,7 +5,7 @@
 
 #include "stages/activity/candidates.h"
 #include "stages/activity/contexts.h"
-#include "stages/entropy/mixer.h"
+#include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
 
 namespace tagrid {

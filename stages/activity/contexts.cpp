@@ -6,7 +6,7 @@
 namespace tagrid {
 namespace {
 
-// 64 counters that stop at two: one bit says "one or more", the other "two or more".
+// 64 counters that stop at two: one bit for "one or more", the other for "two or more".
 struct UpToTwo {
   Word any = 0, two = 0;
 
@@ -40,8 +40,8 @@ struct Past {
   std::size_t active = 0, inactive = 0;
 };
 
-// Bits 0, 2 and 5: whether the points before it along x, y and z are candidates; bits 1, 4 and 7: whether they
-// are expected to be active; bits 3 and 6, and `before` for x: whether they are.
+// Bits 0, 2 and 5: whether the points before it along x, y and z are candidates; bits 1, 4 and 7: whether
+// they are expected to be active; bits 3 and 6, and `before` for x: whether they are.
 constexpr Past past_of(std::size_t bits, bool before) {
   Past past;
   const auto add = [&past](bool candidate, bool active, bool forecast) {

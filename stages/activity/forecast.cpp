@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "stages/criterion/curvature.h"
-#include "stages/criterion/heights.h"
 #include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
 #include "stages/sample/sample_type.h"

@@ -1,10 +1,11 @@
 // Forecasts from its decoded samples which points of a brick are likely to be active.
 //
-// The forecast is the criterion (marks/criterion.h), evaluated on the decoded samples, with three thresholds:
-// 0.6, 1 and 1.6 times the excess that it allows, for those edges that a cheaper test (marks/edge_tests.h) does
-// not rule out. The points above each threshold are closed under parents, as marks are: this gives a forecast
-// of 0 to 3 for every point. In a lossless file without a bound on the mesh, the second set is nearly the
-// activity, except points whose marks depend on samples that the brick does not own.
+// The forecast is the criterion (stages/criterion/criterion.h), evaluated on the decoded samples, with three
+// thresholds: 0.6, 1 and 1.6 times the excess that it allows, for those edges that a cheaper test
+// (stages/criterion/find_edges.h) does not rule out. The points above each threshold are closed under
+// parents, as marks are: this gives a forecast of 0 to 3 for every point. In a lossless file without a bound
+// on the mesh, the second set is nearly the activity, except points whose marks depend on samples that the
+// brick does not own.
 //
 // The forecast is part of the format: encoder and decoder both compute it in float32, in a fixed order.
 #pragma once

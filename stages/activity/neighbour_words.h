@@ -1,6 +1,7 @@
-// Words of the bits of points that are at a fixed distance from the points of a row.
+// Words of the bits of points that are at a fixed distance from the points of a row, and words as bytes.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -10,8 +11,8 @@ namespace tagrid {
 
 using Word = std::uint64_t;
 
-/// Where the bits of the points lie that are one step from the 64 points of a word. Points outside the box have
-/// no bit set.
+/// Where the bits of the points lie that are one step from the 64 points of a word. Points outside the box
+/// have no bit set.
 class NeighbourWord {
  public:
   /// `step` from points 64 i .. 64 i + 63 of the row at y, z, in `shape` and all other sets of the same box.
@@ -36,6 +37,18 @@ class NeighbourWord {
   std::ptrdiff_t at_ = 0;
   unsigned bits_;
   bool has_lower_ = false, has_upper_ = false;
+};
+
+/// One byte for each of 64 points, made from eight words: bit k of byte i is bit i of word k.
+class BytesOfPoints {
+ public:
+  using Words = std::array<std::uint64_t, 8>;
+
+  void transpose(const Words& words);
+  std::size_t operator[](int i) const { return bytes_[static_cast<std::size_t>(i)]; }
+
+ private:
+  alignas(64) std::array<std::uint8_t, 64> bytes_;
 };
 
 }  // namespace tagrid

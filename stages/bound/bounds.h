@@ -1,8 +1,8 @@
 // Bounds on errors: of voxels, of active voxels, of the mesh, and of stored points; and how a bound is kept.
 //
-// The header of a file has bounds as they were asked for (coding_parameters.h). The coders of 8 and 16 bits
-// take them in whole sample units, and Quantizer keeps them. The coder of wide types checks every sample
-// against its bound (stages/values/wide/codec.cpp).
+// The header of a file has bounds as requested (coding_parameters.h). The coders of 8 and 16 bits take them
+// as integers, and Quantizer keeps them. The coder of wide types checks every sample
+// (stages/values/wide/codec.cpp).
 #pragma once
 
 #include <algorithm>
@@ -11,13 +11,17 @@
 #include <cstdint>
 #include <limits>
 
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/sample/coding_parameters.h"
+
 namespace tagrid {
 
 /// True if `e` can bound an error: a finite number from 0, in sample units. An absent bound is nothing in
 /// EncodeOptions, and -1 in CodingParameters and in the header: see docs/decisions/0020-bounds.md.
 inline bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
-/// A bound in whole sample units. A bound larger than the range of the type becomes that range.
+/// A bound as an integer. A bound larger than the range of the type becomes that range.
 template <class T>
 std::int64_t integer_bound(double bound) {
   constexpr double widest =
@@ -66,5 +70,16 @@ inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
   const Quantizer other = limited(bounds.max_error);
   return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
 }
+
+/// What the encoder and the decoder of a brick's voxels both know.
+template <class Bounds>
+struct BrickOfVoxels {
+  Box owned;  ///< of the voxels; not empty
+  /// Of a box that contains `owned`; only needed with a surface_error.
+  const LatticeBits* activity = nullptr;
+  Bounds bounds;
+  Effort effort = Effort::normal;
+};
+using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 
 }  // namespace tagrid

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stages/grid/brick_rows.h"
+#include "stages/grid/domain.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -16,8 +16,8 @@ namespace tagrid {
 std::vector<BrickRows> rows_below(const BrickRows& rows);
 
 /// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. In a
-/// lossless file they do not, because they are the samples themselves. In a grid-only file they do not either,
-/// because both bricks store them.
+/// lossless file they do not, because they are the samples themselves. In a grid-only file they do not
+/// either, because both bricks store them.
 inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
   return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
 }

@@ -1,24 +1,28 @@
 #include "stages/brick/codec.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <optional>
+#include <vector>
 
 #include "stages/activity/coding.h"
 #include "stages/activity/forecast.h"
 #include "stages/bound/bounds.h"
 #include "stages/brick/sample_statistics.h"
+#include "stages/grid/lattice.h"
+#include "stages/sample/sample_type.h"
+#include "stages/sample/vector_code.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
-#include "stages/values/points/interpolation.h"
-#include "stages/values/points/wide_coding.h"
 #include "stages/values/voxels/codec.h"
 #include "stages/values/wide/codec.h"
 
 namespace tagrid {
+
 namespace {
 
-// The coders of narrow and wide types under one name.
+// Its type selects the coder of narrow or of wide types.
 template <class T>
 auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
   if constexpr (is_wide<T>)
@@ -28,54 +32,6 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
                       &active,
                       {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
                       parameters.effort};
-}
-
-template <class T>
-auto encode_brick_voxels(const Samples<T>& samples, const LatticeBits& active,
-                         const CodingParameters& parameters, std::span<T> decoded,
-                         std::vector<std::uint8_t>& out) {
-  const std::span<const T> original(samples.data, decoded.size());
-  if constexpr (is_wide<T>)
-    return encode_wide_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
-  else
-    return encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
-}
-
-template <class T>
-Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
-                           const CodingParameters& parameters, const BrickValues<T>& values) {
-  if constexpr (is_wide<T>)
-    return decode_wide_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples,
-                                 values.carried);
-  else
-    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
-}
-
-template <class T>
-T stored(T value, double point_error) {
-  if constexpr (is_wide<T>)
-    return stored_wide_point(value, point_error);
-  else
-    return stored_point(value, integer_bound<T>(point_error));
-}
-
-template <class T>
-void encode_brick_points(std::span<const T> points, const LatticeBits& active,
-                         const CodingParameters& parameters, std::vector<std::uint8_t>& out) {
-  if constexpr (is_wide<T>)
-    encode_wide_points<T>(points, active, parameters.cube_size, parameters.point_error, out);
-  else
-    encode_points<T>(points, active, parameters.cube_size, integer_bound<T>(parameters.point_error), out);
-}
-
-template <class T>
-Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, std::span<T> points) {
-  if constexpr (is_wide<T>)
-    return decode_wide_points<T>(bytes, active, parameters.cube_size, parameters.point_error, points);
-  else
-    return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
-                            points);
 }
 
 // The values of `box` that lie in `owned`.
@@ -120,7 +76,9 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
     encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                     parameters.max_level, code.activity);
   };
-  auto values = encode_brick_voxels<T>(samples, active, parameters, decoded, code.values);
+  const std::span<const T> original(samples.data, n);
+  auto values =
+      encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, code.values);
   if (!parameters.stores_grid()) {
     values.finish();
   } else if (activity_follows_values(parameters)) {
@@ -134,7 +92,7 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
     values.finish();
     code_activity();
   }
-  measure_samples<T>({samples.data, n}, decoded, code.statistics);
+  measure_samples<T>(original, decoded, code.statistics);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
 }
 
@@ -145,8 +103,9 @@ void encode_points_and_activity(const Samples<T>& samples, const LatticeBits& ac
   const std::span<const T> original(samples.data, static_cast<std::size_t>(samples.box.count()));
   encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
   std::vector<T> points(original.size());
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = stored(original[i], parameters.point_error);
-  encode_brick_points<T>(points, active, parameters, code.values);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = stored_point(original[i], parameters.point_error);
+  encode_points<T>(points, active, parameters.cube_size, parameters.point_error, code.values);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
   const Box box = parameters.bricks().owned_box(brick);
   std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
@@ -197,10 +156,11 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
                            const CodingParameters& parameters, Index3 brick, const BrickValues<T>& values) {
   const Box owned = parameters.bricks().owned_box(brick);
   if (parameters.mode == FileMode::voxels)
-    return decode_brick_voxels<T>(bytes, owned, active, parameters, values);
+    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
   assert(static_cast<std::int64_t>(values.samples.size()) == owned.count());
   assert(active.box() == parameters.bricks().closed_box(brick));
-  Status status = decode_brick_points<T>(bytes, active, parameters, values.points);
+  Status status =
+      decode_points<T>(bytes, active, parameters.cube_size, parameters.point_error, values.points);
   if (status.ok()) interpolate_owned<T>(values.points, active, parameters, brick, values.samples);
   return status;
 }
@@ -214,5 +174,102 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
                                       const CodingParameters&, Index3, const BrickValues<T>&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
+
+TAGRID_VECTOR_CODE
+void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
+                  Statistics& statistics) {
+  Box owned = active.box();
+  for (int axis = 0; axis < 3; ++axis)
+    if (brick[axis] > 0) ++owned.low[axis];
+  const std::int64_t s = parameters.cube_size;
+  // The x coordinates with exactly 2^i as their unit, and those with 2^i or more; the multiples of S are at
+  // the end.
+  const std::size_t words = active.words_per_row();
+  struct Masks {
+    std::vector<std::uint64_t> exactly, at_least;
+  };
+  std::vector<Masks> masks;
+  for (std::int64_t unit = 1; unit <= s; unit *= 2) {
+    Masks& m =
+        masks.emplace_back(Masks{std::vector<std::uint64_t>(words), std::vector<std::uint64_t>(words)});
+    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x) {
+      const auto at = static_cast<std::size_t>(x - active.box().low.x);
+      const std::uint64_t bit = std::uint64_t{x % unit == 0} << (at % 64);
+      m.at_least[at / 64] |= bit;
+      if (unit == s || x % (2 * unit) != 0) m.exactly[at / 64] |= bit;
+    }
+  }
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y) {
+      const std::uint64_t* row = active.row(y, z);
+      const auto count = [&](const std::vector<std::uint64_t>& mask, std::int64_t x) {
+        std::uint64_t n = 0;
+        for (std::size_t w = 0; w < words; ++w)
+          n += static_cast<std::uint64_t>(std::popcount(row[w] & mask[w]));
+        if (n > 0)
+          statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += n;
+      };
+      // Points whose x has a larger unit than y or z have all the same level.
+      const auto last = static_cast<std::size_t>(std::countr_zero(static_cast<std::uint64_t>(y | z | s)));
+      for (std::size_t i = 0; i <= last; ++i) count(masks[i].exactly, std::int64_t{1} << i);
+      if (last + 1 < masks.size()) count(masks[last + 1].at_least, s);
+    }
+}
+
+namespace {
+
+// The samples that lie in some bytes.
+template <class T>
+std::span<T> samples_in(std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
+}
+
+}  // namespace
+
+Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
+                    DecodedBrick& brick) {
+  const Index3 position = parameters.bricks().position(request.id);
+  const bool values_first = activity_follows_values(parameters),
+             grid = request.wanted == Wanted::samples_and_grid;
+  assert(request.slices > 0 && (!grid || request.slices == all_slices));
+  Status status;
+  std::vector<std::uint8_t> carried;
+  brick = {};
+  brick.id = request.id;
+  const BrickGrid bricks = parameters.bricks();
+  if (!parameters.stores_grid() && !code.activity.empty())
+    return Status::broken("a brick has a grid, but the file stores none");
+  const auto bytes_of = [&](const Box& box) {
+    return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
+  };
+  with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    const auto decode_activity = [&] {
+      status = decode_brick_activity<T>(code.activity, samples_in<T>(brick.samples), parameters, position,
+                                        brick.active);
+    };
+    if (!values_first) decode_activity();
+    if (!status.ok()) return;
+    Box returned = bricks.owned_box(position);
+    if (parameters.mode == FileMode::voxels)
+      returned.high.z = returned.low.z + std::min(request.slices, returned.size().z) - 1;
+    brick.samples = bytes_of(returned);
+    if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
+    status = decode_brick_values<T>(code.values, brick.active, parameters, position,
+                                    {samples_in<T>(brick.samples), samples_in<T>(brick.points), carried});
+    if (!status.ok()) return;
+    if (!carried.empty() && !(values_first && parameters.stores_grid())) {
+      status = Status::broken("the values carry bytes of an activity that does not follow them");
+      return;
+    }
+    if (!values_first || !grid || !parameters.stores_grid()) return;
+    carried.insert(carried.end(), code.activity.begin(), code.activity.end());
+    code.activity = carried;
+    decode_activity();
+  });
+  if (!grid) brick.points = {};
+  if (!grid) brick.active = LatticeBits();
+  return status;
+}
 
 }  // namespace tagrid

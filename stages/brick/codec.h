@@ -1,11 +1,12 @@
 // Codes one brick as bytes and back. The activity of a file with voxels is coded in the context of the
 // decoded samples, so values come first. If samples depend on the activity (surface_error), or are
 // interpolated from active points, the activity comes first. The stage before this one is subdivide; the
-// container follows.
+// container follows. The type of samples is chosen here.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -36,7 +37,7 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
-/// The same for samples of the type that the parameters say.
+/// The same for samples of parameters.type.
 void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
@@ -82,5 +83,43 @@ std::uint64_t most_bytes_of_code(const CodingParameters& parameters, Index3 bric
 /// Adds the numbers of active points that the brick owns, by level; see Statistics.
 void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
                   Statistics& statistics);
+
+/// A decoded brick. Samples are stored as in memory, in the type of the volume, x fastest.
+struct DecodedBrick {
+  std::int64_t id = 0;
+  LatticeBits active;              ///< activity of its closed box; empty in a file that stores no grid
+  std::vector<std::byte> samples;  ///< the samples that it owns, or those of its first slices
+  std::vector<std::byte> points;   ///< in a file without voxels: see BrickValues
+};
+
+/// Which parts of a brick are needed.
+enum class Wanted {
+  samples,           ///< only samples
+  samples_and_grid,  ///< also the active points and the values of points
+};
+
+inline constexpr std::int64_t all_slices = std::numeric_limits<std::int64_t>::max();
+
+/// What to decode of a brick.
+struct BrickRequest {
+  std::int64_t id = 0;  ///< its number
+  Wanted wanted = Wanted::samples_and_grid;
+  /// Values lie slice after slice: if only the first slices across z are needed, the time for the others is
+  /// saved, and their code is not checked. A brick that has fewer, or no values of voxels, is decoded as a
+  /// whole. REQUIRES: at least one; all of them with Wanted::samples_and_grid.
+  std::int64_t slices = all_slices;
+};
+
+/// The bytes of a brick; see BrickCode.
+struct BrickCodeView {
+  std::span<const std::uint8_t> activity, values;
+};
+
+/// Decodes a brick. Safe on any bytes.
+Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
+                    DecodedBrick& brick);
+
+/// The peak of the heap that decode_brick() takes, including the decoded brick.
+std::uint64_t working_bytes_of_decoding(const CodingParameters& parameters, Index3 brick, Wanted wanted);
 
 }  // namespace tagrid

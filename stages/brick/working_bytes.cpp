@@ -4,10 +4,8 @@
 #include "stages/activity/coding.h"
 #include "stages/activity/forecast.h"
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
-#include "stages/values/points/wide_coding.h"
 #include "stages/values/voxels/codec.h"
 #include "stages/values/wide/codec.h"
 
@@ -57,8 +55,7 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
                       activity = working_bytes_of_encoding_activity(z.closed, activity_follows_values(p));
   const std::uint64_t decoded = p.mesh_error >= 0 ? z.point_bytes : 0;
   if (z.grid) {
-    const std::uint64_t values = z.wide ? working_bytes_of_encoding_wide_points(z.type, z.closed)
-                                        : working_bytes_of_encoding_points(z.type, z.closed);
+    const std::uint64_t values = working_bytes_of_encoding_points(z.type, z.closed);
     return counting +
            std::max(activity, z.point_bytes + std::max(values + code, code + decoded + 2 * z.voxel_bytes +
                                                                           interpolation(z)));
@@ -88,8 +85,7 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
   const std::uint64_t bits = LatticeBits::working_bytes(z.closed),
                       activity = working_bytes_of_decoding_activity(z.closed, activity_follows_values(p));
   if (z.grid) {
-    const std::uint64_t values =
-        z.wide ? working_bytes_of_decoding_wide_points(z.closed) : working_bytes_of_decoding_points(z.closed);
+    const std::uint64_t values = working_bytes_of_decoding_points(z.type, z.closed);
     return bits + std::max(activity, z.point_bytes + z.voxel_bytes + std::max(values, interpolation(z)));
   }
   const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.owned, p.effort)

@@ -5,7 +5,6 @@
 
 #include "stages/coarsen/leaf_test.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/grid/diamond.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

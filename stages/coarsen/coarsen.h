@@ -33,7 +33,8 @@ struct MeshBound {
 /// Adds all points to `active` that the bound and the closure require in active.box() because of the points
 /// that are active already. Parents outside the box are ignored: who knows their brick must add them there.
 ///
-///   samples    of `type`, at all points of active.box(), x fastest; outside the volume those of the nearest voxel
+///   samples    of `type`, at all points of active.box(), x fastest; outside the volume those of the nearest
+///              voxel
 ///   active     of a box of complete root cubes; none at first
 ///   expanded   the earlier result of this function for `active`, or none: tetrahedra that these points
 ///              created are not tested again

@@ -1,8 +1,8 @@
 // Tests whether the linear interpolation in a tetrahedron is near enough to all samples in it.
 //
 // The barycentric weights of lattice points in a tetrahedron whose base edge has the midpoint p are multiples
-// of 1/2u, where u is the unit of p (see stages/criterion/diamond_samples.h). So 2u times the interpolation is a
-// whole number for integers, and is compared with 2u times the sample.
+// of 1/2u, where u is the unit of p (see stages/criterion/diamond_samples.h). So 2u times the interpolation
+// is a whole number for integers, and is compared with 2u times the sample.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
 #include <type_traits>
 
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
-#include "stages/grid/tetrahedron.h"
 #include "stages/mesh/cut.h"
-#include "stages/mesh/lattice_points.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/samples.h"
 
@@ -63,7 +60,7 @@ class IntegerLimit {
 
   explicit IntegerLimit(double largest) : largest_(std::min(largest, most)) {}
 
-  /// The largest difference that is allowed, times a whole number.
+  /// The largest allowed difference, times an integer.
   std::int64_t times(std::int64_t whole) const {
     // largest_ is mantissa * 2^exponent.
     int exponent = 0;

@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// The points of one class in one slice: x = x0 + 2 unit i, y = y0 + 2 unit j. Their base edges end at corners of
-/// their cells in the lattice of 2 unit.
+/// The points of one class in one slice: x = x0 + 2 unit i, y = y0 + 2 unit j. Their base edges end at
+/// corners of their cells in the lattice of 2 unit.
 struct PointsOfSlice {
   std::int64_t unit;
   std::int64_t x0, y0, z;      ///< the first point
@@ -25,16 +25,16 @@ struct PointsOfSlice {
   }
 };
 
-/// The direction of an edge: the distance in units along each axis from its middle to its right end. An edge rises
-/// along its first odd axis.
+/// The direction of an edge: the distance in units along each axis from its middle to its right end. An edge
+/// rises along its first odd axis.
 struct Way {
   std::int64_t x, y, z;
 };
 
 /// The direction of the edge of point (i, j); it depends only on whether these are even.
 inline Way way_of(const PointsOfSlice& points, std::int64_t i, std::int64_t j) {
-  // Along the other axes an edge rises if its cell has the same parity there as along the first. The low corner of a
-  // cell is a unit below its middle.
+  // Along the other axes an edge rises if its cell has the same parity there as along the first. The low
+  // corner of a cell is a unit below its middle.
   const std::int64_t u = points.unit;
   const auto parity = [&](bool odd, std::int64_t middle) {
     return odd && points.alternate && ((middle - u) & (2 * u)) != 0;
@@ -46,18 +46,19 @@ inline Way way_of(const PointsOfSlice& points, std::int64_t i, std::int64_t j) {
   return {along(points.odd_x, px), along(points.odd_y, py), along(points.odd_z, pz)};
 }
 
-/// Calls f(points) for each class of points with this unit in slice z of `box`, up to a level. REQUIRES: z is a multiple
-/// of the unit.
+/// The first coordinate from `low` on that is an odd, or an even, multiple of the unit.
+constexpr std::int64_t first_multiple(std::int64_t low, std::int64_t unit, bool odd) {
+  const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
+  return offset + (low - offset + period - 1) / period * period;
+}
+
+/// Calls f(points) for each class of points with this unit in slice z of `box`, up to a level. REQUIRES: z is
+/// a multiple of the unit.
 template <class F>
 void for_each_class_of_points(const Box& box, int cube_size, int max_level, std::int64_t unit, std::int64_t z,
                               F f) {
   if (z < box.low.z || z > box.high.z) return;
   const std::int64_t period = 2 * unit;
-  // The first coordinate >= low of the form unit * odd number, or unit * even number.
-  const auto first_of = [&](std::int64_t low, bool odd) {
-    const std::int64_t offset = odd ? unit : 0;
-    return offset + (low - offset + period - 1) / period * period;
-  };
   const auto count = [&](std::int64_t first, std::int64_t high) {
     return first > high ? 0 : (high - first) / period + 1;
   };
@@ -65,7 +66,7 @@ void for_each_class_of_points(const Box& box, int cube_size, int max_level, std:
     const bool ox = bits & 1, oy = bits & 2, oz = (z & unit) != 0;
     const int odd = int{ox} + int{oy} + int{oz};
     if (odd == 0 || level_of(cube_size, unit, odd) > max_level) continue;
-    const std::int64_t x0 = first_of(box.low.x, ox), y0 = first_of(box.low.y, oy);
+    const std::int64_t x0 = first_multiple(box.low.x, unit, ox), y0 = first_multiple(box.low.y, unit, oy);
     const PointsOfSlice points{unit, x0, y0, z,  count(x0, box.high.x), count(y0, box.high.y),
                                odd,  ox, oy, oz, period != cube_size};
     if (points.columns > 0 && points.rows > 0) f(points);

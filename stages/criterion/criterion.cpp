@@ -39,7 +39,7 @@ TAGRID_INLINE Vector2 operator*(float s, Vector2 a) { return {s * a.x, s * a.y};
 TAGRID_INLINE float dot(Vector2 a, Vector2 b) { return a.x * b.x + a.y * b.y; }
 TAGRID_INLINE float cross(Vector2 a, Vector2 b) { return a.x * b.y - a.y * b.x; }
 
-// The control points one step behind and one step ahead of an end, relative to it.
+// The control points one step before and one step after an end, relative to it.
 struct EndSteps {
   Vector2 behind, ahead;
 };
@@ -71,8 +71,7 @@ TAGRID_INLINE ControlPolygon control_polygon(float rise, float slope_left, float
   const EndSteps l = osculating_steps(slope_left, bend_left, third, step_angle);
   const EndSteps r = osculating_steps(slope_right, bend_right, third, step_angle);
   ControlPolygon polygon;
-  // Written by coordinates: copies of whole vectors keep the compiler from vectorizing the loop over the
-  // edges.
+  // By coordinates: copies of vectors keep the compiler from vectorizing the loop over the edges.
   polygon.legs[0] = {-l.behind.x, -l.behind.y};
   polygon.legs[1] = {l.ahead.x, l.ahead.y};
   polygon.legs[2] = right + (r.behind - l.ahead);

@@ -13,8 +13,8 @@
 // which is the ratio of arc and chord of the regular m-gon in its circle (Eq. 7, Figs. 10 and 25 of the
 // paper).
 //
-// The forecast of the activity is computed by measure(), which is therefore part of the format (section 6.6 of
-// docs/format.md): no operation may be reordered.
+// The forecast of the activity is computed by measure(), which is therefore part of the format (section 6.6
+// of docs/format.md): no operation may be reordered.
 #pragma once
 
 #include <array>
@@ -57,8 +57,8 @@ struct EdgeBatch {
   alignas(64) Lane length;                   ///< distance of the ends in space
 };
 
-/// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds; numbers after them mean nothing.
-/// Edges with values that are not finite exceed none. REQUIRES: all edges are initialized.
+/// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds; numbers after them
+/// mean nothing. Edges with values that are not finite exceed none. REQUIRES: all edges are initialized.
 void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameters& parameters,
              EdgeBatch::Flags& exceeded);
 

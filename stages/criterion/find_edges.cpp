@@ -47,8 +47,8 @@ using Float = hn::Vec<Floats>;
 using Number = hn::Vec<Numbers>;
 using Which = hn::Mask<Floats>;
 
-// What is done with every batch of edges is inlined into the loop over a row. Under sanitizers that would
-// only make much code.
+// The work on a batch of edges is inlined into the loop over a row, except under sanitizers, where it would
+// only bloat the code.
 #undef TAGRID_EDGES
 #ifdef TAGRID_SMALL_CODE
 #define TAGRID_EDGES HWY_NOINLINE
@@ -104,8 +104,8 @@ TAGRID_EDGES Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::in
   return {hn::Mul(hn::Sub(right(0), left(0)), set(slice.rise_scale)), l.slope, r.slope, l.bend, r.bend};
 }
 
-// What is no number may be found or not, as it violates nothing. Products may be fused with sums, for the
-// same reason: what is measured decides.
+// A NaN may be found or not, as it violates nothing. Products may be fused with sums: the measurement
+// decides.
 class Bent {
  public:
   Bent(const BentTest& test, const PointsOfSlice& points)

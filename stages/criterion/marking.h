@@ -1,15 +1,19 @@
-// Marks: the lattice points whose base edge violates the accuracy criterion.
+// Marks: the lattice points whose base edge violates the accuracy criterion, and with the second criterion
+// (mesh_criterion.h) the marks of one tile, which is a few root cubes.
 //
 // A mark is a function of the samples only. It never depends on a decision made elsewhere, so every brick is
 // independent of every other.
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "stages/criterion/criterion.h"
 #include "stages/criterion/curvature.h"
+#include "stages/grid/box.h"
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/sample/coding_parameters.h"
 #include "stages/sample/samples.h"
 
 namespace tagrid {
@@ -36,5 +40,18 @@ void grade_curvature(const Samples<T>& samples, const Box& cubes, const Domain& 
 
 /// The peak of the heap that both take for root cubes of `cubes` points.
 std::uint64_t working_bytes_of_curvature(Index3 cubes, int cube_size);
+
+/// The number of samples, beyond the surrounding root cubes, on which marks depend: the halo of the stages
+/// that make marks.
+int mark_halo(const CodingParameters& parameters);
+
+/// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: complete
+/// root cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
+LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& marked,
+                      const CodingParameters& parameters);
+
+/// The peak of the heap that mark_tile() takes for root cubes of `cubes` points, not including the halo: the
+/// marks, with the curvature and the heights of wide samples first, and then with the mesh criterion.
+std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes);
 
 }  // namespace tagrid

@@ -5,11 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <vector>
 
+#include "stages/criterion/base_edges.h"
 #include "stages/criterion/diamond_samples.h"
-#include "stages/grid/diamond.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
@@ -36,13 +35,9 @@ class MeshMarker {
         mesh_bounds_(bounds),
         marks_(marks),
         box_(marks.box()),
-        bounds_(static_cast<std::size_t>(box_.count()), 0) {
-    const Index3 size = box_.size(), sample_size = samples.box.size();
-    const std::int64_t stride[3] = {1, size.x, size.x * size.y};
-    const std::int64_t sample_stride[3] = {1, sample_size.x, sample_size.x * sample_size.y};
-    std::copy_n(stride, 3, stride_);
-    std::copy_n(sample_stride, 3, sample_stride_);
-  }
+        bounds_(static_cast<std::size_t>(box_.count()), 0),
+        strides_(box_.strides()),
+        sample_strides_(samples.box.strides()) {}
 
   void run() {
     for (std::int64_t unit = 1; unit < domain_.cube_size; unit *= 2)
@@ -56,17 +51,12 @@ class MeshMarker {
   // Larger than any bound that samples can give.
   static constexpr Bound unknown = Bound{1} << 60, marked = Bound{1} << 61;
 
-  static std::int64_t first_of(std::int64_t low, std::int64_t unit, bool odd) {
-    const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
-    return offset + (low - offset + period - 1) / period * period;
-  }
-
   void pass(std::int64_t unit, unsigned axes) {
     const std::int64_t period = 2 * unit;
     list_children(unit, axes);
-    for (std::int64_t z = first_of(box_.low.z, unit, axes & 4); z <= box_.high.z; z += period)
-      for (std::int64_t y = first_of(box_.low.y, unit, axes & 2); y <= box_.high.y; y += period)
-        for (std::int64_t x = first_of(box_.low.x, unit, axes & 1); x <= box_.high.x; x += period)
+    for (std::int64_t z = first_multiple(box_.low.z, unit, axes & 4); z <= box_.high.z; z += period)
+      for (std::int64_t y = first_multiple(box_.low.y, unit, axes & 2); y <= box_.high.y; y += period)
+        for (std::int64_t x = first_multiple(box_.low.x, unit, axes & 1); x <= box_.high.x; x += period)
           decide({x, y, z}, unit);
   }
 
@@ -75,9 +65,8 @@ class MeshMarker {
     const Index3 p{axes & 1 ? unit : 0, axes & 2 ? unit : 0, axes & 4 ? unit : 0};
     children_ = children(p, classify(p, domain_.cube_size));
     for (int i = 0; i < children_.size; ++i) {
-      const Index3 d = children_[i] - p;
-      child_steps_[i] = d;
-      child_offsets_[i] = d.x * stride_[0] + d.y * stride_[1] + d.z * stride_[2];
+      child_steps_[i] = children_[i] - p;
+      child_offsets_[i] = dot(child_steps_[i], strides_);
     }
   }
 
@@ -97,8 +86,7 @@ class MeshMarker {
   // Twice the difference between the value at p and the mean of the ends of its base edge.
   Bound midpoint_error(Index3 p, const BaseEdge& edge) const {
     const T* here = samples_.data + samples_.box.offset(p);
-    const Index3 d = edge.right - p;
-    const std::int64_t to_right = d.x * sample_stride_[0] + d.y * sample_stride_[1] + d.z * sample_stride_[2];
+    const std::int64_t to_right = dot(edge.right - p, sample_strides_);
     return std::abs(2 * Bound{*here} - Bound{here[to_right]} - Bound{here[-to_right]});
   }
 
@@ -149,10 +137,7 @@ class MeshMarker {
   // Bounds that are themselves rounded would save little here, so the samples are always read.
   bool violates(Index3 p, const PointClass& c, std::int64_t unit, double allowed) {
     const Diamond d = diamond(p, c, domain_.cube_size);
-    const auto offset_of = [&](Index3 q) {
-      return (q.x - p.x) * sample_stride_[0] + (q.y - p.y) * sample_stride_[1] +
-             (q.z - p.z) * sample_stride_[2];
-    };
+    const auto offset_of = [&](Index3 q) { return dot(q - p, sample_strides_); };
     vertices_.assign({offset_of(d.edge.left), offset_of(d.edge.right)});
     for (const Index3 q : d.ring) vertices_.push_back(offset_of(q));
     FloatErrors<T> errors(samples_.data + samples_.box.offset(p), unit, allowed, mesh_bounds_.value_error,
@@ -169,7 +154,7 @@ class MeshMarker {
   LatticeBits& marks_;
   Box box_;
   std::vector<Bound> bounds_;
-  std::int64_t stride_[3], sample_stride_[3];
+  Index3 strides_, sample_strides_;
   PointList children_;
   Index3 child_steps_[8];
   std::int64_t child_offsets_[8];
@@ -180,7 +165,7 @@ class MeshMarker {
 // The bounds that remain for the interpolation if values have errors, and if a cut rounds values once more.
 MeshBounds mesh_bounds(const CodingParameters& p) {
   // If originals are linear in the leaf and decoded values are within P of them, so are rounded values: P is
-  // whole.
+  // an integer.
   const auto at_border = [&](double left) {
     return left <= 0 || is_float_type(p.type) ? left : std::max(left - 0.5, 0.0);
   };

@@ -11,8 +11,8 @@ namespace {
 
 using Word = std::uint64_t;
 
-// One bit for each x of a row of `words` words, or of any number of words if `words` is 0: the points that a pass reads or
-// sets. Rows are short, so loops whose length the compiler knows take half the time.
+// One bit for each x of a row of `words` words, or of any number of words if `words` is 0: the points that a
+// pass reads or sets. Rows are short, so loops whose length the compiler knows take half the time.
 template <std::size_t words>
 class RowBits {
  public:

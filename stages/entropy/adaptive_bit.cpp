@@ -44,12 +44,8 @@ constexpr std::array<std::uint16_t, 1024> make_adaptation() {
 
 }  // namespace
 
-constexpr std::array<std::int16_t, 4096> stretch_values = make_stretch();
-constexpr std::array<std::uint16_t, 4096> squash_values = make_squash();
-constexpr std::array<std::uint16_t, 1024> adaptation_values = make_adaptation();
-
-const std::array<std::int16_t, 4096> stretch_table = stretch_values;
-const std::array<std::uint16_t, 4096> squash_table = squash_values;
-const std::array<std::uint16_t, 1024> adaptation_table = adaptation_values;
+constinit const std::array<std::int16_t, 4096> stretch_table = make_stretch();
+constinit const std::array<std::uint16_t, 4096> squash_table = make_squash();
+constinit const std::array<std::uint16_t, 1024> adaptation_table = make_adaptation();
 
 }  // namespace tagrid

@@ -47,7 +47,7 @@ RansDecoder::RansDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
   state_ |= take() << 16;
   state_ |= take() << 32;
   if (state_ >= rans_low && state_ < rans_low << 16) return;
-  // No encoder writes such a state. Events can still be decoded, but the whole stream is broken.
+  // No encoder writes such a state: events can be decoded, but the stream is broken.
   state_ = rans_low;
   position_ = bytes.size() + 2;
 }

@@ -15,8 +15,6 @@
 
 namespace tagrid {
 
-inline constexpr int probability_bits = 16;
-
 /// A state is in [rans_low, rans_low << 16): it has 47 bits, so that Reciprocals divides it exactly.
 inline constexpr std::uint64_t rans_low = std::uint64_t{1} << 31;
 
@@ -108,8 +106,7 @@ class RansDecoder {
     return value;
   }
 
-  /// True if exactly the bytes that the encoder wrote have been used, and the state is the encoder's first
-  /// one.
+  /// True if all bytes have been used, no more, and the state is the encoder's first one.
   bool finished() const { return position_ == bytes_.size() && state_ == rans_low; }
   /// True once more bytes were requested than there are; then decoding the rest is useless.
   bool exhausted() const { return position_ > bytes_.size(); }

@@ -1,5 +1,5 @@
 // Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing,
-// searching and learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive
+// searching and learning are a few vector operations (after J. Duda's and F. Giesen's adaptive
 // models for rANS of small alphabets); stages/values/wavefront does them.
 #pragma once
 

@@ -46,6 +46,8 @@ struct Box {
     assert(contains(p));
     return ((p.z - low.z) * size().y + (p.y - low.y)) * size().x + (p.x - low.x);
   }
+  /// How far offset() grows along each axis.
+  constexpr Index3 strides() const { return {1, size().x, size().x * size().y}; }
   /// The same box with `n` more points on every side.
   constexpr Box grown(std::int64_t n) const { return {low - Index3{n, n, n}, high + Index3{n, n, n}}; }
   /// The point of the box nearest to `p`. REQUIRES: !empty().

@@ -1,4 +1,4 @@
-// The lattice of a volume, its root cubes and its bricks.
+// The lattice of a volume, its root cubes, its bricks, and rows and runs of bricks.
 #pragma once
 
 #include <cassert>
@@ -26,7 +26,20 @@ struct Domain {
 };
 
 /// Number of lattice points of level 0 .. l of the padded domain, for every l up to 3K.
-std::vector<std::uint64_t> points_up_to_level(const Domain& domain);
+inline std::vector<std::uint64_t> points_up_to_level(const Domain& domain) {
+  std::uint64_t m[3];  // cubes along each axis, of the edge of this cycle
+  for (int axis = 0; axis < 3; ++axis) m[axis] = static_cast<std::uint64_t>(domain.cubes(axis));
+  std::vector<std::uint64_t> points{(m[0] + 1) * (m[1] + 1) * (m[2] + 1)};
+  for (int edge = domain.cube_size; edge > 1; edge /= 2) {
+    const std::uint64_t face_centres =
+        (m[0] + 1) * m[1] * m[2] + m[0] * (m[1] + 1) * m[2] + m[0] * m[1] * (m[2] + 1);
+    points.push_back(points.back() + m[0] * m[1] * m[2]);  // cube centres
+    points.push_back(points.back() + face_centres);
+    for (std::uint64_t& cubes : m) cubes *= 2;
+    points.push_back((m[0] + 1) * (m[1] + 1) * (m[2] + 1));
+  }
+  return points;
+}
 
 /// The domain cut into bricks of `edge` root cubes along each axis; the last brick along an axis may have
 /// fewer. Bricks are numbered in raster order, x fastest.
@@ -71,5 +84,59 @@ struct BrickGrid {
     return intersection(box, domain.volume());
   }
 };
+
+/// Rows y_low .. y_end - 1 of the layers z_low .. z_end - 1. Rows that are read or written as one stretch of
+/// a file have one layer, or all rows of each layer: so their bricks are consecutive.
+struct BrickRows {
+  std::int64_t y_low = 0, y_end = 0;
+  std::int64_t z_low = 0, z_end = 0;
+
+  static constexpr BrickRows all(const BrickGrid& bricks) {
+    return {0, bricks.bricks(1), 0, bricks.bricks(2)};
+  }
+
+  constexpr std::int64_t first_brick(const BrickGrid& bricks) const { return bricks.id({0, y_low, z_low}); }
+  /// Number of bricks in one of the layers.
+  constexpr std::int64_t layer_count(const BrickGrid& bricks) const {
+    return (y_end - y_low) * bricks.bricks(0);
+  }
+  constexpr std::int64_t count(const BrickGrid& bricks) const {
+    return layer_count(bricks) * (z_end - z_low);
+  }
+  friend constexpr bool operator==(const BrickRows&, const BrickRows&) = default;
+};
+
+/// The bricks from `first` to `last`, both included.
+struct BrickRun {
+  std::int64_t first = 0, last = 0;
+  friend constexpr bool operator==(const BrickRun&, const BrickRun&) = default;
+};
+
+/// Adds a run that begins after the others, to the last one if it follows without a gap.
+inline void append(std::vector<BrickRun>& runs, const BrickRun& run) {
+  if (!runs.empty() && runs.back().last == run.first - 1)
+    runs.back().last = run.last;
+  else
+    runs.push_back(run);
+}
+
+/// The samples that the bricks of a run own: at most five boxes, which do not overlap.
+inline std::vector<Box> boxes_of(const BrickRun& run, const BrickGrid& bricks) {
+  std::vector<Box> boxes;
+  // The longest stretch from `first` on that is a box: complete layers, complete rows, or a part of a row.
+  for (std::int64_t first = run.first; first <= run.last;) {
+    const std::int64_t left = run.last - first + 1, row = bricks.bricks(0), layer = bricks.layer_count();
+    std::int64_t count = std::min(left, row - first % row);
+    if (first % row == 0 && left >= row) {
+      const std::int64_t of_layer = std::min(left, layer - first % layer);
+      count = of_layer - of_layer % row;
+    }
+    if (first % layer == 0 && left >= layer) count = left - left % layer;
+    boxes.push_back({bricks.owned_box(bricks.position(first)).low,
+                     bricks.owned_box(bricks.position(first + count - 1)).high});
+    first += count;
+  }
+  return boxes;
+}
 
 }  // namespace tagrid

@@ -75,4 +75,38 @@ PointList parents(Index3 p, const PointClass& c, int cube_size);
 /// The points that have `p` as a parent: 6, 4 or 8; edge midpoints of unit 1 have none.
 PointList children(Index3 p, const PointClass& c);
 
+/// Six times the signed volume: (b-a) x (c-a) . (d-a). Positive if the right-hand normal of a, b, c points
+/// towards d, as in the vertex order of VTK_TETRA.
+constexpr std::int64_t six_volumes(const std::array<Index3, 4>& v) {
+  return dot(v[1] - v[0], cross(v[2] - v[0], v[3] - v[0]));
+}
+
+constexpr std::int64_t squared_length(Index3 v) { return dot(v, v); }
+
+struct Tetrahedron {
+  std::array<Index3, 4> vertices;  ///< six_volumes(vertices) > 0
+  int level = 0;                   ///< number of bisections since the root tetrahedron, 0 .. 3K
+
+  /// The paper's primitive: 0, 1, 2 for TYPE-I, TYPE-II, TYPE-III.
+  constexpr int type() const { return level % 3; }
+};
+
+/// The base edge and the vertices around it, in order. Tetrahedron i has the vertices left, right, ring[i]
+/// and ring[i + 1]; the last one closes the ring. There are 6 tetrahedra around a cube centre, 4 around a
+/// face centre, and 8 around an edge midpoint. Vertices outside the domain are listed as well.
+struct Diamond {
+  BaseEdge edge;
+  PointList ring;
+  int level = 0;  ///< number of bisections that made its tetrahedra: one less than the level of the point
+
+  int size() const { return ring.size; }
+  /// REQUIRES: 0 <= i < size().
+  Tetrahedron tetrahedron(int i) const {
+    return {{edge.left, edge.right, ring[i], ring[i + 1 == ring.size ? 0 : i + 1]}, level};
+  }
+};
+
+/// The diamond of `p`, with exact integer coordinates. REQUIRES: p is not a root corner.
+Diamond diamond(Index3 p, const PointClass& c, int cube_size);
+
 }  // namespace tagrid

@@ -122,12 +122,7 @@ Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last) {
 }
 
 bool meets(const std::array<Index3, 4>& given, const Box& given_box) {
-  Box bounds = {given[0], given[0]};
-  for (const Index3& v : given)
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds.low[axis] = std::min(bounds.low[axis], v[axis]);
-      bounds.high[axis] = std::max(bounds.high[axis], v[axis]);
-    }
+  const Box bounds = box_around(given);
   // Only what lies in the tetrahedron's own box matters. Coordinates relative to its corner are small.
   Box box = intersection(bounds, given_box);
   if (box.empty()) return false;

@@ -1,4 +1,4 @@
-#include "stages/mesh/leaf_at.h"
+#include "stages/mesh/tetrahedra.h"
 
 #include <algorithm>
 #include <array>

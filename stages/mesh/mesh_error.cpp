@@ -8,7 +8,6 @@
 
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
-#include "stages/mesh/lattice_points.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/values/points/field.h"
 

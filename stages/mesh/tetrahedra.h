@@ -1,4 +1,4 @@
-// The mesh given by activity bits: the leaf tetrahedra of the bisection hierarchy.
+// The mesh given by activity bits: the leaf tetrahedra of the bisection hierarchy, all of them or one.
 //
 // A tetrahedron is bisected at the midpoint of its base edge if that point is active. The vertices are kept
 // in an order in which the base edge always joins vertex 0 with vertex 3 - level % 3 (J. Maubach, "Local
@@ -15,7 +15,6 @@
 
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/grid/tetrahedron.h"
 
 namespace tagrid {
 
@@ -51,7 +50,7 @@ struct BisectionStep {
 };
 
 /// A place in a tetrahedron by its barycentric coordinates: place = sum of weights[i] * vertices[i], divided
-/// by the sum of the weights. None is negative; whole numbers stay whole at every level.
+/// by the sum of the weights. None is negative; integers stay integers at every level.
 using BarycentricWeights = std::array<std::int64_t, 4>;
 
 /// The weights of the same place in BisectionStep::half(middle, which), for a base edge that ends in vertex
@@ -117,5 +116,20 @@ void for_each_leaf_tetrahedron(const LatticeBits& active, const Box& box, int cu
         for (const BisectionStep& root : root_tetrahedra({x, y, z}, cube_size))
           for_each_leaf_below(root, active, deepest, visit);
 }
+
+/// A place in the lattice, whose coordinates may be fractions: numerators / parts.
+struct Place {
+  Index3 numerators;
+  std::int64_t parts = 1;
+};
+
+/// A leaf tetrahedron that contains `place`, its border included. Any bits are safe; the leaf is one of
+/// for_each_leaf_tetrahedron(). If the place is on a common border of several leaves, the same one is always
+/// found in the same box.
+///
+/// Exact: the barycentric coordinates of the place are integers at every level. REQUIRES: active.box()
+/// consists of complete root cubes and contains the place; coordinates >= 0; parts >= 1; parts * coordinate <
+/// 2^62.
+BisectionStep leaf_at(const LatticeBits& active, const Place& place, int cube_size);
 
 }  // namespace tagrid

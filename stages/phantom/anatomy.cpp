@@ -1,4 +1,4 @@
-#include "stages/phantom/anatomy.h"
+#include "stages/phantom/phantom.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "stages/phantom/anatomy.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {

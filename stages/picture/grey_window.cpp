@@ -8,8 +8,8 @@
 namespace tagrid {
 namespace {
 
-// The value that more than half of the values equal, if there is one (R. Boyer and J. S. Moore, "MJRTY - a fast majority
-// vote algorithm", 1991).
+// The value that more than half of the values equal, if there is one (R. Boyer and J. S. Moore, "MJRTY - a
+// fast majority vote algorithm", 1991).
 std::optional<double> majority(const std::vector<double>& values) {
   double candidate = 0;
   std::size_t votes = 0;

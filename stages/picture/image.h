@@ -1,4 +1,5 @@
-// A picture of pixels in memory, and colors.
+// A picture of pixels in memory, colors, and text in a font of 5 x 8 pixels that is enlarged by whole
+// numbers.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace tagrid {
@@ -71,5 +73,15 @@ class Image {
   int width_, height_;
   std::vector<Colour> pixels_;
 };
+
+/// Height of a line in font pixels, without the space between lines.
+inline constexpr int text_height = 8;
+
+/// Width of a text in pixels of the picture. The font has the printable ASCII characters; any other character
+/// of UTF-8 is an empty box. Any bytes are safe.
+int text_width(std::string_view text, int scale);
+
+/// Draws text whose upper left corner is (x, y). Each pixel of the font is a square of `scale` pixels.
+void draw_text(Image& image, int x, int y, std::string_view text, int scale, Colour colour);
 
 }  // namespace tagrid

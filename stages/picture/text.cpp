@@ -1,7 +1,6 @@
-#include "stages/picture/text.h"
+#include "stages/picture/image.h"
 
 #include <array>
-#include <cstdint>
 
 namespace tagrid {
 namespace {

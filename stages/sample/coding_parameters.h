@@ -22,7 +22,7 @@ enum class FileMode : std::uint8_t {
 /// Where the grid of a file with voxels is. The numbers are part of the file format, as above.
 enum class GridOrigin : std::uint8_t {
   stored = 0,   ///< in the file: the grid of the original samples
-  derived = 1,  ///< nowhere: whoever needs it computes that of the decoded samples
+  derived = 1,  ///< not stored: computed from the decoded samples on demand
 };
 inline constexpr std::array<std::string_view, 2> grid_origin_names = {"stored", "derived"};
 inline std::string_view name_of(GridOrigin origin) {

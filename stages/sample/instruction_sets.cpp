@@ -10,8 +10,8 @@ namespace tagrid {
 namespace {
 
 #if HWY_ARCH_X86
-// What Highway tells the compiler to use in each set; see hwy/ops/set_macros-inl.h. The compiler's function does not know
-// two of these features.
+// What Highway tells the compiler to use in each set; see hwy/ops/set_macros-inl.h. The compiler's function
+// does not know two of these features.
 bool has_lzcnt_and_f16c() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   const bool f16c = __get_cpuid(1, &a, &b, &c, &d) != 0 && (c & bit_F16C) != 0;

@@ -4,6 +4,7 @@
 // which loses nothing; or a fixed-point number, a multiple of a power of two.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -88,6 +89,22 @@ inline bool within(double a, double b, double bound) {
   // The rounding error of a - b (Knuth's TwoSum).
   const double minus_b = difference - a, rest = (a - (difference - minus_b)) - (b + minus_b);
   return difference < 0 ? rest >= 0 : rest <= 0;
+}
+
+/// Exponent of the unit in the last place of a number of type T with the magnitude of v.
+template <class T>
+int last_place(T v) {
+  return std::max(std::ilogb(static_cast<double>(v)) - (std::numeric_limits<T>::digits - 1),
+                  std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits);
+}
+
+/// Exponent of the lowest binary digit of a float.
+template <class T>
+int lowest_digit(T v) {
+  const int mantissa_bits = std::numeric_limits<T>::digits - 1;
+  const BitsOf<T> mantissa = bits_of(v) & ((BitsOf<T>{1} << mantissa_bits) - 1);
+  const bool normal = std::fabs(v) >= std::numeric_limits<T>::min();
+  return last_place(v) + std::min(std::countr_zero(mantissa), normal ? mantissa_bits : 64);
 }
 
 }  // namespace tagrid

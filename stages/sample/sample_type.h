@@ -46,44 +46,16 @@ constexpr bool is_sample_type(SampleType type) {
 constexpr bool is_wide_type(SampleType type) { return type >= SampleType::uint32; }
 constexpr bool is_float_type(SampleType type) { return type >= SampleType::float32; }
 
+/// 0 if it is no sample type.
 constexpr std::size_t size_of(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-    case SampleType::int8:
-      return 1;
-    case SampleType::uint16:
-    case SampleType::int16:
-      return 2;
-    case SampleType::uint32:
-    case SampleType::int32:
-    case SampleType::float32:
-      return 4;
-    case SampleType::float64:
-      return 8;
-  }
-  return 0;
+  constexpr std::array<std::size_t, 8> sizes = {1, 1, 2, 2, 4, 4, 4, 8};
+  return is_sample_type(type) ? sizes[static_cast<std::size_t>(type) - 1] : 0;
 }
 
 constexpr std::string_view name_of(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return "uint8";
-    case SampleType::int8:
-      return "int8";
-    case SampleType::uint16:
-      return "uint16";
-    case SampleType::int16:
-      return "int16";
-    case SampleType::uint32:
-      return "uint32";
-    case SampleType::int32:
-      return "int32";
-    case SampleType::float32:
-      return "float32";
-    case SampleType::float64:
-      return "float64";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 8> names = {"uint8",  "int8",  "uint16",  "int16",
+                                                     "uint32", "int32", "float32", "float64"};
+  return is_sample_type(type) ? names[static_cast<std::size_t>(type) - 1] : "unknown";
 }
 
 constexpr std::optional<SampleType> sample_type_named(std::string_view name) {
@@ -108,24 +80,11 @@ constexpr SampleType sample_type_of() {
 /// Calls `f(T{})` with the C++ type T of a sample type, and returns its result.
 template <class F>
 decltype(auto) with_sample_type(SampleType type, F&& f) {
-  switch (type) {
-    case SampleType::uint8:
-      return f(std::uint8_t{});
-    case SampleType::int8:
-      return f(std::int8_t{});
-    case SampleType::uint16:
-      return f(std::uint16_t{});
-    case SampleType::int16:
-      return f(std::int16_t{});
-    case SampleType::uint32:
-      return f(std::uint32_t{});
-    case SampleType::int32:
-      return f(std::int32_t{});
-    case SampleType::float32:
-      return f(float{});
-    case SampleType::float64:
-      return f(double{});
-  }
+#define TAGRID_CASE(T)      \
+  case sample_type_of<T>(): \
+    return f(T{});
+  switch (type) { TAGRID_FOR_EACH_TYPE(TAGRID_CASE) }
+#undef TAGRID_CASE
   throw std::logic_error("with_sample_type: no sample type");
 }
 

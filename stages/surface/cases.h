@@ -1,7 +1,8 @@
 // The triangles of marching tetrahedra: how a tetrahedron is cut if some of its vertices are inside.
 //
-// Source: A. Doi and A. Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells",
-// 1991. There are no ambiguous cases. The tables are computed from the rule, for all sides of the four vertices.
+// Source: A. Doi and A. Koide, "An efficient method of triangulating equi-valued surfaces by using
+// tetrahedral cells", 1991. There are no ambiguous cases. The tables are computed from the rule, for all
+// sides of the four vertices.
 #pragma once
 
 #include <array>
@@ -98,8 +99,8 @@ constexpr std::array<CutTriangles, cases> all_of(Cut cut) {
 
 }  // namespace surface_cases
 
-/// The triangles in a positive tetrahedron, by the bits of the vertices that are inside. Seen from outside, their
-/// corners are counterclockwise.
+/// The triangles in a positive tetrahedron, by the bits of the vertices that are inside. Seen from outside,
+/// their corners are counterclockwise.
 inline constexpr std::array<CutTriangles, 16> triangles_in_tetrahedron =
     surface_cases::all_of<16>(surface_cases::cut_tetrahedron);
 
@@ -107,8 +108,8 @@ inline constexpr std::array<CutTriangles, 16> triangles_in_tetrahedron =
 inline constexpr std::array<CutTriangles, 8> triangles_in_face =
     surface_cases::all_of<8>(surface_cases::cut_face);
 
-/// The vertices of the faces of a positive tetrahedron, counterclockwise as seen from outside of it. Face i is opposite
-/// to vertex i.
+/// The vertices of the faces of a positive tetrahedron, counterclockwise as seen from outside of it. Face i
+/// is opposite to vertex i.
 inline constexpr std::array<std::array<unsigned char, 3>, 4> faces_of_tetrahedron = {
     {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 

@@ -61,8 +61,8 @@ template <class T>
 void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
                                     const SurfaceGrid& grid, const SurfaceLevel& level,
                                     LatticeBits& inside_bits) {
-  // On edges of root cubes first, then on faces, which may meet such edges, then inside. All that a point is
-  // asked about lies in one root cube, so that every brick finds the same.
+  // On edges of root cubes first, then on faces, which may meet such edges, then inside. The test of a
+  // point looks at one root cube only, so that every brick finds the same.
   const CommonNeighbours neighbours(active_bits, grid.cube_size);
   bool any = false;
   for (int axes = 1; axes <= 3; ++axes)

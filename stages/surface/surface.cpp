@@ -18,8 +18,8 @@ bool is_in_border(const std::array<Index3, 3>& face, Index3 last) {
   return false;
 }
 
-// Calls visit(corners, inside) for the faces in the border of the volume. `corners`: numbers of vertices of the
-// tetrahedron; `inside`: a bit for each of the three.
+// Calls visit(corners, inside) for the faces in the border of the volume. `corners`: numbers of vertices of
+// the tetrahedron; `inside`: a bit for each of the three.
 template <class T, class Visit>
 void for_each_border_face(const CrossedTetrahedron& t, const Crossings<T>& crossings, Index3 last,
                           Visit visit) {
@@ -87,8 +87,8 @@ SurfaceVertex vertex_on(CutEdge edge, const CrossedTetrahedron& t, const Crossin
   return {low, high, crossing(first, second, level)};
 }
 
-// Calls visit() for the tetrahedra that are crossed, twice in the same order. They are found once, if they are few enough
-// to be remembered: finding them takes as long as making the surface.
+// Calls visit() for the tetrahedra that are crossed, twice in the same order. They are found once, if they
+// are few enough to be remembered: finding them takes as long as making the surface.
 template <class T>
 class TwiceCrossed {
  public:
@@ -119,6 +119,14 @@ class TwiceCrossed {
 };
 
 }  // namespace
+
+// As vector code it counts bits by an instruction.
+TAGRID_VECTOR_CODE
+void EdgeNumbers::replace(const std::uint64_t* edges, const std::uint32_t* before,
+                          std::span<std::array<std::uint32_t, 3>> triangles) {
+  for (auto& triangle : triangles)
+    for (std::uint32_t& middle : triangle) middle = number_in(edges, before, middle);
+}
 
 template <class T>
 BrickSurface surface_of_brick(std::span<T> points, const LatticeBits& active, const SurfaceGrid& grid,
@@ -158,8 +166,8 @@ BrickSurface surface_of_brick(std::span<T> points, const LatticeBits& active, co
   return surface;
 }
 
-// Tetrahedra have lattice points as vertices, so each has at least a sixth of a unit cube, and two triangles. On the
-// border, a unit square has at most two faces, each with two triangles.
+// Tetrahedra have lattice points as vertices, so each has at least a sixth of a unit cube, and two triangles.
+// On the border, a unit square has at most two faces, each with two triangles.
 std::uint64_t most_surface_triangles(Index3 size) {
   const Index3 n = size - Index3{1, 1, 1};
   return static_cast<std::uint64_t>(12 * n.x * n.y * n.z + 8 * (n.x * n.y + n.y * n.z + n.x * n.z));

@@ -17,12 +17,12 @@
 
 namespace tagrid {
 
-/// The surface that is wanted.
+/// The requested surface.
 struct SurfaceLevel {
   /// In units of samples. A vertex of the grid is inside if its value is at least this. It is outside,
   /// though, if its value is just this, no neighbor has more, and no triangle at it has all corners inside: a
-  /// surface there would be a speck without an extent. Neighbors are those of
-  /// stages/surface/common_neighbours.h; NaN counts as more, or as outside if the surface is closed. On faces
+  /// surface there would have no extent. Neighbors are those of
+  /// CommonNeighbours; NaN counts as more, or as outside if the surface is closed. On faces
   /// of root cubes, those that are so put outside on their edges no longer count; inside, those on faces and
   /// edges.
   double value = 0;
@@ -71,9 +71,10 @@ struct BrickSurface {
 /// vertices of the surface on several edges lie there, and triangles between them have no area. A tetrahedron
 /// with a NaN has no triangles, unless the surface is closed: NaN is then outside.
 ///
-///   points  values at the points of active.box(), x fastest; those of the active ones are read, others may be replaced
-///   active  activity of the closed box of a brick, root corners included. A prefix of it gives the surface of the
-///           prefix
+///   points  values at the points of active.box(), x fastest; those of the active ones are read, others may
+///           be replaced
+///   active  activity of the closed box of a brick, root corners included. A prefix of it gives the surface
+///           of the prefix
 ///
 /// REQUIRES: active.box() has fewer than 2^28 points; the level is finite.
 template <class T>

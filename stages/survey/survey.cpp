@@ -10,8 +10,8 @@
 namespace tagrid {
 namespace survey {
 
-// Adds log2(1 + magnitude / step), in units of 2^-23, for a row. A float's bits are that logarithm if its mantissa is
-// taken for the part behind the point.
+// Adds log2(1 + magnitude / step), in units of 2^-23, for a row. A float's bits are that logarithm if its
+// mantissa is taken as the fraction.
 TAGRID_VECTOR_CODE double bits_of_row(std::span<const float> magnitudes, float per_step) {
   double sum = 0;
   for (std::size_t first = 0; first < magnitudes.size(); first += 64) {
@@ -86,7 +86,7 @@ double deviation_of(const Samples<T>& samples, const Box& block) {
     --freedoms;
   }
   if (!std::isfinite(squares) || freedoms < 1) return -1;
-  // What rounding leaves of an exact plane is no noise.
+  // The rounding of an exact plane is no noise.
   const double rest = squares - explained;
   return rest > 1e-9 * squares ? std::sqrt(rest / freedoms) : 0;
 }
@@ -134,7 +134,7 @@ double usual_deviation(std::span<double> deviations) {
     within[first] = static_cast<std::uint32_t>(end - first);
     most = std::max(most, within[first]);
   }
-  // The first heap of them, even if a later one is a little higher.
+  // The first cluster, even if a later one is a little larger.
   std::size_t low = 0;
   while (5 * within[low] < 3 * most) ++low;
   std::size_t best = low;

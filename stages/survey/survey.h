@@ -2,7 +2,6 @@
 // noisy.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,11 +1,11 @@
-#include "stages/values/best/blended_window.h"
+#include "stages/values/best/window.h"
 
 #include <cstdlib>
 
 namespace tagrid {
 namespace {
 
-// The taps of the fitted weights, and six more within VoxelWindow's reach.
+// The taps of the fitted weights, and six more within the window's reach.
 constexpr std::array<Tap, features> feature_taps = [] {
   std::array<Tap, features> list{};
   std::copy(taps.begin(), taps.end(), list.begin());
@@ -36,18 +36,36 @@ std::uint32_t quarter_steps(std::int64_t difference, const Quantizer& quantizer)
 
 }  // namespace
 
-BlendedWindow::BlendedWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error)
-    : VoxelWindow(size, parameters),
+VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error)
+    : size_(size),
+      parameters_(parameters),
+      stride_(size.x + 2 * pad),
+      level_scale_(static_cast<std::uint32_t>(
+          (std::uint64_t{64} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
+      values_(static_cast<std::size_t>(3 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
+      residuals_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)),
+      largest_(static_cast<std::size_t>(size.x)),
+      smallest_(largest_.size()),
+      sum_(largest_.size()),
+      energy_(largest_.size()),
+      class_(largest_.size()),
       feature_bits_(feature_bits_for(parameters)),
       squares_(feature_energy(1 + error * (error + 1) / 3, feature_bits_)),
       gradient_(feature_energy(160, feature_bits_)),
       missed_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)) {}
 
-void BlendedWindow::begin_row(std::int64_t y) {
-  VoxelWindow::begin_row(y);
+void VoxelWindow::begin_row(std::int64_t y) {
+  y_ = y;
+  here_ = value_row(y, z_);
+  above_ = value_row(y - 1, z_);
+  behind_ = z_ == 0 ? above_ : value_row(y, z_ - 1);
+  residual_ = residual_row(y, z_);
+  here_[-1] = here_[-2] = y == 0 && z_ > 0 ? behind_[0] : above_[0];
+  measure_spread();
+  prepared_ = false;
   for (std::size_t t = 0; t < features; ++t) {
     const auto [dx, dy, dz] = feature_taps[t];
-    // As in VoxelWindow: nothing lies before the first slice; before the second slice lies the first one,
+    // Nothing lies before the first slice; before the second slice lies the first one,
     // twice.
     feature_rows_[t] =
         (z_ == 0 && dz < 0 ? above_ : value_row(y + dy, std::max<std::int64_t>(z_ + dz, 0))) + dx;
@@ -62,12 +80,7 @@ void BlendedWindow::begin_row(std::int64_t y) {
   residual_below_ = residual_row(y + 1, z_ - 1);
 }
 
-void BlendedWindow::fill(std::int64_t first, std::int64_t last) {
-  VoxelWindow::fill(first, last);
-  std::fill(missed_here_ + first, missed_here_ + last, Missed{});
-}
-
-BlendedWindow::MissedSums BlendedWindow::missed_around(std::int64_t x) const {
+VoxelWindow::MissedSums VoxelWindow::missed_around(std::int64_t x) const {
   MissedSums sums;
   for (std::size_t c = 0; c < candidates; ++c)
     sums[c] = 2u * missed_here_[x - 1][c] + missed_here_[x - 2][c] + 2u * missed_above_[x][c] +
@@ -77,7 +90,7 @@ BlendedWindow::MissedSums BlendedWindow::missed_around(std::int64_t x) const {
   return sums;
 }
 
-void BlendedWindow::find_biases(std::int64_t x, std::int32_t blended, Prediction& p) const {
+void VoxelWindow::find_biases(std::int64_t x, std::int32_t blended, Prediction& p) const {
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t plain = blended >> weight_bits, sign = trit(residual_[x - 1]);
   p.texture = static_cast<std::uint32_t>((above_[x] > plain) | (here_[x - 1] > plain) << 1 |
@@ -89,7 +102,7 @@ void BlendedWindow::find_biases(std::int64_t x, std::int32_t blended, Prediction
   p.texture += class_[i];
 }
 
-BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels& before) {
+BlendedPrediction VoxelWindow::predict(std::int64_t x, const LeftVoxels& before) {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = before.value;
@@ -129,8 +142,8 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels& befor
   return p;
 }
 
-void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
-                           std::int32_t residual, std::int64_t step) {
+void VoxelWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
+                         std::int32_t residual, std::int64_t step) {
   keep(x, left, value, residual);
   if (p.flat) {
     missed_here_[x] = {};
@@ -144,7 +157,7 @@ void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p
   const int shift = weight_bits - feature_bits_;
   squares_.learn(features_, std::clamp((truth - p.fitted) >> shift, -feature_limit, feature_limit));
   gradient_.learn(features_, (truth - p.gradient) >> shift);
-  // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
+  // An edge is no evidence of a bias elsewhere, so an error is limited to the usual size around it.
   const std::int64_t usual =
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error = std::clamp<std::int64_t>(truth - p.corrected, -usual, usual);
@@ -152,8 +165,8 @@ void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p
   sign_biases_[p.signs].learn(error);
 }
 
-MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels& before, const Prediction& p,
-                                    const Quantizer& quantizer) const {
+MixedContext VoxelWindow::context(std::int64_t x, const LeftVoxels& before, const Prediction& p,
+                                  const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
   const auto size = [x](const Value* row, std::int64_t d) {
     return static_cast<std::uint32_t>(std::abs(std::int32_t{row[x + d]}));

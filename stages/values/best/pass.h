@@ -10,15 +10,12 @@
 #include <vector>
 
 #include "stages/bound/bounds.h"
-#include "stages/bound/brick_of_voxels.h"
-#include "stages/values/best/blended_window.h"
-#include "stages/values/best/mixed_residual_model.h"
 #include "stages/values/best/residual_model.h"
 #include "stages/values/best/window.h"
 
 namespace tagrid {
 
-// A segment is a piece of a row; one decision can say that all its residuals are zero.
+// A segment is a piece of a row; one event can code that all its residuals are zero.
 inline constexpr std::int64_t segment_length = 64;
 
 /// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
@@ -69,8 +66,8 @@ class VoxelPass {
   }
 
  private:
-  using Prediction = BlendedWindow::Prediction;
-  using Context = BlendedWindow::Context;
+  using Prediction = VoxelWindow::Prediction;
+  using Context = VoxelWindow::Context;
   /// How a residual is coded: flat if the neighbors are all equal, otherwise in a context.
   struct CodedBy {
     bool flat;
@@ -100,8 +97,7 @@ class VoxelPass {
         std::clamp<Product>(p.value + residual * static_cast<Product>(quantizer.step), low_, high_));
   }
 
-  // Quantization does not depend on the coding, so the entire segment is quantized before its first decision
-  // is coded.
+  // Quantization does not depend on the coding, so the segment is quantized before its first event is coded.
   bool encode_segment(const T* original, std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
     if (window_.is_flat(first, last) && repeats(original, first, last)) {
       window_.fill(first, last);
@@ -170,7 +166,7 @@ class VoxelPass {
   const LatticeBits* activity_;
   std::array<Quantizer, 2> quantizers_;
   std::int32_t low_, high_;  ///< range of the originals
-  BlendedWindow window_;
+  VoxelWindow window_;
   std::unique_ptr<MixedResidualModel> model_;
   std::int64_t segments_;
   std::int32_t largest_;

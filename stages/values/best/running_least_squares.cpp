@@ -14,9 +14,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 
-/// row[j] loses what is forgotten, and gains the sum over four voxels of f[i] * f[j]. This stays within 32 bits: the sum is at
-/// most 4 * 4095^2, and as 1/32 is forgotten, a row stays within 32 times as much. `pairs`: features of two voxels, one beside the
-/// other, then those of the other two.
+/// row[j] loses what is forgotten, and gains the sum over four voxels of f[i] * f[j]. This stays within 32
+/// bits: the sum is at most 4 * 4095^2, and as 1/32 is forgotten, a row stays within 32 times as much.
+/// `pairs`: features of two voxels, one beside the other, then those of the other two.
 void add_products(const std::int16_t (*pairs)[2 * features], std::int32_t (*rows)[features]) {
   constexpr int forgetting = RunningLeastSquares::forgetting;
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4

@@ -20,20 +20,6 @@ void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std
   }
 }
 
-VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t)
-    : size_(size),
-      parameters_(parameters),
-      stride_(size.x + 2 * pad),
-      level_scale_(static_cast<std::uint32_t>(
-          (std::uint64_t{64} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
-      values_(static_cast<std::size_t>(3 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
-      residuals_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)),
-      largest_(static_cast<std::size_t>(size.x)),
-      smallest_(largest_.size()),
-      sum_(largest_.size()),
-      energy_(largest_.size()),
-      class_(largest_.size()) {}
-
 void VoxelWindow::begin_slice(std::int64_t z) {
   z_ = z;
   if (z == 0) return;
@@ -42,17 +28,6 @@ void VoxelWindow::begin_slice(std::int64_t z) {
   for (std::int64_t y = -2; y < 0; ++y) std::copy(first, first + stride_, value_row(y, z) - pad);
   const Value* last = value_row(size_.y - 1, z - 1) - pad;
   std::copy(last, last + stride_, value_row(size_.y, z - 1) - pad);
-}
-
-void VoxelWindow::begin_row(std::int64_t y) {
-  y_ = y;
-  here_ = value_row(y, z_);
-  above_ = value_row(y - 1, z_);
-  behind_ = z_ == 0 ? above_ : value_row(y, z_ - 1);
-  residual_ = residual_row(y, z_);
-  here_[-1] = here_[-2] = y == 0 && z_ > 0 ? behind_[0] : above_[0];
-  measure_spread();
-  prepared_ = false;
 }
 
 void VoxelWindow::end_row() { here_[size_.x] = here_[size_.x + 1] = here_[size_.x - 1]; }
@@ -74,6 +49,7 @@ bool VoxelWindow::is_flat(std::int64_t first, std::int64_t last) const {
 void VoxelWindow::fill(std::int64_t first, std::int64_t last) {
   std::fill(here_ + first, here_ + last, here_[first - 1]);
   std::fill(residual_ + first, residual_ + last, Value{0});
+  std::fill(missed_here_ + first, missed_here_ + last, Missed{});
 }
 
 void VoxelWindow::sum_neighbours() {

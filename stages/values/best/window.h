@@ -1,17 +1,19 @@
 // The voxels already coded that the coder of a brick's values keeps: the latest slices of values and
 // residuals, padded so that the innermost loop needs no border tests.
+//
+// Three predictions of a voxel are blended by how well each did around it, and the result is corrected by two
+// biases. Two of the predictions learn from voxel to voxel.
 #pragma once
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
-#include <limits>
-#include <type_traits>
 #include <vector>
 
+#include "stages/bound/bounds.h"
 #include "stages/grid/box.h"
 #include "stages/values/best/residual_model.h"
+#include "stages/values/best/running_least_squares.h"
 #include "stages/values/prediction/parameters.h"
 
 namespace tagrid {
@@ -23,17 +25,31 @@ struct LeftVoxels {
   std::int32_t residual, second_residual;  ///< as stored in the window
 };
 
+/// All numbers but `value` are in 2^-11 of the unit of the samples.
+struct BlendedPrediction {
+  std::int32_t value = 0;  ///< clamped to the range
+  bool flat = false;
+  std::int32_t fitted = 0;               ///< by the weights of the brick
+  std::int32_t gradient = 0;             ///< by the gradient descent
+  std::int32_t squares = 0;              ///< by the running least squares
+  std::int32_t corrected = 0;            ///< blended, with biases
+  std::uint32_t texture = 0, signs = 0;  ///< index of each bias
+  std::uint32_t missed = 0;  ///< errors of the least squares around, in 1/16, with weights that sum to 13
+};
+
 class VoxelWindow {
  public:
   using Value = std::int16_t;
+  using Prediction = BlendedPrediction;
+  using Context = MixedContext;
 
-  /// `error` is for windows that adapt: the smallest bound of any voxel.
-  VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
+  /// `error`: the smallest bound of any voxel.
+  VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error);
 
   /// The heap of the window for a box of `size` voxels.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto slice = static_cast<std::uint64_t>((size.x + 2 * pad) * (size.y + 3));
-    return 5 * slice * sizeof(Value) + static_cast<std::uint64_t>(size.x) * row_bytes;
+    return slice * (5 * sizeof(Value) + 2 * sizeof(Missed)) + static_cast<std::uint64_t>(size.x) * row_bytes;
   }
 
   void begin_slice(std::int64_t z);
@@ -55,7 +71,14 @@ class VoxelWindow {
   }
   const Value* row() const { return here_; }
 
- protected:
+  Prediction predict(std::int64_t x, const LeftVoxels& left);
+  MixedContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
+                       const Quantizer& quantizer) const;
+  /// REQUIRES: p is the last result of predict().
+  void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
+              std::int32_t residual, std::int64_t step);
+
+ private:
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
   /// The values stored for each voxel of a row: largest_ to class_.
@@ -63,8 +86,12 @@ class VoxelWindow {
       2 * sizeof(Value) + sizeof(std::int32_t) + sizeof(std::uint16_t) + sizeof(std::uint8_t);
   static constexpr int textures = 24;
 
+  static constexpr std::size_t candidates = 3;
+  using Missed = std::array<std::uint16_t, candidates>;  ///< error of each candidate, in 1/16 of a unit
+  using MissedSums = std::array<std::uint32_t, candidates>;
+
   /// The average error of predictions in one context: by texture, within a class of the size of the residuals
-  /// around. Without the class, the bias of rough regions would spoil smooth ones.
+  /// around. Without the class, smooth regions would get the bias of rough ones.
   struct Bias {
     std::int32_t value = 0;  ///< 2^-weight_bits
     std::uint32_t seen = 0;
@@ -92,6 +119,11 @@ class VoxelWindow {
     residual_[x] = static_cast<Value>(limited);
     left = {value, left.value, limited, left.residual};
   }
+  Missed* missed_row(std::int64_t y, std::int64_t z) {
+    return missed_.data() + ((z + 1) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  MissedSums missed_around(std::int64_t x) const;
+  void find_biases(std::int64_t x, std::int32_t blended, Prediction& p) const;
   void sum_neighbours();
   void measure_spread();
   void measure_residuals();
@@ -112,6 +144,18 @@ class VoxelWindow {
   std::vector<std::int32_t> sum_;      ///< weighted sum of all taps except those in the row
   std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
   std::vector<std::uint8_t> class_;    ///< of the energy, times textures
+  int feature_bits_;                   ///< fraction bits of a feature; may be negative
+  std::array<const Value*, features> feature_rows_{};
+  Features features_{};
+  RunningLeastSquares squares_;
+  GradientDescent gradient_;
+  std::vector<Missed> missed_;
+  Missed* missed_here_ = nullptr;
+  const Missed *missed_above_ = nullptr, *missed_above_2_ = nullptr, *missed_behind_ = nullptr,
+               *missed_below_ = nullptr;
+  const Value *residual_above_ = nullptr, *residual_behind_ = nullptr, *residual_below_ = nullptr;
+  std::array<Bias, 8 * 24> texture_biases_{};
+  std::array<Bias, 8 * 81> sign_biases_{};
 };
 
 }  // namespace tagrid

@@ -7,7 +7,7 @@
 #include <span>
 #include <type_traits>
 
-#include "stages/entropy/integer_model.h"
+#include "stages/entropy/adaptive_bit.h"
 #include "stages/values/prediction/weights.h"
 
 namespace tagrid {

@@ -1,4 +1,5 @@
-// Sums of products of rows, for least squares: exact in integers, with the vector instructions that the machine has.
+// Sums of products of rows, for least squares: exact in integers, with the vector instructions that the
+// machine has.
 #pragma once
 
 #include <array>

@@ -251,7 +251,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   const Weights fallback = default_weights();
   // Values decoded within a wide bound are closer to the originals than after rounding to the step alone,
   // because a smooth brick predicts itself. So the variance that the originals leave unpredicted limits the
-  // noise. For numbers as large as wide samples, variances that small would drown in rounding.
+  // noise. For numbers as large as wide samples, such small variances would be lost in rounding.
   const double least = std::max(0.05, 1e-12 * sums.target / sums.count);
   const double left = unpredicted(sums, n, least);
   const double penalty_each = least + (noise > 0 ? noise * left / (noise + left) : 0);

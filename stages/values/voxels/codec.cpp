@@ -140,7 +140,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& bric
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_encoding_wave(type, size);
   const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
-  // While the models know nothing, residuals are dearer; parameters come first.
+  // New models code residuals in more bits; parameters come first.
   constexpr std::uint64_t learning = 32768;
   return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
 }
@@ -152,7 +152,7 @@ std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effo
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_decoding_wave(size);
   const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
-  return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
+  return quiet + VoxelWindow::working_bytes(size) + sizeof(MixedResidualModel) +
          MixedResidualModel::working_bytes();
 }
 

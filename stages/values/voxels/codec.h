@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/bound/brick_of_voxels.h"
+#include "stages/bound/bounds.h"
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"

@@ -28,26 +28,33 @@ inline std::int64_t slices_in(const Box& owned, std::size_t samples) {
   return slices;
 }
 
+/// Appends the lower bytes of a number, the lowest first.
+inline void append_bytes(std::uint64_t number, std::size_t count, std::vector<std::uint8_t>& out) {
+  for (std::size_t byte = 0; byte < count; ++byte)
+    out.push_back(static_cast<std::uint8_t>(number >> (8 * byte)));
+}
+/// The inverse, for up to eight bytes.
+inline std::uint64_t number_in(std::span<const std::uint8_t> bytes) {
+  std::uint64_t number = 0;
+  for (std::size_t byte = 0; byte < bytes.size(); ++byte) number |= std::uint64_t{bytes[byte]} << (8 * byte);
+  return number;
+}
+
 /// Appends the values of a brick whose samples are all decoded as `value`.
 template <class T>
 void append_constant_brick(T value, std::vector<std::uint8_t>& out) {
-  std::uint64_t bits;
-  if constexpr (std::is_floating_point_v<T>)
-    bits = bits_of(value);
-  else
-    bits = static_cast<std::make_unsigned_t<T>>(value);
   out.push_back(constant_brick);
-  for (std::size_t byte = 0; byte < sizeof(T); ++byte)
-    out.push_back(static_cast<std::uint8_t>(bits >> (8 * byte)));
+  if constexpr (std::is_floating_point_v<T>)
+    append_bytes(bits_of(value), sizeof(T), out);
+  else
+    append_bytes(static_cast<std::uint64_t>(value), sizeof(T), out);
 }
 
 /// Appends the samples as they are: for noise, which would take more room if it was coded.
 template <class T>
 void append_raw_brick(std::span<const T> samples, std::vector<std::uint8_t>& out) {
   out.push_back(raw_brick);
-  for (const T sample : samples)
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte)
-      out.push_back(static_cast<std::uint8_t>(static_cast<std::make_unsigned_t<T>>(sample) >> (8 * byte)));
+  for (const T sample : samples) append_bytes(static_cast<std::uint64_t>(sample), sizeof(T), out);
 }
 
 /// The inverse, for bytes that begin with raw_brick. `samples`: the first ones of a brick of `count`.
@@ -73,8 +80,7 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, std::size_t coun
   if (bytes[0] == constant_brick) {
     if (bytes.size() != 1 + sizeof(T))
       return Status::broken("values of a constant brick have the wrong size");
-    std::uint64_t bits = 0;
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte) bits |= std::uint64_t{bytes[1 + byte]} << (8 * byte);
+    const std::uint64_t bits = number_in(bytes.subspan(1));
     T value;
     if constexpr (std::is_floating_point_v<T>)
       value = std::bit_cast<T>(static_cast<BitsOf<T>>(bits));

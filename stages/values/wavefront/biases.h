@@ -1,4 +1,5 @@
-// By how much predictions are off on average, in contexts. What is learned in a few steps corrects the next ones.
+// By how much predictions are off on average, in contexts. What is learned in a few steps corrects the next
+// ones.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,6 @@
 // Bits without a model, least significant first.
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>

@@ -44,10 +44,10 @@ void take_all(Parts& parts, WaveBuffers& b, bool encoding, bool two_bounds) {
 
 }  // namespace
 
-/// Only what says how large the parts are.
+/// Sets only the sizes of the parts.
 WaveBuffers::WaveBuffers(Index3 size) : schedule(size) {
   const Schedule& s = schedule;
-  // Steps that are asked for before and after the present one of the even slices.
+  // Steps that are read before and after the present one of the even slices.
   reach = std::max(s.slice + s.lag + 8, 3 * s.period + 8);
   ahead = std::max(s.slice + 8, s.period + wave_slope + 16) + s.period;
   capacity = reach + ahead + std::min(3 * s.slice, s.all_steps);

@@ -43,7 +43,7 @@ inline constexpr BegunLanes begun_lanes = [] {
   return b;
 }();
 
-/// Sixteen rows with room for what lanes ask for before and after them.
+/// Sixteen rows with room for what lanes read before and after them.
 struct Strip {
   static constexpr std::int64_t margin = 64;
   std::int16_t* first = nullptr;
@@ -56,7 +56,7 @@ struct Strip {
 struct alignas(64) Intervals {
   std::int32_t of_lane[wave_lanes];  ///< start, and end in the upper half
 };
-/// Up to so many symbols of a brick have one state.
+/// Up to this number of symbols, a brick has one state.
 inline constexpr std::size_t single_state_symbols = 4096;
 
 struct IntervalLanes {

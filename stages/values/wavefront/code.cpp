@@ -10,7 +10,8 @@ namespace {
 /// The first byte of the values. A brick with few symbols has one state for all lanes, which takes less room.
 constexpr std::uint8_t one_state = 1, many_states = 2, one_that_carries = 4, many_that_carry = 5;
 
-/// Codes which rows are quiet, in raster order, in the context of rows above, behind, and behind and below.
+/// Codes which rows are quiet, in raster order, in the context of the row above, and of the same row and the
+/// one below in the slice before.
 template <class Coder>
 void code_quiet_rows(Coder& coder, const Schedule& s, RowSet& quiet) {
   std::array<AdaptiveBit, 8> models{};
@@ -110,7 +111,7 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
 
 namespace {
 
-// The stream of noise is a little longer than its samples, and longer still while the models know nothing.
+// The stream of noise is a little longer than its samples, more so while the models are new.
 std::uint64_t longest_stream(SampleType type, Index3 size) {
   return static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type) * 5 / 4 + 16384;
 }

@@ -34,7 +34,7 @@ struct RowReader {
 struct RowWriter {
   void* samples;
   void (*write)(void* samples, std::int64_t first, std::int64_t count, const std::int16_t* from);
-  std::int64_t slices;  ///< rows of so many slices, the first ones, are wanted
+  std::int64_t slices;  ///< number of slices to write, from the first one on
 };
 
 /// A set of rows, by half and group: one bit a lane.
@@ -73,8 +73,8 @@ struct WaveBytes {
 };
 
 /// Returns false if the code is not one of these two. The bytes that it carries are appended to `carried`.
-/// Decoding ends with the slices that are wanted: if these are not all, the rest of the code is not looked
-/// at, and nothing is appended.
+/// Only the requested slices are decoded: if these are not all, the rest of the code is not checked, and
+/// nothing is appended.
 bool decode_wave(const WaveBrick& brick, const WaveBytes& code, RowWriter samples,
                  std::vector<std::uint8_t>& carried);
 

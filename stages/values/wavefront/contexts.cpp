@@ -42,12 +42,11 @@ const std::vector<std::int16_t>& initial_distributions() {
   return made_once;
 }
 
-#define TAGRID_FACTOR(i) static_cast<std::int16_t>(65536 >> learning_rates[i])
-#define TAGRID_FACTORS(i) TAGRID_FACTOR(i), TAGRID_FACTOR(i + 1), TAGRID_FACTOR(i + 2), TAGRID_FACTOR(i + 3)
-const std::int16_t learning_factor[32] = {TAGRID_FACTORS(0),  TAGRID_FACTORS(4),  TAGRID_FACTORS(8),
-                                          TAGRID_FACTORS(12), TAGRID_FACTORS(16), TAGRID_FACTORS(20),
-                                          TAGRID_FACTORS(24), TAGRID_FACTORS(28)};
-#undef TAGRID_FACTORS
-#undef TAGRID_FACTOR
+constinit const std::array<std::int16_t, 32> learning_factor = [] {
+  std::array<std::int16_t, 32> factors{};
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    factors[i] = static_cast<std::int16_t>(65536 >> learning_rates[i]);
+  return factors;
+}();
 
 }  // namespace tagrid

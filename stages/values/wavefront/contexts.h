@@ -1,6 +1,7 @@
 // The contexts in which residuals are coded, and the distributions of their symbols.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -26,6 +27,6 @@ inline constexpr std::size_t distribution_elements = (distribution_count + 1) * 
 const std::vector<std::int16_t>& initial_distributions();
 
 /// Factors 2^(16 - shift) by which a distribution moves, by its age / 1024.
-extern const std::int16_t learning_factor[32];
+extern const std::array<std::int16_t, 32> learning_factor;
 
 }  // namespace tagrid

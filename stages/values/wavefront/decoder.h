@@ -71,7 +71,7 @@ class Decoder : Wave<false> {
     }
     return true;
   }
-  /// Bytes that the steps of both halves may ask for: a word for each symbol, one for its low bits, and what
+  /// Bytes that the steps of both halves may read: a word for each symbol, one for its low bits, and what
   /// a vector reads.
   static constexpr std::ptrdiff_t most_of_steps = 2 * 4 * wave_lanes + 32;
 

@@ -61,7 +61,7 @@ class Encoder : Wave<true> {
     std::int16_t* const tables = b.tables;
     const std::int64_t ring = 2 * s.period + 1;
     std::int64_t now = from % ring;
-    // Of both halves, since the odd slices are behind.
+    // Of both halves, since the odd slices follow later.
     std::int64_t groups[2] = {from / s.period, (from - s.lag + s.slice) / s.period - s.groups};
     std::int64_t phases[2] = {0, from - s.lag - groups[1] * s.period};
     for (std::int64_t t = from; t < to; ++t, now = now + 1 == ring ? 0 : now + 1)

@@ -27,7 +27,7 @@ TAGRID_LANE std::uint32_t mixed(std::uint32_t now, std::uint32_t before, std::ui
 struct Neighbours {
   I16 left, above, above_left, above_right, above_right2, behind;
   I16 stored_behind, stored_behind_right, stored_behind_below;
-  I16 largest, smallest;  ///< of the row above and the slice behind
+  I16 largest, smallest;  ///< of the row above and the slice before
   M16 flat;               ///< all of them have the value on the left
   std::uint32_t flat_lanes;
   I16 original;  ///< encoding: the voxels themselves

@@ -24,7 +24,7 @@ struct Schedule {
   std::int64_t groups;      ///< of a slice
   std::int64_t period;      ///< steps from a group to the next
   std::int64_t slice;       ///< steps from a slice to the next of its half
-  std::int64_t lag;         ///< steps of the odd slices behind the even ones
+  std::int64_t lag;         ///< steps by which the odd slices follow the even ones
   std::int64_t all_groups;  ///< of a half
   std::int64_t steps;       ///< of a half
   std::int64_t all_steps;

@@ -164,7 +164,7 @@ TAGRID_STEP void Wave<encoding>::back(Half& f, std::int64_t t) {
     value = narrow(if_else(p.active, decoded, widen(value)));
     size = narrow(min(absolute(residual), set32(4095)));
     sign = min(max(residual, set32(-1)), set32(1)) + set32(1);
-    // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
+    // An edge is no evidence of a bias elsewhere, so an error is limited to the usual size around it.
     const I32 wrong = shift_left<11>(decoded - p.value) - p.fraction;
     biases_.add(p.bias_index, max(min(wrong, p.usual), negative(p.usual)));
   }

@@ -22,11 +22,6 @@
 #define TAGRID_LANE HWY_INLINE
 #endif
 
-#if HWY_TARGET == HWY_SCALAR
-#include "stages/values/wavefront/scalar.h"
-#else
-
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -38,7 +33,13 @@
     constexpr int j = index;  \
     __VA_ARGS__               \
   }
-#if HWY_MAX_BYTES == 64
+#if HWY_TARGET == HWY_SCALAR
+#define TAGRID_EACH16(...)       \
+  for (int j = 0; j < 16; ++j) { \
+    __VA_ARGS__                  \
+  }
+#define TAGRID_EACH32(...) TAGRID_EACH16(__VA_ARGS__)
+#elif HWY_MAX_BYTES == 64
 #define TAGRID_EACH16(...) TAGRID_AT(0, __VA_ARGS__)
 #define TAGRID_EACH32(...) TAGRID_AT(0, __VA_ARGS__)
 #elif HWY_MAX_BYTES == 32
@@ -50,12 +51,31 @@
   TAGRID_AT(0, __VA_ARGS__) TAGRID_AT(1, __VA_ARGS__) TAGRID_AT(2, __VA_ARGS__) TAGRID_AT(3, __VA_ARGS__)
 #endif
 
+// A function whose result has the given expression as its vector j.
+#define TAGRID_LANES16(Result, name, parameters, ...) \
+  TAGRID_LANE Result name parameters {                \
+    Result r;                                         \
+    TAGRID_EACH16(r.v[j] = __VA_ARGS__;)              \
+    return r;                                         \
+  }
+#define TAGRID_LANES32(Result, name, parameters, ...) \
+  TAGRID_LANE Result name parameters {                \
+    Result r;                                         \
+    TAGRID_EACH32(r.v[j] = __VA_ARGS__;)              \
+    return r;                                         \
+  }
+
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-inline constexpr std::size_t width16 = HWY_MAX_BYTES >= 32 ? 16 : 8;  // lanes of a vector of 16 bits each
-inline constexpr std::size_t width32 = HWY_MAX_BYTES >= 64 ? 16 : HWY_MAX_BYTES / 4;  // of 32 bits each
+// Lanes of a vector.
+#if HWY_TARGET == HWY_SCALAR
+inline constexpr std::size_t width16 = 1, width32 = 1;
+#else
+inline constexpr std::size_t width16 = HWY_MAX_BYTES >= 32 ? 16 : 8;
+inline constexpr std::size_t width32 = HWY_MAX_BYTES >= 64 ? 16 : HWY_MAX_BYTES / 4;
+#endif
 using D16 = hn::FixedTag<std::int16_t, width16>;
 using DU16 = hn::FixedTag<std::uint16_t, width16>;
 using D32 = hn::FixedTag<std::int32_t, width32>;
@@ -72,213 +92,101 @@ struct F32 {
   hn::Vec<DF> v[16 / width32];
 };
 struct M16 {
-  hn::Mask<D16> m[16 / width16];
+  hn::Mask<D16> v[16 / width16];
 };
 struct M32 {
-  hn::Mask<D32> m[16 / width32];
+  hn::Mask<D32> v[16 / width32];
 };
 
+// clang-format off
+
 // ---- Lanes of 16 bits. Memory needs no alignment.
-TAGRID_LANE I16 load16(const void* from) {
-  I16 r;
-  TAGRID_EACH16(r.v[j] = hn::LoadU(D16(), static_cast<const std::int16_t*>(from) + j * width16);)
-  return r;
-}
+TAGRID_LANES16(I16, load16, (const void* from),
+               hn::LoadU(D16(), static_cast<const std::int16_t*>(from) + j * width16))
 TAGRID_LANE void store(I16 a, void* to) {
   TAGRID_EACH16(hn::StoreU(a.v[j], D16(), static_cast<std::int16_t*>(to) + j * width16);)
 }
-TAGRID_LANE I16 set16(int value) {
-  I16 r;
-  TAGRID_EACH16(r.v[j] = hn::Set(D16(), static_cast<std::int16_t>(value));)
-  return r;
-}
-#define TAGRID_BINARY16(name, operation)               \
-  TAGRID_LANE I16 name(I16 a, I16 b) {                 \
-    TAGRID_EACH16(a.v[j] = operation(a.v[j], b.v[j]);) \
-    return a;                                          \
-  }
-TAGRID_BINARY16(operator+, hn::Add)
-TAGRID_BINARY16(operator-, hn::Sub)
-TAGRID_BINARY16(operator*, hn::Mul)
-TAGRID_BINARY16(max, hn::Max)
-TAGRID_BINARY16(min, hn::Min)
-TAGRID_BINARY16(mul_high, hn::MulHigh)
-#undef TAGRID_BINARY16
+TAGRID_LANES16(I16, set16, (int value), hn::Set(D16(), static_cast<std::int16_t>(value)))
+TAGRID_LANES16(I16, operator+, (I16 a, I16 b), hn::Add(a.v[j], b.v[j]))
+TAGRID_LANES16(I16, operator-, (I16 a, I16 b), hn::Sub(a.v[j], b.v[j]))
+TAGRID_LANES16(I16, operator*, (I16 a, I16 b), hn::Mul(a.v[j], b.v[j]))
+TAGRID_LANES16(I16, max, (I16 a, I16 b), hn::Max(a.v[j], b.v[j]))
+TAGRID_LANES16(I16, min, (I16 a, I16 b), hn::Min(a.v[j], b.v[j]))
+TAGRID_LANES16(I16, mul_high, (I16 a, I16 b), hn::MulHigh(a.v[j], b.v[j]))
 template <int bits>
-TAGRID_LANE I16 shift_left(I16 a) {
-  TAGRID_EACH16(a.v[j] = hn::ShiftLeft<bits>(a.v[j]);)
-  return a;
-}
-TAGRID_LANE M16 operator==(I16 a, I16 b) {
-  M16 r;
-  TAGRID_EACH16(r.m[j] = hn::Eq(a.v[j], b.v[j]);)
-  return r;
-}
+TAGRID_LANES16(I16, shift_left, (I16 a), hn::ShiftLeft<bits>(a.v[j]))
+TAGRID_LANES16(M16, operator==, (I16 a, I16 b), hn::Eq(a.v[j], b.v[j]))
 /// a <= b, as numbers without a sign.
 TAGRID_LANE M16 not_above(I16 a, I16 b) {
   M16 r;
   TAGRID_EACH16(const auto x = hn::BitCast(DU16(), a.v[j]);
-                r.m[j] = hn::RebindMask(D16(), hn::Eq(x, hn::Min(x, hn::BitCast(DU16(), b.v[j]))));)
+                r.v[j] = hn::RebindMask(D16(), hn::Eq(x, hn::Min(x, hn::BitCast(DU16(), b.v[j]))));)
   return r;
 }
-TAGRID_LANE M16 operator&(M16 a, M16 b) {
-  TAGRID_EACH16(a.m[j] = hn::And(a.m[j], b.m[j]);)
-  return a;
-}
+TAGRID_LANES16(M16, operator&, (M16 a, M16 b), hn::And(a.v[j], b.v[j]))
 /// Every lane to the next one; `first` to the first.
 TAGRID_LANE I16 next_lane(I16 a, std::int16_t first) {
   const auto before = hn::Set(D16(), first);
-#if HWY_MAX_BYTES >= 32
+#if HWY_TARGET == HWY_SCALAR
+  I16 r;
+  TAGRID_EACH16(r.v[j] = j == 0 ? before : a.v[j - 1];)
+  return r;
+#elif HWY_MAX_BYTES >= 32
   return {{hn::CombineShiftRightBytes<14>(D16(), a.v[0], hn::ConcatLowerLower(D16(), a.v[0], before))}};
 #else
   return {{hn::CombineShiftRightBytes<14>(D16(), a.v[0], before),
            hn::CombineShiftRightBytes<14>(D16(), a.v[1], a.v[0])}};
 #endif
 }
-TAGRID_LANE I16 if_else(M16 m, I16 yes, I16 no) {
-  TAGRID_EACH16(yes.v[j] = hn::IfThenElse(m.m[j], yes.v[j], no.v[j]);)
-  return yes;
-}
-TAGRID_LANE std::uint32_t count(M16 m) {
-  std::size_t n = 0;
-  TAGRID_EACH16(n += hn::CountTrue(D16(), m.m[j]);)
-  return static_cast<std::uint32_t>(n);
-}
+TAGRID_LANES16(I16, if_else, (M16 m, I16 yes, I16 no), hn::IfThenElse(m.v[j], yes.v[j], no.v[j]))
 
 // ---- Lanes of 32 bits.
-TAGRID_LANE I32 load32(const std::int32_t* from) {
-  I32 r;
-  TAGRID_EACH32(r.v[j] = hn::LoadU(D32(), from + j * width32);)
-  return r;
-}
+TAGRID_LANES32(I32, load32, (const std::int32_t* from), hn::LoadU(D32(), from + j * width32))
 TAGRID_LANE void store(I32 a, std::int32_t* to) {
   TAGRID_EACH32(hn::StoreU(a.v[j], D32(), to + j * width32);)
 }
-TAGRID_LANE I32 set32(std::int32_t value) {
-  I32 r;
-  TAGRID_EACH32(r.v[j] = hn::Set(D32(), value);)
-  return r;
-}
-#define TAGRID_BINARY32(name, operation)               \
-  TAGRID_LANE I32 name(I32 a, I32 b) {                 \
-    TAGRID_EACH32(a.v[j] = operation(a.v[j], b.v[j]);) \
-    return a;                                          \
-  }
-TAGRID_BINARY32(operator+, hn::Add)
-TAGRID_BINARY32(operator-, hn::Sub)
-TAGRID_BINARY32(operator*, hn::Mul)
-TAGRID_BINARY32(operator&, hn::And)
-TAGRID_BINARY32(operator|, hn::Or)
-TAGRID_BINARY32(max, hn::Max)
-TAGRID_BINARY32(min, hn::Min)
-#undef TAGRID_BINARY32
-TAGRID_LANE I32 absolute(I32 a) {
-  TAGRID_EACH32(a.v[j] = hn::Abs(a.v[j]);)
-  return a;
-}
-TAGRID_LANE I32 negative(I32 a) {
-  TAGRID_EACH32(a.v[j] = hn::Neg(a.v[j]);)
-  return a;
-}
+TAGRID_LANES32(I32, set32, (std::int32_t value), hn::Set(D32(), value))
+TAGRID_LANES32(I32, operator+, (I32 a, I32 b), hn::Add(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, operator-, (I32 a, I32 b), hn::Sub(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, operator*, (I32 a, I32 b), hn::Mul(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, operator&, (I32 a, I32 b), hn::And(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, operator|, (I32 a, I32 b), hn::Or(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, max, (I32 a, I32 b), hn::Max(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, min, (I32 a, I32 b), hn::Min(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, absolute, (I32 a), hn::Abs(a.v[j]))
+TAGRID_LANES32(I32, negative, (I32 a), hn::Neg(a.v[j]))
 template <int bits>
-TAGRID_LANE I32 shift_left(I32 a) {
-  TAGRID_EACH32(a.v[j] = hn::ShiftLeft<bits>(a.v[j]);)
-  return a;
-}
+TAGRID_LANES32(I32, shift_left, (I32 a), hn::ShiftLeft<bits>(a.v[j]))
 /// Copies of the sign come in from the left.
 template <int bits>
-TAGRID_LANE I32 shift_right(I32 a) {
-  TAGRID_EACH32(a.v[j] = hn::ShiftRight<bits>(a.v[j]);)
-  return a;
-}
+TAGRID_LANES32(I32, shift_right, (I32 a), hn::ShiftRight<bits>(a.v[j]))
 template <int bits>
-TAGRID_LANE I32 shift_right_unsigned(I32 a) {
-  TAGRID_EACH32(a.v[j] = hn::BitCast(D32(), hn::ShiftRight<bits>(hn::BitCast(DU32(), a.v[j])));)
-  return a;
-}
+TAGRID_LANES32(I32, shift_right_unsigned, (I32 a),
+               hn::BitCast(D32(), hn::ShiftRight<bits>(hn::BitCast(DU32(), a.v[j]))))
 /// Each lane by a number of bits of its own.
-TAGRID_LANE I32 shift_left(I32 a, I32 bits) {
-  TAGRID_EACH32(a.v[j] = hn::Shl(a.v[j], bits.v[j]);)
-  return a;
-}
-TAGRID_LANE I32 shift_right(I32 a, I32 bits) {
-  TAGRID_EACH32(a.v[j] = hn::Shr(a.v[j], bits.v[j]);)
-  return a;
-}
-#define TAGRID_COMPARE32(name, operation)              \
-  TAGRID_LANE M32 name(I32 a, I32 b) {                 \
-    M32 r;                                             \
-    TAGRID_EACH32(r.m[j] = operation(a.v[j], b.v[j]);) \
-    return r;                                          \
-  }
-TAGRID_COMPARE32(operator==, hn::Eq)
-TAGRID_COMPARE32(operator>, hn::Gt)
-#undef TAGRID_COMPARE32
-TAGRID_LANE M32 operator>=(I32 a, I32 b) {
-  M32 r;
-  TAGRID_EACH32(r.m[j] = hn::Not(hn::Lt(a.v[j], b.v[j]));)
-  return r;
-}
-TAGRID_LANE M32 is_negative(I32 a) {
-  M32 r;
-  TAGRID_EACH32(r.m[j] = hn::Lt(a.v[j], hn::Zero(D32()));)
-  return r;
-}
-TAGRID_LANE M32 operator&(M32 a, M32 b) {
-  TAGRID_EACH32(a.m[j] = hn::And(a.m[j], b.m[j]);)
-  return a;
-}
+TAGRID_LANES32(I32, shift_left, (I32 a, I32 bits), hn::Shl(a.v[j], bits.v[j]))
+TAGRID_LANES32(I32, shift_right, (I32 a, I32 bits), hn::Shr(a.v[j], bits.v[j]))
+TAGRID_LANES32(M32, operator==, (I32 a, I32 b), hn::Eq(a.v[j], b.v[j]))
+TAGRID_LANES32(M32, operator>, (I32 a, I32 b), hn::Gt(a.v[j], b.v[j]))
+TAGRID_LANES32(M32, operator>=, (I32 a, I32 b), hn::Not(hn::Lt(a.v[j], b.v[j])))
+TAGRID_LANES32(M32, is_negative, (I32 a), hn::Lt(a.v[j], hn::Zero(D32())))
+TAGRID_LANES32(M32, operator&, (M32 a, M32 b), hn::And(a.v[j], b.v[j]))
 /// a and not b.
-TAGRID_LANE M32 except(M32 a, M32 b) {
-  TAGRID_EACH32(a.m[j] = hn::AndNot(b.m[j], a.m[j]);)
-  return a;
-}
-TAGRID_LANE I32 if_else(M32 m, I32 yes, I32 no) {
-  TAGRID_EACH32(yes.v[j] = hn::IfThenElse(m.m[j], yes.v[j], no.v[j]);)
-  return yes;
-}
-TAGRID_LANE I32 if_or_zero(M32 m, I32 yes) {
-  TAGRID_EACH32(yes.v[j] = hn::IfThenElseZero(m.m[j], yes.v[j]);)
-  return yes;
-}
-TAGRID_LANE I32 zero_or(M32 m, I32 no) {
-  TAGRID_EACH32(no.v[j] = hn::IfThenZeroElse(m.m[j], no.v[j]);)
-  return no;
-}
-TAGRID_LANE F32 if_else(M32 m, F32 yes, F32 no) {
-  TAGRID_EACH32(yes.v[j] = hn::IfThenElse(hn::RebindMask(DF(), m.m[j]), yes.v[j], no.v[j]);)
-  return yes;
-}
-TAGRID_LANE I32 gather(const std::int32_t* table, I32 index) {
-  TAGRID_EACH32(index.v[j] = hn::GatherIndex(D32(), table, index.v[j]);)
-  return index;
-}
+TAGRID_LANES32(M32, except, (M32 a, M32 b), hn::AndNot(b.v[j], a.v[j]))
+TAGRID_LANES32(I32, if_else, (M32 m, I32 yes, I32 no), hn::IfThenElse(m.v[j], yes.v[j], no.v[j]))
+TAGRID_LANES32(I32, if_or_zero, (M32 m, I32 yes), hn::IfThenElseZero(m.v[j], yes.v[j]))
+TAGRID_LANES32(I32, zero_or, (M32 m, I32 no), hn::IfThenZeroElse(m.v[j], no.v[j]))
+TAGRID_LANES32(F32, if_else, (M32 m, F32 yes, F32 no),
+               hn::IfThenElse(hn::RebindMask(DF(), m.v[j]), yes.v[j], no.v[j]))
+TAGRID_LANES32(I32, gather, (const std::int32_t* table, I32 index), hn::GatherIndex(D32(), table, index.v[j]))
 
 // ---- Floating point. Numbers below 2^24 are exact.
-TAGRID_LANE F32 set_float(float value) {
-  F32 r;
-  TAGRID_EACH32(r.v[j] = hn::Set(DF(), value);)
-  return r;
-}
-TAGRID_LANE F32 to_float(I32 a) {
-  F32 r;
-  TAGRID_EACH32(r.v[j] = hn::ConvertTo(DF(), a.v[j]);)
-  return r;
-}
-#define TAGRID_BINARY_FLOAT(name, operation)           \
-  TAGRID_LANE F32 name(F32 a, F32 b) {                 \
-    TAGRID_EACH32(a.v[j] = operation(a.v[j], b.v[j]);) \
-    return a;                                          \
-  }
-TAGRID_BINARY_FLOAT(operator+, hn::Add)
-TAGRID_BINARY_FLOAT(operator*, hn::Mul)
-TAGRID_BINARY_FLOAT(operator/, hn::Div)
-#undef TAGRID_BINARY_FLOAT
-TAGRID_LANE I32 bits_of(F32 a) {
-  I32 r;
-  TAGRID_EACH32(r.v[j] = hn::BitCast(D32(), a.v[j]);)
-  return r;
-}
+TAGRID_LANES32(F32, set_float, (float value), hn::Set(DF(), value))
+TAGRID_LANES32(F32, to_float, (I32 a), hn::ConvertTo(DF(), a.v[j]))
+TAGRID_LANES32(F32, operator+, (F32 a, F32 b), hn::Add(a.v[j], b.v[j]))
+TAGRID_LANES32(F32, operator*, (F32 a, F32 b), hn::Mul(a.v[j], b.v[j]))
+TAGRID_LANES32(F32, operator/, (F32 a, F32 b), hn::Div(a.v[j], b.v[j]))
+TAGRID_LANES32(I32, bits_of, (F32 a), hn::BitCast(D32(), a.v[j]))
 /// The integer nearest to a. REQUIRES: |a| < 2^22.
 TAGRID_LANE I32 nearest(F32 a) {
   // The last bit of a float of this size is worth 1.
@@ -286,23 +194,16 @@ TAGRID_LANE I32 nearest(F32 a) {
   return bits_of(a + set_float(size)) - set32(std::bit_cast<std::int32_t>(size));
 }
 /// Toward zero.
-TAGRID_LANE I32 truncated(F32 a) {
-  I32 r;
-  TAGRID_EACH32(r.v[j] = hn::ConvertTo(D32(), a.v[j]);)
-  return r;
-}
+TAGRID_LANES32(I32, truncated, (F32 a), hn::ConvertTo(D32(), a.v[j]))
+
+// clang-format on
 
 // ---- Between 16 and 32 bits, and masks as bits.
-#if HWY_MAX_BYTES == 64
-TAGRID_LANE I32 widen(I16 a) { return {{hn::PromoteTo(D32(), a.v[0])}}; }
-TAGRID_LANE I32 widen_unsigned(I16 a) { return {{hn::PromoteTo(D32(), hn::BitCast(DU16(), a.v[0]))}}; }
+#if HWY_TARGET == HWY_SCALAR || HWY_MAX_BYTES == 64
+TAGRID_LANES32(I32, widen, (I16 a), hn::PromoteTo(D32(), a.v[j]))
+TAGRID_LANES32(I32, widen_unsigned, (I16 a), hn::PromoteTo(D32(), hn::BitCast(DU16(), a.v[j])))
 /// REQUIRES: every lane fits into 16 bits with a sign.
-TAGRID_LANE I16 narrow(I32 a) { return {{hn::DemoteTo(D16(), a.v[0])}}; }
-TAGRID_LANE std::uint32_t bits(M16 m) { return m.m[0].raw; }
-TAGRID_LANE std::uint32_t bits(M32 m) { return m.m[0].raw; }
-TAGRID_LANE M16 mask16(std::uint32_t bits) { return {{{static_cast<__mmask16>(bits)}}}; }
-TAGRID_LANE M32 mask32(std::uint32_t bits) { return {{{static_cast<__mmask16>(bits)}}}; }
-TAGRID_LANE M32 widen(M16 m) { return mask32(bits(m)); }
+TAGRID_LANES16(I16, narrow, (I32 a), hn::DemoteTo(D16(), a.v[j]))
 #else
 TAGRID_LANE I32 widen(I16 a) {
   using Half = hn::Half<D16>;
@@ -331,15 +232,23 @@ TAGRID_LANE I16 narrow(I32 a) {
            hn::Combine(D16(), hn::DemoteTo(Half(), a.v[3]), hn::DemoteTo(Half(), a.v[2]))}};
 #endif
 }
+#endif
+#if HWY_MAX_BYTES == 64
+TAGRID_LANE std::uint32_t bits(M16 m) { return m.v[0].raw; }
+TAGRID_LANE std::uint32_t bits(M32 m) { return m.v[0].raw; }
+TAGRID_LANE M16 mask16(std::uint32_t bits) { return {{{static_cast<__mmask16>(bits)}}}; }
+TAGRID_LANE M32 mask32(std::uint32_t bits) { return {{{static_cast<__mmask16>(bits)}}}; }
+TAGRID_LANE M32 widen(M16 m) { return mask32(bits(m)); }
+#else
 TAGRID_LANE std::uint32_t bits(M16 m) {
   std::uint32_t all = 0;
-  TAGRID_EACH16(std::uint8_t part[8] = {}; hn::StoreMaskBits(D16(), m.m[j], part);
+  TAGRID_EACH16(std::uint8_t part[8] = {}; hn::StoreMaskBits(D16(), m.v[j], part);
                 all |= (part[0] | std::uint32_t{part[1]} << 8) << (j * width16);)
   return all;
 }
 TAGRID_LANE std::uint32_t bits(M32 m) {
   std::uint32_t all = 0;
-  TAGRID_EACH32(std::uint8_t part[8] = {}; hn::StoreMaskBits(D32(), m.m[j], part);
+  TAGRID_EACH32(std::uint8_t part[8] = {}; hn::StoreMaskBits(D32(), m.v[j], part);
                 all |= std::uint32_t{part[0]} << (j * width32);)
   return all;
 }
@@ -349,7 +258,7 @@ TAGRID_LANE M16 mask16(std::uint32_t bits) {
   const auto all = hn::Set(DU16(), static_cast<std::uint16_t>(bits));
   M16 r;
   TAGRID_EACH16(const auto lane = hn::LoadU(DU16(), of_lane + j * width16);
-                r.m[j] = hn::RebindMask(D16(), hn::Eq(hn::And(all, lane), lane));)
+                r.v[j] = hn::RebindMask(D16(), hn::Eq(hn::And(all, lane), lane));)
   return r;
 }
 TAGRID_LANE M32 mask32(std::uint32_t bits) {
@@ -358,18 +267,28 @@ TAGRID_LANE M32 mask32(std::uint32_t bits) {
   const auto all = hn::Set(D32(), static_cast<std::int32_t>(bits));
   M32 r;
   TAGRID_EACH32(const auto lane = hn::LoadU(D32(), of_lane + j * width32);
-                r.m[j] = hn::Eq(hn::And(all, lane), lane);)
+                r.v[j] = hn::Eq(hn::And(all, lane), lane);)
   return r;
 }
 TAGRID_LANE M32 widen(M16 m) {
   I16 lanes;
-  TAGRID_EACH16(lanes.v[j] = hn::VecFromMask(D16(), m.m[j]);)
+  TAGRID_EACH16(lanes.v[j] = hn::VecFromMask(D16(), m.v[j]);)
   const I32 wide = widen(lanes);
   M32 r;
-  TAGRID_EACH32(r.m[j] = hn::MaskFromVec(wide.v[j]);)
+  TAGRID_EACH32(r.v[j] = hn::MaskFromVec(wide.v[j]);)
   return r;
 }
 #endif
+
+}  // namespace tagrid::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_TARGET == HWY_SCALAR
+#include "stages/values/wavefront/scalar.h"
+#else
+
+HWY_BEFORE_NAMESPACE();
+namespace tagrid::HWY_NAMESPACE {
 
 // ---- Sums of products of 16 bits, in an order of their own.
 /// Lanes 0 .. 3 and 8 .. 11 are in `low`, the others in `high`; each in two parts on machines that do not add

@@ -121,7 +121,7 @@ class Wave {
     }
   }
 
-  /// Copies the rows of line t that neighbors in other groups and slices ask for.
+  /// Copies the rows of line t that neighbors in other groups and slices read.
   TAGRID_STEP void copy_borders(Half& f, std::int64_t t) {
     Line* const l = f.lines + t;
     const std::int64_t up = s_.period - wave_slope, of_slice = f.at.of_slice;
@@ -194,7 +194,7 @@ class Wave {
       }
     }
   }
-  /// Drops the lines that nothing asks for any more.
+  /// Drops the lines that are no longer read.
   void slide(std::int64_t t) {
     const std::int64_t dropped = t - buffers_.reach - buffers_.first_line, kept = buffers_.capacity - dropped;
     const auto move = [&](auto*& lines) {

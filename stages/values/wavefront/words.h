@@ -9,8 +9,8 @@
 
 namespace tagrid {
 
-/// Numbers of bytes of a vector, by the set of lanes. Taking in: word n goes to the n-th lane of the set. Giving out: the words
-/// of the set go to the end of the vector, in the order of the lanes.
+/// Numbers of bytes of a vector, by the set of lanes. Taking in: word n goes to the n-th lane of the set.
+/// Giving out: the words of the set go to the end of the vector, in the order of the lanes.
 struct WordTables {
   std::uint8_t taken[256][16], given[256][16];
 };

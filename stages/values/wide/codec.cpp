@@ -7,7 +7,6 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/values/voxels/constant_brick.h"
-#include "stages/values/wide/narrow.h"
 #include "stages/values/wide/parameters.h"
 #include "stages/values/wide/residual_model.h"
 #include "stages/values/wide/window.h"
@@ -63,10 +62,9 @@ class WidePass {
         if (bounds_.surface_error >= 0) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t x = 0; x < size.x; ++x, ++i) {
           if constexpr (Coder::encoding) {
-            if (!encode(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i]))
-              return false;
+            if (!code(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i])) return false;
           } else {
-            decode(x, result[i]);
+            code(x, T{}, 0, false, result[i]);
           }
         }
         window_.end_row();
@@ -102,46 +100,42 @@ class WidePass {
     return within(static_cast<double>(sample), static_cast<double>(original), bound);
   }
 
-  bool encode(std::int64_t x, T original, std::int64_t number, bool escaped, T& result) {
-    const WidePrediction prediction = window_.predict(x);
-    const bool is_active = active(x);
-    const std::size_t which = is_active;
+  WideResidual quantized(std::int64_t number, const WidePrediction& prediction, std::size_t which) const {
     const auto error = static_cast<std::uint64_t>(p_.error[which]);
     WideResidual r = difference(number, prediction.value);
     r.magnitude = (r.magnitude + std::min(error, ~r.magnitude)) / static_cast<std::uint64_t>(step_[which]);
     r.negative = r.negative && r.magnitude != 0;
-    const std::int64_t v = decoded(prediction, r, which);
-    result = sample_of(v);
-    const bool corrected = p_.corrected && is_active;
+    return r;
+  }
+
+  // When decoding, only `x` is input. Returns false if a sample needs an escape in a brick without escapes.
+  bool code(std::int64_t x, T original, std::int64_t number, bool escaped, T& result) {
+    const WidePrediction prediction = window_.predict(x);
+    const bool is_active = active(x), corrected = p_.corrected && is_active;
+    const std::size_t which = is_active;
+    WideResidual r;
+    std::int64_t v = 0;
+    if constexpr (Coder::encoding) {
+      r = quantized(number, prediction, which);
+      v = decoded(prediction, r, which);
+    }
     if constexpr (std::is_floating_point_v<T>) {
-      escaped = escaped || !(corrected || is_within(result, original, is_active));
-      if (escaped && !p_.escapes) return false;
+      if constexpr (Coder::encoding) {
+        escaped = escaped || !(corrected || is_within(sample_of(v), original, is_active));
+        if (escaped && !p_.escapes) return false;
+      }
       if (p_.escapes && code_adaptive(coder_, escaped, escape_[window_.escape_context(x)], 1000)) {
         result = code_escaped(original);
         window_.commit_escape(x, prediction);
         return true;
       }
     }
-    residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
+    r = residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
+    if constexpr (!Coder::encoding) v = decoded(prediction, r, which);
+    result = sample_of(v);
     if (corrected) result = code_correction(original, result);
     window_.commit(x, prediction, v, signed_residual(r), step_[which]);
     return true;
-  }
-
-  void decode(std::int64_t x, T& result) {
-    const WidePrediction prediction = window_.predict(x);
-    if constexpr (std::is_floating_point_v<T>)
-      if (p_.escapes && code_adaptive(coder_, false, escape_[window_.escape_context(x)], 1000)) {
-        result = code_escaped(T{});
-        window_.commit_escape(x, prediction);
-        return;
-      }
-    const std::size_t which = active(x);
-    const WideResidual r = residuals_->code(coder_, {}, window_.context(x, prediction, p_.error[which]));
-    const std::int64_t v = decoded(prediction, r, which);
-    result = sample_of(v);
-    if (p_.corrected && which == 1) result = code_correction(T{}, result);
-    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
   }
 
   // Codes the bits of a sample that has no number. Often they are those of the escaped sample before.
@@ -210,8 +204,8 @@ std::uint64_t working_bytes_of_pass(Index3 size) {
 }  // namespace
 
 template <class T>
-PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
-                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, std::span<T> reconstruction,
+                          std::vector<std::uint8_t>& out) {
   assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
@@ -242,8 +236,8 @@ PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& bric
 }
 
 template <class T>
-Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
-                          std::vector<std::uint8_t>& carried) {
+Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+                     std::vector<std::uint8_t>& carried) {
   const std::int64_t slices = slices_in(brick.owned, samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
@@ -270,7 +264,7 @@ std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size
   if (floats) ++events;                                                                     // escaped?
   if (floats && bounds.surface_error == 0) events += WideResidualModel::most_events(bits);  // corrected
   const std::uint64_t numbers = voxels * (sizeof(std::int64_t) + sizeof(std::uint8_t));
-  // Before the first voxel a few hundred say the parameters.
+  // The parameters take a few hundred events before the first voxel.
   const std::uint64_t wide =
       numbers + std::max(floats ? numbers : 0,
                          working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));
@@ -281,11 +275,11 @@ std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) 
   return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                       \
-  template PendingWide encode_wide_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
-                                          std::vector<std::uint8_t>&);                              \
-  template Status decode_wide_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
-                                     std::vector<std::uint8_t>&);
+#define TAGRID_INSTANTIATE(T)                                                                  \
+  template PendingWide encode_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
+                                     std::vector<std::uint8_t>&);                              \
+  template Status decode_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
+                                std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

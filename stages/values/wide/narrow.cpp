@@ -1,7 +1,6 @@
-#include "stages/values/wide/narrow.h"
+#include "stages/values/wide/codec.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -9,7 +8,7 @@
 #include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 #include "stages/values/voxels/codec.h"
-#include "stages/values/wide/digits.h"
+#include "stages/values/voxels/constant_brick.h"
 
 namespace tagrid {
 namespace {
@@ -93,9 +92,9 @@ std::optional<NarrowForm> narrow_floats(std::span<const T> samples, const WideBo
   const double span = (*range)[1] - (*range)[0],
                largest = std::max(std::fabs((*range)[0]), std::fabs((*range)[1]));
   if (!(tight > 0) || !std::isfinite(span) || span == 0) return {};
-  const int exponent = std::max({exponent_of(span) - 15,
-                                 exponent_of(largest) - std::min(std::numeric_limits<T>::digits - 2, 45),
-                                 std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits});
+  const int exponent =
+      std::max({std::ilogb(span) - 15, std::ilogb(largest) - std::min(std::numeric_limits<T>::digits - 2, 45),
+                std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits});
   if (exponent < lowest_exponent || exponent > highest_exponent) return {};
   const double per_unit = power_of_two(-exponent);
   if (tight * per_unit < least_units) return {};
@@ -149,19 +148,15 @@ T sample_of(const NarrowForm& form, double unit, std::uint16_t number) {
     return static_cast<T>(std::min<std::int64_t>(n, std::numeric_limits<T>::max()));
 }
 
-void append(std::uint64_t value, int bytes, std::vector<std::uint8_t>& out) {
-  for (int i = 0; i < bytes; ++i) out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-}
-std::uint64_t take(std::span<const std::uint8_t>& bytes, int count) {
-  std::uint64_t value = 0;
-  for (int i = 0; i < count; ++i) value |= std::uint64_t{bytes[static_cast<std::size_t>(i)]} << (8 * i);
-  bytes = bytes.subspan(static_cast<std::size_t>(count));
-  return value;
+std::uint64_t take(std::span<const std::uint8_t>& bytes, std::size_t count) {
+  const std::uint64_t number = number_in(bytes.first(count));
+  bytes = bytes.subspan(count);
+  return number;
 }
 
 /// Floats: the exponent and both errors, two bytes each. All types: the lowest number.
 template <class T>
-constexpr int head_bytes = 8 + (std::is_floating_point_v<T> ? 6 : 0);
+constexpr std::size_t head_bytes = 8 + (std::is_floating_point_v<T> ? 6 : 0);
 
 /// False if no encoder writes this.
 template <class T>
@@ -185,10 +180,10 @@ std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBoun
 template <class T>
 PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, const WideBrick& brick,
                           std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
-  append(static_cast<std::uint64_t>(form.low), 8, out);
+  append_bytes(static_cast<std::uint64_t>(form.low), 8, out);
   if constexpr (std::is_floating_point_v<T>) {
-    append(static_cast<std::uint64_t>(form.exponent), 2, out);
-    for (const std::int64_t error : form.errors) append(static_cast<std::uint64_t>(error), 2, out);
+    append_bytes(static_cast<std::uint64_t>(form.exponent), 2, out);
+    for (const std::int64_t error : form.errors) append_bytes(static_cast<std::uint64_t>(error), 2, out);
   }
   std::vector<std::uint16_t> numbers(samples.size());
   if constexpr (std::is_floating_point_v<T>) {
@@ -211,7 +206,7 @@ PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, co
 template <class T>
 Status decode_narrow(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
-  if (bytes.size() < static_cast<std::size_t>(head_bytes<T>)) return Status::broken("values end too soon");
+  if (bytes.size() < head_bytes<T>) return Status::broken("values end too soon");
   NarrowForm form;
   form.low = static_cast<std::int64_t>(take(bytes, 8));
   if constexpr (std::is_floating_point_v<T>) {

@@ -1,14 +1,13 @@
 #include "stages/values/wide/parameters.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 
-#include "stages/entropy/integer_model.h"
+#include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
+#include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 #include "stages/values/prediction/parameters.h"
-#include "stages/values/wide/digits.h"
 #include "stages/values/wide/residual_model.h"
 
 namespace tagrid {
@@ -58,7 +57,7 @@ std::uint64_t roughness(const std::vector<std::int64_t>& numbers) {
 }
 
 // Lossless: fixed point if all finite samples are multiples of one unit and the result is shorter, as for
-// whole numbers stored as floats.
+// integers stored as floats.
 template <class T>
 void choose_lossless(std::span<const T> samples, WideParameters& p, WideNumbers& n) {
   make_keys(samples, n);
@@ -66,7 +65,7 @@ void choose_lossless(std::span<const T> samples, WideParameters& p, WideNumbers&
   for (const T v : samples)
     if (is_finite(v) && v != 0) {
       lowest = std::min(lowest, lowest_digit(v));
-      highest = std::max(highest, exponent_of(static_cast<double>(v)));
+      highest = std::max(highest, std::ilogb(static_cast<double>(v)));
     }
   if (lowest < lowest_exponent || highest - lowest >= 46) return;
   WideNumbers fixed = n;
@@ -83,11 +82,11 @@ template <class T>
 void choose_bounded(std::span<const T> samples, const WideBounds& bounds, WideParameters& p, WideNumbers& n) {
   constexpr int digits_below_bound = 9;
   const double tight = bounds.surface_error > 0 ? bounds.surface_error : bounds.max_error;
-  const int tight_exponent = exponent_of(tight);
+  const int tight_exponent = std::ilogb(tight);
   int exponent = std::max(lowest_exponent, tight_exponent - digits_below_bound);
   for (const T v : samples) {
     if (!is_finite(v) || v == 0) continue;
-    const int last = last_place(v), size = exponent_of(static_cast<double>(v));
+    const int last = last_place(v), size = std::ilogb(static_cast<double>(v));
     if (last > tight_exponent || size - 45 > tight_exponent) continue;  // escapes
     exponent = std::max({exponent, last, size - 45});
   }

@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <memory>
 
 #include "stages/entropy/adaptive_bit.h"
 
@@ -68,10 +67,23 @@ class OpinionMixer {
   }
 };
 
+/// Codes `bits` bits, all equally probable, the upper ones first.
+template <class Coder>
+std::uint64_t code_raw_bits(Coder& coder, std::uint64_t value, int bits) {
+  std::uint64_t result = 0;
+  while (bits > 0) {
+    const int now = std::min(bits, 16);
+    bits -= now;
+    const auto part = static_cast<std::uint32_t>(value >> bits) & ((std::uint32_t{1} << now) - 1);
+    result = result << now | coder.code_raw(part, now);
+  }
+  return result;
+}
+
 class WideResidualModel {
  public:
-  /// The most events that a residual of so many bits makes: two and a sign, the number of its digits, the three
-  /// after the first, and the others, sixteen at a time.
+  /// The most events of a residual of `bits` bits: two and a sign, the number of its digits, the
+  /// three after the first, and the others, sixteen at a time.
   static constexpr std::uint64_t most_events(int bits) {
     return 2 + 1 + 6 + 3 + (static_cast<std::uint64_t>(bits) + 11) / 16;
   }
@@ -117,14 +129,7 @@ class WideResidualModel {
       node = 2 * node + bit;
       magnitude = 2 * magnitude + bit;
     }
-    while (left > 0) {
-      const int bits = static_cast<int>(std::min<std::uint32_t>(left, 16));
-      left -= static_cast<std::uint32_t>(bits);
-      const std::uint32_t low =
-          coder.code_raw(static_cast<std::uint32_t>(value >> left) & ((std::uint32_t{1} << bits) - 1), bits);
-      magnitude = magnitude << bits | low;
-    }
-    return magnitude;
+    return magnitude << left | code_raw_bits(coder, value, static_cast<int>(left));
   }
 
   std::array<std::array<AdaptiveBit, 256>, 2> by_energy_{};
@@ -135,18 +140,5 @@ class WideResidualModel {
   std::array<std::array<AdaptiveBit, 256>, 2> sign_{};
   OpinionMixer<2> sign_mixer_;
 };
-
-/// Codes `bits` bits, all equally probable, the upper ones first.
-template <class Coder>
-std::uint64_t code_raw_bits(Coder& coder, std::uint64_t value, int bits) {
-  std::uint64_t result = 0;
-  while (bits > 0) {
-    const int now = std::min(bits, 16);
-    bits -= now;
-    const auto part = static_cast<std::uint32_t>(value >> bits) & ((std::uint32_t{1} << now) - 1);
-    result = result << now | coder.code_raw(part, now);
-  }
-  return result;
-}
 
 }  // namespace tagrid

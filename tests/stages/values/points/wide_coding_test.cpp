@@ -28,12 +28,12 @@ TYPED_TEST(WidePointCoding, IntegersThatEscapeAreRefused) {
   for (TypeParam& value : values) value = static_cast<TypeParam>(random() % 1000);
   for (const double error : {0.0, 7.0}) {
     std::vector<TypeParam> stored = values;
-    for (TypeParam& value : stored) value = stored_wide_point(value, error);
+    for (TypeParam& value : stored) value = stored_point(value, error);
     std::vector<std::uint8_t> bytes;
-    encode_wide_points<TypeParam>(stored, active, s, error, bytes);
-    EXPECT_TRUE(decode_wide_points<TypeParam>(bytes, active, s, error, decoded).ok());
+    encode_points<TypeParam>(stored, active, s, error, bytes);
+    EXPECT_TRUE(decode_points<TypeParam>(bytes, active, s, error, decoded).ok());
     bytes[1] ^= 0x80;
-    EXPECT_FALSE(decode_wide_points<TypeParam>(bytes, active, s, error, decoded).ok());
+    EXPECT_FALSE(decode_points<TypeParam>(bytes, active, s, error, decoded).ok());
   }
 }
 

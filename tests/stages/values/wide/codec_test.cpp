@@ -38,13 +38,13 @@ class WideVoxelCodec : public testing::Test {
   std::vector<std::uint8_t> encode(const std::vector<T>& original, const WideBounds& bounds) {
     std::vector<std::uint8_t> bytes;
     reconstruction_.resize(original.size());
-    encode_wide_voxels<T>(original, {owned_, &activity_, bounds}, reconstruction_, bytes).finish();
+    encode_voxels<T>(original, {owned_, &activity_, bounds}, reconstruction_, bytes).finish();
     return bytes;
   }
   Status decode(std::span<const std::uint8_t> bytes, const WideBounds& bounds, std::int64_t slices = size.z) {
     decoded_.assign(static_cast<std::size_t>(size.x * size.y * slices), T{});
     std::vector<std::uint8_t> carried;
-    return decode_wide_voxels<T>(bytes, {owned_, &activity_, bounds}, decoded_, carried);
+    return decode_voxels<T>(bytes, {owned_, &activity_, bounds}, decoded_, carried);
   }
 
   const Box owned_ = Box::of_size(size);
@@ -146,8 +146,8 @@ TEST(WideVoxelCodecForms, WholeNumbersInFloatsCostWhatTheyCostAsIntegers) {
   auto whole_back = whole;
   auto real_back = real;
   const Box owned = Box::of_size(size);
-  encode_wide_voxels<std::int32_t>(whole, {owned, nullptr, {}}, whole_back, as_integers).finish();
-  encode_wide_voxels<float>(real, {owned, nullptr, {}}, real_back, as_floats).finish();
+  encode_voxels<std::int32_t>(whole, WideBrick{owned, nullptr, {}}, whole_back, as_integers).finish();
+  encode_voxels<float>(real, WideBrick{owned, nullptr, {}}, real_back, as_floats).finish();
   EXPECT_EQ(real_back, real);
   EXPECT_LT(as_floats.size(), as_integers.size() + 16);
 }

@@ -42,10 +42,10 @@ std::size_t bytes_of_wide(const std::vector<T>& samples, const WideBounds& bound
   // The bytes that are carried may depend on what was decoded.
   std::vector<std::uint8_t> to_carry(80), carried;
   const WideBrick brick{box, nullptr, bounds, effort};
-  auto pending = encode_wide_voxels<T>(samples, brick, decoded, bytes);
+  auto pending = encode_voxels<T>(samples, brick, decoded, bytes);
   std::memcpy(to_carry.data(), decoded.data(), std::min(to_carry.size(), decoded.size() * sizeof(T)));
   const std::optional<std::size_t> count = pending.finish(to_carry);
-  EXPECT_TRUE(decode_wide_voxels<T>(bytes, brick, back, carried).ok());
+  EXPECT_TRUE(decode_voxels<T>(bytes, brick, back, carried).ok());
   EXPECT_EQ(carried.size(), count.value_or(0));
   EXPECT_TRUE(std::equal(carried.begin(), carried.end(), to_carry.begin()));
   for (std::size_t i = 0; i < samples.size(); ++i) {
