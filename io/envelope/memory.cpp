@@ -1,9 +1,8 @@
-#include "io/envelope/memory.h"
-
 #include <algorithm>
 #include <bit>
 #include <utility>
 
+#include "io/envelope/envelope.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {

@@ -8,10 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
 #include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
-#include "io/volume/plain_form.h"
+#include "io/volume/sample_places.h"
 
 namespace tagrid {
 

@@ -12,7 +12,7 @@
 
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
-#include "io/files/placed_file.h"
+#include "io/files/output_file.h"
 #include "io/files/staging_folder.h"
 #include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"

@@ -9,8 +9,8 @@
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"

@@ -6,6 +6,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -159,5 +160,29 @@ class MemoryLimit : public UsageError {
 /// A WorldError that says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if
 /// known, what to do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
+
+/// What an exception means to the person who started the program.
+enum class ErrorKind : std::uint8_t {
+  usage,         ///< UsageError
+  broken_input,  ///< BrokenInput
+  closed_pipe,   ///< ClosedPipe
+  world,         ///< WorldError, and system errors of the standard library
+  memory,        ///< there is too little memory, or a size is beyond all memory
+  bug            ///< anything else
+};
+
+struct SortedError {
+  ErrorKind kind = ErrorKind::bug;
+  std::string message;  ///< what() of the exception
+  ErrorDetail detail{};
+
+  bool operator==(const SortedError&) const = default;
+};
+
+/// Nothing else sorts exceptions. REQUIRES: `exception` is not null.
+SortedError sorted_error(const std::exception_ptr& exception);
+
+/// Throws an exception of that kind with that message and detail; for `memory`, without them.
+[[noreturn]] void throw_sorted(const SortedError& error);
 
 }  // namespace tagrid

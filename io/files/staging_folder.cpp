@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/abandoned_files.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 

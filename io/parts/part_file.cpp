@@ -4,8 +4,8 @@
 #include <array>
 #include <cassert>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "stages/grid/lattice.h"

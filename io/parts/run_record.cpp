@@ -8,8 +8,8 @@
 #include <ctime>
 #include <filesystem>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "io/files/byte_sink.h"
+#include "io/files/output_file.h"
 
 namespace tagrid {
 

@@ -3,12 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cassert>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/errors/errors.h"
 #include "io/files/bzip2_bytes.h"
 #include "io/files/gzip_bytes.h"
+#include "io/files/spool_file.h"
+#include "io/files/system_call.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -83,6 +90,18 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
   place.may_go_on = true;
   say_more(file, std::min(count - expected, most), count - expected < most, facts);
 }
+
+class SpooledSamples final : public PlainSamples {
+ public:
+  SpooledSamples(const SourceFacts& facts, std::unique_ptr<FileBytes> file, std::uint64_t bytes_read)
+      : PlainSamples(facts, std::move(file), {0, std::endian::native == std::endian::big, 0}),
+        bytes_read_(bytes_read) {}
+
+  std::uint64_t bytes_read() const override { return bytes_read_; }
+
+ private:
+  std::uint64_t bytes_read_;  ///< of the original source
+};
 
 }  // namespace
 
@@ -198,6 +217,34 @@ void CompressedSamples::seek(std::int64_t z) {
       throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
     left -= count;
   }
+}
+
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
+  if (header_path == "-") return data_file;
+  return (std::filesystem::path(header_path).parent_path() / data_file).string();
+}
+
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format) {
+  const auto status = status_of(path);
+  // Opening reports missing files and folders.
+  const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
+  if (data_file == "-" || !is_plain)
+    throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
+                                  header_name, format, tagrid::quoted(std::string_view(data_file))));
+  try {
+    return std::make_unique<FileBytes>(path);
+  } catch (const WorldError& error) {
+    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
+  }
+}
+
+std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder) {
+  assert(source->next_sample() == 0);
+  SpoolFile file = SpoolFile::in(folder, source->name());
+  read_to_end(*source, [&](std::span<const std::byte> samples) { file.write(samples); });
+  return std::make_unique<SpooledSamples>(
+      source->facts(), std::make_unique<FileBytes>(file.release(), source->name()), source->bytes_read());
 }
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2.
+// Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2; the file may be one that a header
+// names, or a temporary copy.
 #pragma once
 
 #include <functional>
@@ -106,5 +107,19 @@ class CompressedSamples final : public FileSamples {
   std::unique_ptr<CompressedBytes> stream_;
   std::uint64_t skipped_;
 };
+
+/// The path of a file that a header names: relative to the folder of the header ("-": the current folder).
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file);
+
+/// Opens the file at `path`, which a header calls `data_file`. A header is untrusted input: the file must be a regular
+/// one, because anything else could interact with this process or block it: the standard input, a pipe, or a device.
+/// `header_name` and `format` ("NRRD") are for messages. Throws BrokenInput and WorldError.
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format);
+
+/// Copies all samples to an unnamed temporary file in `folder`, and returns a source that reads any rows from
+/// it. All other facts about the volume stay the same. REQUIRES: nothing was read of `source`, or it was
+/// rewound.
+std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder);
 
 }  // namespace tagrid

@@ -1,6 +1,11 @@
 #include "io/samples/file_sink.h"
 
+#include <zlib.h>
+
+#include <algorithm>
 #include <cassert>
+#include <new>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -75,6 +80,51 @@ void DetachedSink::keep() {
     throw;
   }
   header_->keep();
+}
+
+struct GzipSink::Stream {
+  z_stream z = {};
+  std::vector<std::byte> output = std::vector<std::byte>(std::size_t{1} << 16);
+};
+
+GzipSink::GzipSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header)
+    : VolumeSink(info), file_(std::move(file)), stream_(std::make_unique<Stream>()) {
+  // Without a name and a time, so that equal volumes are equal files.
+  if (deflateInit2(&stream_->z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
+  deflate(std::as_bytes(std::span(header.data(), header.size())), false);
+}
+
+GzipSink::~GzipSink() { deflateEnd(&stream_->z); }
+
+VolumeSink::Place GzipSink::place() const { throw std::logic_error("compressed samples have no place"); }
+
+void GzipSink::write(std::int64_t, std::span<const std::byte> samples) {
+  std::vector<std::byte> swapped;
+  deflate(little_endian_samples(samples, size_of(info().type), swapped), false);
+}
+
+void GzipSink::deflate(std::span<const std::byte> bytes, bool is_last) {
+  z_stream& z = stream_->z;
+  do {
+    const std::size_t part = std::min(bytes.size(), std::size_t{1} << 30);
+    z.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));  // zlib does not write there
+    z.avail_in = static_cast<uInt>(part);
+    bytes = bytes.subspan(part);
+    int result = Z_OK;
+    do {
+      z.next_out = reinterpret_cast<Bytef*>(stream_->output.data());
+      z.avail_out = static_cast<uInt>(stream_->output.size());
+      result = ::deflate(&z, is_last && bytes.empty() ? Z_FINISH : Z_NO_FLUSH);
+      file_->write(std::span(stream_->output).first(stream_->output.size() - z.avail_out));
+    } while (z.avail_out == 0 && result != Z_STREAM_END);
+  } while (!bytes.empty());
+}
+
+void GzipSink::publish() {
+  assert(bytes_left() == 0);
+  deflate({}, true);
+  file_->publish();
 }
 
 }  // namespace tagrid

@@ -1,5 +1,3 @@
-#include "io/sandbox/landlock.h"
-
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -11,6 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/sandbox/sandbox.h"
 
 namespace tagrid {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
 #include "stages/grid/lattice.h"
@@ -210,6 +210,11 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
   }
   sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
   return sizes;
+}
+
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const std::string& what) {
+  return BrokenInput(file + ": " + part + ", before byte " + std::to_string(before) + ": " + what);
 }
 
 }  // namespace tagrid

@@ -10,7 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_sink.h"
+#include "io/errors/errors.h"
+#include "io/files/output_file.h"
 #include "io/tag/index.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/status.h"
@@ -134,5 +135,17 @@ struct TagSizes {
   std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
+
+/// For the place at which the footer should be. A reader that begins at the end cannot tell a damaged file
+/// from a complete one that is followed by other bytes.
+inline constexpr const char* no_footer =
+    "the file does not end with a footer: it is truncated or damaged, was never finished, or has extra bytes "
+    "after its end";
+/// For a reader that has read the complete file before.
+inline constexpr const char* bytes_follow = "there are extra bytes after the end of the file";
+
+/// The error of a part of the file, which was found before a byte.
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const std::string& what);
 
 }  // namespace tagrid

@@ -7,7 +7,6 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/tag/broken_tag.h"
 #include "io/tag/file.h"
 
 namespace tagrid {

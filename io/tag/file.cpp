@@ -6,11 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
-#include "io/tag/broken_tag.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

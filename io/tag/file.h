@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/byte_stream.h"
 #include "io/files/file_bytes.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"

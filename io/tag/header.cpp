@@ -7,9 +7,10 @@
 #include <string>
 #include <string_view>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
+#include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
@@ -186,6 +187,25 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 VolumeInfo volume_info_of(const TagHeader& header) {
   return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
+}
+
+std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {
+  std::size_t size = 0;
+  if (Status status = parse_preamble(preamble, size); !status.ok())
+    throw BrokenInput(file + ": " + status.what());
+  return size;
+}
+
+TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, std::uint64_t& checksum) {
+  TagHeader header;
+  if (Status status = parse_header(bytes, header, checksum); !status.ok())
+    throw BrokenInput(file + ": " + status.what());
+  try {
+    volume_info_of(header);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(file + ": the source's fields in the header: " + broken.what());
+  }
+  return header;
 }
 
 }  // namespace tagrid

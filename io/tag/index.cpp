@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "io/bytes/byte_fields.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 
 namespace tagrid {

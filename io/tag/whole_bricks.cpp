@@ -7,7 +7,6 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/tag/broken_tag.h"
 
 namespace tagrid {
 namespace {

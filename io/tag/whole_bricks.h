@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"

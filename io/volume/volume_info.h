@@ -40,6 +40,8 @@ bool has_unknown_spacing(const Geometry& geometry);
 
 /// World position of a lattice point, which may lie outside the volume. An unknown spacing counts as 1.
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point);
+/// The same for a place between lattice points, in samples along each axis.
+std::array<double, 3> to_world(const Geometry& geometry, const std::array<double, 3>& place);
 
 /// True if the determinant of the axis directions is negative (or the number of negative spacings is odd), so
 /// that the volume is mirrored in the world.

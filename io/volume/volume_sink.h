@@ -1,6 +1,7 @@
 // Destinations of samples: files of any format, or a pipe.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -40,7 +41,13 @@ class VolumeSink {
   void write_slices(std::span<const std::byte> samples) { write_samples(next_, samples); }
   /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or
   /// any_order(); no sample is written twice.
-  void write_samples(std::int64_t first, std::span<const std::byte> samples);
+  void write_samples(std::int64_t first, std::span<const std::byte> samples) {
+    const std::size_t size = size_of(info_.type);
+    assert(samples.size() <= bytes_left_ && samples.size() % size == 0);
+    bytes_left_ -= samples.size();
+    write(first, samples);
+    next_ = first + static_cast<std::int64_t>(samples.size() / size);
+  }
 
   /// True if samples can be written in any order.
   virtual bool any_order() const = 0;
@@ -74,7 +81,8 @@ class VolumeSink {
   virtual std::string facts() const { return ""; }
 
  protected:
-  explicit VolumeSink(const VolumeInfo& info);
+  explicit VolumeSink(const VolumeInfo& info)
+      : info_(info), bytes_left_(sample_bytes(info.dims, info.type).value()) {}
   /// Bytes of the samples that have not been written yet.
   std::uint64_t bytes_left() const { return bytes_left_; }
 

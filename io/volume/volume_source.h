@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "io/text/printable.h"
-#include "io/volume/plain_form.h"
-#include "io/volume/slice_run.h"
+#include "io/text/text.h"
+#include "io/volume/sample_places.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/box.h"
 
@@ -136,5 +136,20 @@ class VolumeSource {
 
 /// Reads all remaining samples, one MiB or one slice at a time, and calls finish().
 void read_to_end(VolumeSource& source, const std::function<void(std::span<std::byte> samples)>& use);
+
+/// The checksum of all samples of a volume, in raster order and the byte order of memory. It does not depend
+/// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.
+std::uint64_t checksum_of_samples(VolumeSource& source);
+
+/// The number, from 0 on, of the volume that `series` numbers from 1 on; without it, of the only one. `name` of the file, and
+/// what `each` volume is, are for messages. Throws UsageError if there are several and none is named, or if there is no such volume.
+std::int64_t number_of_volume(const std::string& name, const std::string& series, std::int64_t volumes,
+                              const std::string& each);
+
+/// A source of any rows. It reads the entire slice that contains them. If this is not the next slice, the
+/// source may have to read everything before it. So at most `kept` slices are kept, of which rows may be
+/// wanted later: those of the stretch that is being read, which is a sequence of slices that become later and
+/// later. Memory: that of `source`, one slice, and the ones that are kept. REQUIRES: source->traits().again.
+std::unique_ptr<VolumeSource> rows_of_slices(std::unique_ptr<VolumeSource> source, std::int64_t kept = 0);
 
 }  // namespace tagrid

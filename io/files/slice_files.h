@@ -1,4 +1,4 @@
-// Names of numbered files as headers write them: "slice%03d.raw".
+// The files that hold the slices of a volume: those of a folder, or those that a header names by a pattern.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,12 @@
 
 namespace tagrid {
 
+/// The regular files of a folder in natural order: without hidden ones and those of deeper folders. Links to
+/// files count, and so do those that lead nowhere: a lost slice must not look as if it had never existed.
+/// Throws WorldError.
+std::vector<std::string> visible_files(const std::string& folder);
+
+/// Names of numbered files as headers write them: "slice%03d.raw".
 struct FilePattern {
   std::string before, after;  ///< what stands before and after the number
   int width = 0;              ///< of the number at least
