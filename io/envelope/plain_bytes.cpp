@@ -5,17 +5,12 @@
 #include <cstring>
 
 #include "io/errors/errors.h"
-#include "io/files/bzip2_bytes.h"
-#include "io/files/gzip_bytes.h"
 
 namespace tagrid {
 
 PlainBytes::Content::Content(const std::string& path, std::uint64_t offset) : file(path) {
   file.seek(offset);
-  if (begins_bzip2(file))
-    bytes = std::make_unique<Bzip2Bytes>(file);
-  else
-    bytes = std::make_unique<GzipBytes>(file);
+  bytes.emplace(file, begins_bzip2(file) ? Compression::bzip2 : Compression::gzip);
 }
 
 std::size_t PlainBytes::Content::read(std::span<std::byte> to) {

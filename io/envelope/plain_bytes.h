@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,7 +38,7 @@ class PlainBytes {
     std::size_t read(std::span<std::byte> to);
 
     FileBytes file;
-    std::unique_ptr<CompressedBytes> bytes;
+    std::optional<CompressedBytes> bytes;
     std::uint64_t position = 0;
   };
 

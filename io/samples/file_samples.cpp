@@ -11,19 +11,12 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/files/bzip2_bytes.h"
-#include "io/files/gzip_bytes.h"
 #include "io/files/spool_file.h"
 #include "io/files/system_call.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-std::unique_ptr<CompressedBytes> decompressed(FileBytes& file, Compression compression) {
-  if (compression == Compression::bzip2) return std::make_unique<Bzip2Bytes>(file);
-  return std::make_unique<GzipBytes>(file);
-}
 
 SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows, std::uint64_t memory) {
   const bool is_file = file.size().has_value();
@@ -81,7 +74,7 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
       load_little_endian<std::uint32_t>(last) == static_cast<std::uint32_t>(expected))
     return;
   file.seek(place.start);
-  GzipBytes stream(file);
+  CompressedBytes stream(file, Compression::gzip);
   std::vector<std::byte> bytes(std::size_t{1} << 16);
   std::uint64_t count = 0;
   for (std::size_t read = bytes.size(); read == bytes.size() && count <= expected + most; count += read)
@@ -198,22 +191,22 @@ CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileByte
                                      Compression compression)
     : FileSamples(std::move(facts), std::move(file), place, false,
                   // The plain form is read from a stream of its own.
-                  compression == Compression::bzip2 ? 2 * Bzip2Bytes::memory : 0),
-      stream_(decompressed(*file_, compression)),
+                  compression == Compression::bzip2 ? 2 * CompressedBytes::memory_of_bzip2 : 0),
+      stream_(*file_, compression),
       skipped_(skipped) {
   CompressedSamples::seek(0);
-  if (file_->size() && (expected_bytes() + skipped_) / stream_->max_ratio() > present_bytes())
+  if (file_->size() && (expected_bytes() + skipped_) / stream_.max_ratio() > present_bytes())
     throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
-                                  present_bytes(), stream_->method()));
+                                  present_bytes(), stream_.method()));
 }
 
 void CompressedSamples::seek(std::int64_t z) {
   if (traits().again) file_->seek(place_.start);
-  stream_->restart();
+  stream_.restart();
   std::byte bytes[4096];
   for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
     const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
-    if (stream_->read(bytes, count) != count)
+    if (stream_.read(bytes, count) != count)
       throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
     left -= count;
   }

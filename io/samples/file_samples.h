@@ -82,8 +82,6 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
 /// the header.
 using PlainHeader = std::function<PlainFile()>;
 
-enum class Compression { gzip, bzip2 };
-
 /// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of
 /// `facts`, after `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if
 /// `facts` has one file, `header` gives the pieces before the stream, by default the bytes there; otherwise
@@ -98,13 +96,13 @@ std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_
 class CompressedSamples final : public FileSamples {
  public:
   CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                    std::uint64_t skipped, Compression compression = Compression::gzip);
+                    std::uint64_t skipped, Compression compression);
 
  private:
-  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_->read(out, size); }
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_.read(out, size); }
   void seek(std::int64_t z) override;
 
-  std::unique_ptr<CompressedBytes> stream_;
+  CompressedBytes stream_;
   std::uint64_t skipped_;
 };
 
