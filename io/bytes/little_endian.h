@@ -6,9 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
-#include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tagrid {
@@ -95,6 +96,16 @@ class FieldWriter {
     store_little_endian(field.data(), value);
     for (const std::byte byte : field) bytes_.push_back(byte);
   }
+  /// field() of a writer and of a reader lets one function list the fields of both.
+  template <class T>
+  void field(const T& value) {
+    put(value);
+  }
+  /// A number or an enumerator that is stored as another type.
+  template <class T, class Stored>
+  void field(const T& value, Stored) {
+    put(static_cast<Stored>(value));
+  }
   void put_bytes(std::span<const std::byte> bytes) {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
@@ -120,6 +131,19 @@ class FieldReader {
     position_ += sizeof(T);
     return load_little_endian<T>(bytes_.data() + position_ - sizeof(T));
   }
+  template <class T>
+  void field(T& value) {
+    value = get<T>();
+  }
+  /// A stored number that T does not hold becomes its largest one.
+  template <class T, class Stored>
+  void field(T& value, Stored) {
+    using Number =
+        typename std::conditional_t<std::is_enum_v<T>, std::underlying_type<T>, std::type_identity<T>>::type;
+    const auto stored = get<Stored>();
+    value = static_cast<T>(std::in_range<Number>(stored) ? static_cast<Number>(stored)
+                                                         : std::numeric_limits<Number>::max());
+  }
   std::span<const std::byte> get_bytes(std::size_t size) {
     if (size > left()) {
       overrun_ = true;
@@ -139,5 +163,15 @@ class FieldReader {
   std::size_t position_ = 0;
   bool overrun_ = false;
 };
+
+/// A number of 128 bits as two fields, the low half first.
+inline void field_128(FieldWriter& fields, const unsigned __int128& value) {
+  fields.put(static_cast<std::uint64_t>(value));
+  fields.put(static_cast<std::uint64_t>(value >> 64));
+}
+inline void field_128(FieldReader& fields, unsigned __int128& value) {
+  const auto low_half = fields.get<std::uint64_t>(), high_half = fields.get<std::uint64_t>();
+  value = static_cast<unsigned __int128>(high_half) << 64 | low_half;
+}
 
 }  // namespace tagrid
