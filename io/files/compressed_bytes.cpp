@@ -18,8 +18,8 @@ class CompressedBytes::Decoder {
   virtual ~Decoder() = default;
   /// Begins a new stream.
   virtual void restart() = 0;
-  /// Decompresses some of `in`, and removes from both spans what was read and written. Returns true at the end
-  /// of a stream. Throws BrokenInput.
+  /// Decompresses some of `in`, and removes from both spans what was read and written. Returns true at the
+  /// end of a stream. Throws BrokenInput.
   virtual bool decode(std::span<const std::byte>& in, std::span<std::byte>& out) = 0;
 };
 

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// Bytes that can be read in any order: a file, or an object of a caller of the library. Several threads may
@@ -49,9 +51,6 @@ class FileSource : public ByteSource {
  public:
   /// Opens a file, or the standard input for "-", from its position on. Throws WorldError.
   explicit FileSource(const std::string& path);
-  ~FileSource() override;
-  FileSource(const FileSource&) = delete;
-  FileSource& operator=(const FileSource&) = delete;
 
   std::uint64_t size() const override { return size_; }
   void read_at(std::uint64_t position, std::span<std::byte> to) const override;
@@ -59,7 +58,7 @@ class FileSource : public ByteSource {
 
  private:
   std::string name_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::uint64_t base_ = 0;  ///< position of the first byte; not 0 if the standard input was partly read
   std::uint64_t size_ = 0;
 };
@@ -92,9 +91,6 @@ class FileBytes : public ByteStream {
   explicit FileBytes(const std::string& path);
   /// Takes an open regular file and starts at its beginning; `name` is for messages.
   FileBytes(int descriptor, const std::string& name);
-  ~FileBytes() override;
-  FileBytes(const FileBytes&) = delete;
-  FileBytes& operator=(const FileBytes&) = delete;
 
   /// Reads `size` bytes, or fewer at the end; returns their number.
   std::size_t read(std::byte* out, std::size_t size) override;
@@ -128,6 +124,7 @@ class FileBytes : public ByteStream {
   std::size_t buffered() const { return end_ - begin_; }
 
   std::string name_;
+  Descriptor opened_;  ///< none for the standard input, which stays open
   int descriptor_ = -1;
   const std::atomic<bool>* stop_ = nullptr;
   std::optional<std::uint64_t> size_;

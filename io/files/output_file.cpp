@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/text/text.h"
 
@@ -50,11 +49,10 @@ int rename_to_new(const std::string& from, const std::string& to) {
 }
 
 int sync_folder(const std::string& folder) {
-  const int descriptor =
+  const Descriptor descriptor =
       uninterrupted([&] { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (descriptor < 0) return errno == EACCES || errno == EPERM ? 0 : errno;
   const int error = uninterrupted([&] { return fsync(descriptor); }) != 0 ? errno : 0;
-  close(descriptor);
   return error == EINVAL || error == ENOTSUP ? 0 : error;
 }
 
@@ -230,10 +228,6 @@ PlacedFile::PlacedFile(const std::string& path, std::string name, bool is_new) :
     throw world_error(is_new ? "cannot create" : "cannot open its temporary file", name_, errno);
 }
 
-PlacedFile::~PlacedFile() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
 void PlacedFile::resize(std::uint64_t size) {
   if (uninterrupted([&] { return ftruncate(descriptor_, static_cast<off_t>(size)); }) != 0)
     throw world_error("cannot write", name_, errno);
@@ -251,8 +245,7 @@ void PlacedFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 void PlacedFile::finish() {
   if (uninterrupted([&] { return fsync(descriptor_); }) != 0) throw world_error("cannot write", name_, errno);
   // Network file systems report some failed writes only in close().
-  if (close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR)
-    throw world_error("cannot write", name_, errno);
+  if (close(descriptor_.release()) != 0 && errno != EINTR) throw world_error("cannot write", name_, errno);
 }
 
 }  // namespace tagrid

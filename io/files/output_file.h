@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 
 namespace tagrid {
 
@@ -106,9 +107,6 @@ class PlacedFile {
  public:
   /// The file exists, or is made if it `is_new`.
   PlacedFile(const std::string& path, std::string name, bool is_new = false);
-  ~PlacedFile();
-  PlacedFile(const PlacedFile&) = delete;
-  PlacedFile& operator=(const PlacedFile&) = delete;
 
   void resize(std::uint64_t size);
   void set_attributes(const FileAttributes& attributes);
@@ -119,7 +117,7 @@ class PlacedFile {
 
  private:
   std::string name_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 }  // namespace tagrid

@@ -21,14 +21,14 @@ struct FilePattern {
   bool zeros = false;         ///< "007" instead of "  7"
 
   std::string name(std::int64_t number) const;
-  /// The names of the numbers from `first` to `last`. Throws BrokenInput if the step does not lead there, or if there would
-  /// be more names than `most`.
+  /// The names of the numbers from `first` to `last`. Throws BrokenInput if the step does not lead there, or
+  /// if there would be more names than `most`.
   std::vector<std::string> names(std::int64_t first, std::int64_t last, std::int64_t step,
                                  std::int64_t most) const;
 };
 
-/// Reads "slice%03d.raw", as printf() has it with %d, %i or %u; nothing if the name has no such number. Throws BrokenInput
-/// if the number is to have more than 999 digits.
+/// Reads "slice%03d.raw", as printf() has it with %d, %i or %u; nothing if the name has no such number.
+/// Throws BrokenInput if the number is to have more than 999 digits.
 std::optional<FilePattern> file_pattern(std::string_view name);
 
 }  // namespace tagrid

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// A `.NAME.part*` in a folder, until remove(). The destructor, or a signal that ends the program, removes it
@@ -35,7 +37,8 @@ class StagingFolder {
 
   std::string folder_, path_;
   std::vector<std::string> made_;
-  int slot_ = -1, descriptor_ = -1;
+  int slot_ = -1;
+  Descriptor descriptor_;
   bool kept_ = false;
 };
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace tagrid {
 
@@ -20,6 +21,27 @@ auto uninterrupted(Call call) {
     if (result >= 0 || errno != EINTR) return result;
   }
 }
+
+/// An open file, which the destructor closes. It stands for its number in system calls; negative: none.
+class Descriptor {
+ public:
+  Descriptor(int number = -1) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    reset();
+    number_ = other.release();
+    return *this;
+  }
+  ~Descriptor() { reset(); }
+
+  operator int() const { return number_; }
+  /// The caller must close the file.
+  int release() { return std::exchange(number_, -1); }
+  void reset();
+
+ private:
+  int number_;
+};
 
 /// Writes all of `bytes` from `position` on, with as many calls as needed. Returns false if one fails; errno
 /// says why.

@@ -94,18 +94,13 @@ int remove_files_in(int folder) noexcept {
 
 namespace fs = std::filesystem;
 
-bool is_regular(int descriptor) {
+bool has_type(int descriptor, mode_t type) {
   struct stat status = {};
-  return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  return fstat(descriptor, &status) == 0 && (status.st_mode & S_IFMT) == type;
 }
 
-bool is_folder(int descriptor) {
-  struct stat status = {};
-  return fstat(descriptor, &status) == 0 && S_ISDIR(status.st_mode);
-}
-
-/// Removes a folder of files that were to get their names. An older file that was set aside is not removed: it may be the
-/// only copy.
+/// Removes a folder of files that were to get their names. An older file that was set aside is not removed:
+/// it may be the only copy.
 bool remove_new_files(const std::string& folder) {
   std::error_code error;
   std::vector<fs::path> files;
@@ -118,15 +113,13 @@ bool remove_new_files(const std::string& folder) {
 
 /// Removes a file, or with `folders` a folder, if no process holds it.
 bool remove_if_abandoned(const std::string& path, bool folders) {
-  const int descriptor =
+  const Descriptor descriptor =
       uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
   if (descriptor < 0) return false;
   // Removed while this process holds it: a process that is about to hold it will see that it is gone.
-  const bool is_ours = is_local(descriptor) && (folders ? is_folder(descriptor) : is_regular(descriptor)) &&
-                       lock_now(descriptor);
-  const bool removed = is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
-  close(descriptor);
-  return removed;
+  const bool is_ours =
+      is_local(descriptor) && has_type(descriptor, folders ? S_IFDIR : S_IFREG) && lock_now(descriptor);
+  return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
 }
 
 std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folders) {
@@ -145,6 +138,22 @@ std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folde
     for (const std::string& path : abandoned) removed += remove_if_abandoned(path, folders);
   }
   return removed;
+}
+
+/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
+void remove_folders_around(const char* path, const char* outermost) noexcept {
+  const std::size_t least = std::strlen(outermost);
+  std::size_t size = std::strlen(path);
+  char folder[PATH_MAX];
+  if (least == 0 || size >= sizeof folder) return;
+  std::memcpy(folder, path, size + 1);
+  for (;;) {
+    while (size > 0 && folder[size - 1] != '/') --size;
+    while (size > 0 && folder[size - 1] == '/') --size;
+    if (size < least) return;
+    folder[size] = '\0';
+    rmdir(folder);
+  }
 }
 
 }  // namespace
@@ -202,21 +211,6 @@ bool remove_folder(const char* path) noexcept {
     close(folder);
   }
   return rmdir(path) == 0;
-}
-
-void remove_folders_around(const char* path, const char* outermost) noexcept {
-  const std::size_t least = std::strlen(outermost);
-  std::size_t size = std::strlen(path);
-  char folder[PATH_MAX];
-  if (least == 0 || size >= sizeof folder) return;
-  std::memcpy(folder, path, size + 1);
-  for (;;) {
-    while (size > 0 && folder[size - 1] != '/') --size;
-    while (size > 0 && folder[size - 1] == '/') --size;
-    if (size < least) return;
-    folder[size] = '\0';
-    rmdir(folder);
-  }
 }
 
 SignalsWait::SignalsWait() { signals_wait = true; }

@@ -1,6 +1,7 @@
-// Temporary files: their names; a list of the existing ones for a signal handler that ends the program; and those that
-// killed runs leave beside their outputs, which no running process holds any more. These are found only on local file
-// systems: on network file systems, a lock may be visible on one machine only, or may forbid reading.
+// Temporary files: their names; a list of the existing ones for a signal handler that ends the program; and
+// those that killed runs leave beside their outputs, which no running process holds any more. These are found
+// only on local file systems: on network file systems, a lock may be visible on one machine only, or may
+// forbid reading.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +17,8 @@ namespace tagrid {
 /// older file of that name, which gets its name back.
 int register_temporary(const std::string& path, const std::string& original = "");
 void forget_temporary(int slot);
-/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it are removed,
-/// too, up to this one, as far as they are empty.
+/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it
+/// are removed, too, up to this one, as far as they are empty.
 int register_temporary_folder(const std::string& path, const std::string& outermost = "");
 
 /// Six random letters that make a name unique.
@@ -36,11 +37,9 @@ std::optional<std::string_view> target_of_older(std::string_view name);
 /// signal handler that ends the program.
 void unlink_temporaries() noexcept;
 
-/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left; returns false
-/// then.
+/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left;
+/// returns false then.
 bool remove_folder(const char* path) noexcept;
-/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
-void remove_folders_around(const char* path, const char* outermost) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
 class SignalsWait {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// The place of the parts of a run while it lasts. Every failure is a WorldError that names the folder.
@@ -40,7 +42,7 @@ class PartFolder {
   bool resumable_;
   bool removed_ = false;
   int slot_ = -1;
-  int lock_ = -1;
+  Descriptor lock_;
 };
 
 /// The name of the folder of a run that can be continued.
