@@ -84,6 +84,121 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
   say_more(file, std::min(count - expected, most), count - expected < most, facts);
 }
 
+/// The common part of plain and compressed samples.
+class FileSamples : public VolumeSource {
+ public:
+  std::uint64_t bytes_read() const override { return place_.header_bytes + file_->position(); }
+  void stop_when(const std::atomic<bool>& stop) override { file_->stop_when(stop); }
+
+ protected:
+  /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
+  /// `memory`: bytes that reading takes besides.
+  FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows,
+              std::uint64_t memory = 0)
+      : VolumeSource(with_traits(std::move(facts), *file, any_rows, memory)),
+        place_(place),
+        file_(std::move(file)) {}
+
+  /// Reads the next bytes of samples; fewer than `size` only at the end.
+  virtual std::size_t read_bytes(std::byte* out, std::size_t size) = 0;
+
+  /// For messages: the expected number of bytes, and the reason for it.
+  std::string expected() const {
+    const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
+    return fmt::format("{} bytes of samples are expected{} ({})", expected_bytes(), skipped,
+                       described(info().dims, info().type));
+  }
+  std::uint64_t expected_bytes() const { return *sample_bytes(info().dims, info().type); }
+  /// The number of bytes of the file after `start`. REQUIRES: the file has a size.
+  std::uint64_t present_bytes() const {
+    return *file_->size() > place_.start ? *file_->size() - place_.start : 0;
+  }
+
+  const SamplesPlace place_;
+  const std::unique_ptr<FileBytes> file_;
+
+ private:
+  void read(std::byte* out, std::int64_t first, std::int64_t count) final {
+    const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
+    const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
+    if (traits().any_rows && file_->position() != place_.start + position)
+      file_->seek(place_.start + position);
+    const std::size_t present = read_bytes(out, size);
+    if (present != size)
+      throw BrokenInput(
+          fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
+    swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
+  }
+
+  void end() final {
+    if (place_.may_go_on) return;
+    std::byte next;
+    if (read_bytes(&next, 1) != 0)
+      throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
+  }
+};
+
+class PlainSamples : public FileSamples {
+ public:
+  PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
+      : FileSamples(std::move(facts), std::move(file), place, true) {
+    if (!file_->size()) {
+      // The length of a pipe is known only after reading it.
+      file_->skip(place_.start - file_->position());
+      if (file_->position() != place_.start)
+        throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin",
+                                      file_->name(), place_.start));
+      return;
+    }
+    if (place_.start <= *file_->size()) file_->seek(place_.start);
+    if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes()))
+      return;
+    // The description is wrong, or this is not the intended file.
+    if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
+    throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
+                    place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
+  }
+
+ private:
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return file_->read(out, size); }
+  void seek(std::int64_t z) override {
+    file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
+  }
+};
+
+class CompressedSamples final : public FileSamples {
+ public:
+  CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
+                    std::uint64_t skipped, Compression compression)
+      : FileSamples(std::move(facts), std::move(file), place, false,
+                    // The plain form is read from a stream of its own.
+                    compression == Compression::bzip2 ? 2 * CompressedBytes::memory_of_bzip2 : 0),
+        stream_(*file_, compression),
+        skipped_(skipped) {
+    CompressedSamples::seek(0);
+    if (file_->size() && (expected_bytes() + skipped_) / stream_.max_ratio() > present_bytes())
+      throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
+                                    present_bytes(), stream_.method()));
+  }
+
+ private:
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_.read(out, size); }
+  void seek(std::int64_t z) override {
+    if (traits().again) file_->seek(place_.start);
+    stream_.restart();
+    std::byte bytes[4096];
+    for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
+      const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
+      if (stream_.read(bytes, count) != count)
+        throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
+      left -= count;
+    }
+  }
+
+  CompressedBytes stream_;
+  std::uint64_t skipped_;
+};
+
 class SpooledSamples final : public PlainSamples {
  public:
   SpooledSamples(const SourceFacts& facts, std::unique_ptr<FileBytes> file, std::uint64_t bytes_read)
@@ -103,62 +218,6 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
   say_more(file, *file.size() - end, true, facts);
-}
-
-FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                         bool any_rows, std::uint64_t memory)
-    : VolumeSource(with_traits(std::move(facts), *file, any_rows, memory)),
-      place_(place),
-      file_(std::move(file)) {}
-
-std::string FileSamples::expected() const {
-  const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
-  return fmt::format("{} bytes of samples are expected{} ({})", expected_bytes(), skipped,
-                     described(info().dims, info().type));
-}
-
-std::uint64_t FileSamples::present_bytes() const {
-  return *file_->size() > place_.start ? *file_->size() - place_.start : 0;
-}
-
-void FileSamples::read(std::byte* out, std::int64_t first, std::int64_t count) {
-  const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
-  const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
-  if (traits().any_rows && file_->position() != place_.start + position) file_->seek(place_.start + position);
-  const std::size_t present = read_bytes(out, size);
-  if (present != size)
-    throw BrokenInput(
-        fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
-  swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
-}
-
-void FileSamples::end() {
-  if (place_.may_go_on) return;
-  std::byte next;
-  if (read_bytes(&next, 1) != 0)
-    throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
-}
-
-PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
-    : FileSamples(std::move(facts), std::move(file), place, true) {
-  if (!file_->size()) {
-    // The length of a pipe is known only after reading it.
-    file_->skip(place_.start - file_->position());
-    if (file_->position() != place_.start)
-      throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(),
-                                    place_.start));
-    return;
-  }
-  if (place_.start <= *file_->size()) file_->seek(place_.start);
-  if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes())) return;
-  // The description is wrong, or this is not the intended file.
-  if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
-  throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
-                  place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
-}
-
-void PlainSamples::seek(std::int64_t z) {
-  file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
 }
 
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
@@ -184,32 +243,6 @@ std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_
       return plain_form_of_stream(known, place, skipped, header, compression);
     };
   return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped, compression);
-}
-
-CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                     const SamplesPlace& place, std::uint64_t skipped,
-                                     Compression compression)
-    : FileSamples(std::move(facts), std::move(file), place, false,
-                  // The plain form is read from a stream of its own.
-                  compression == Compression::bzip2 ? 2 * CompressedBytes::memory_of_bzip2 : 0),
-      stream_(*file_, compression),
-      skipped_(skipped) {
-  CompressedSamples::seek(0);
-  if (file_->size() && (expected_bytes() + skipped_) / stream_.max_ratio() > present_bytes())
-    throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
-                                  present_bytes(), stream_.method()));
-}
-
-void CompressedSamples::seek(std::int64_t z) {
-  if (traits().again) file_->seek(place_.start);
-  stream_.restart();
-  std::byte bytes[4096];
-  for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
-    const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
-    if (stream_.read(bytes, count) != count)
-      throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
-    left -= count;
-  }
 }
 
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
