@@ -108,22 +108,6 @@ double times_read_for_envelope(const SourceFiles& source, bool exact);
 /// Gives the content of the next block of an envelope; false after the last one.
 using NextBlock = std::function<bool(std::vector<std::byte>&)>;
 
-/// The bytes of an envelope, front to back, without the borders of its blocks.
-class EnvelopeBytes {
- public:
-  explicit EnvelopeBytes(NextBlock next_block) : next_block_(std::move(next_block)) {}
-
-  /// The next bytes, as many as are there without reading on; none at the end.
-  std::span<const std::byte> ahead();
-  /// REQUIRES: count <= ahead().size().
-  void skip(std::size_t count) { position_ += count; }
-
- private:
-  NextBlock next_block_;
-  std::vector<std::byte> block_;
-  std::size_t position_ = 0;  ///< in block_
-};
-
 /// Reads an envelope front to back. Wrong bytes throw BrokenInput.
 class EnvelopeReader {
  public:
@@ -145,6 +129,8 @@ class EnvelopeReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
+  /// The next bytes, as many as there are without reading on; none at the end.
+  std::span<const std::byte> ahead();
   /// Passes the next `size` bytes, in pieces.
   template <class Use>
   void take(std::uint64_t size, Use use);
@@ -158,7 +144,9 @@ class EnvelopeReader {
   std::string name_;
   SampleShape shape_;
   bool exact_, compares_names_;
-  EnvelopeBytes bytes_;
+  NextBlock next_block_;
+  std::vector<std::byte> block_;
+  std::size_t position_ = 0;  ///< in block_
   bool started_ = false, has_changed_ = false;
   std::string compression_;
   std::uint64_t files_left_ = 0, other_bytes_left_ = 0;
