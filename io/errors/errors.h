@@ -21,7 +21,7 @@ enum class Problem : std::uint8_t {
   none,
   output_exists,
   memory_limit,  ///< a MemoryLimit
-  writer_memory,  ///< the program that writes the output needs more memory than there may be; its bytes, and the limit
+  writer_memory,  ///< the program that writes the output needs more memory than the limit: both numbers
   no_known_format,        ///< the file may be samples without a header
   compressed_file,        ///< compressed by gzip or a similar program
   not_openvdb,            ///< a grid was requested, but the file is not OpenVDB
@@ -32,7 +32,7 @@ enum class Problem : std::uint8_t {
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
-  program_memory,  ///< a program for a format lacks memory, or may lack it, of which a larger limit gives it more
+  program_memory,  ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,       ///< a caller of the library asked to stop
 };
 

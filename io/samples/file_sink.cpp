@@ -97,8 +97,6 @@ GzipSink::GzipSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std
 
 GzipSink::~GzipSink() { deflateEnd(&stream_->z); }
 
-VolumeSink::Place GzipSink::place() const { throw std::logic_error("compressed samples have no place"); }
-
 void GzipSink::write(std::int64_t, std::span<const std::byte> samples) {
   std::vector<std::byte> swapped;
   deflate(little_endian_samples(samples, size_of(info().type), swapped), false);

@@ -54,8 +54,6 @@ class GzipSink final : public VolumeSink {
   GzipSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header);
   ~GzipSink() override;
 
-  bool any_order() const override { return false; }
-  Place place() const override;
   void publish() override;
   void keep() override { file_->keep(); }
   std::uint64_t bytes_written() const override { return file_->position(); }

@@ -48,8 +48,8 @@ void change_each(std::span<std::byte> bytes, Change change) {
   }
 }
 
-/// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the type wraps
-/// around. REQUIRES: an integer type of at most 32 bits.
+/// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the
+/// type wraps around. REQUIRES: an integer type of at most 32 bits.
 inline void apply(const StoredBits& stored, SampleType type, std::byte* samples, std::size_t count) {
   if (stored.changes_nothing()) return;
   with_bits_of(size_of(type), [&]<class Bits>(Bits) {

@@ -1,5 +1,5 @@
-// A program that parses untrusted files with large libraries confines itself before it opens the first one. If a
-// malicious file takes it over, it cannot write, connect, start a program, or read other files.
+// A program that parses untrusted files with large libraries confines itself before it opens the first one.
+// If a malicious file takes it over, it cannot write, connect, start a program, or read other files.
 #pragma once
 
 #include <string>
@@ -28,9 +28,9 @@ int landlock_version();
 /// effect if landlock_version() is 0. Throws WorldError.
 void allow_reading_only(const std::vector<std::string>& paths);
 
-/// Seccomp: from now on, this process and its threads can make only the system calls for reading files, computing and
-/// answering: no sockets, no processes, no programs, no changes to directories. Any other call fails with
-/// ENOSYS. Throws WorldError.
+/// Seccomp: from now on, this process and its threads can make only the system calls for reading files,
+/// computing and answering: no sockets, no processes, no programs, no changes to directories. Any other call
+/// fails with ENOSYS. Throws WorldError.
 void allow_calls_of_readers();
 
 }  // namespace tagrid

@@ -70,7 +70,8 @@ class TagReader {
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
-  /// The content of the first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
+  /// The content of the first block of the envelope; none without an envelope. REQUIRES: the last brick was
+  /// read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
 
  private:

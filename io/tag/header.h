@@ -47,7 +47,8 @@ VolumeInfo volume_info_of(const TagHeader& header);
 /// The size of the header of a file that begins with these bytes. Throws BrokenInput.
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble);
 
-/// The header in these bytes, with a description of a volume that can be used, and its checksum. Throws BrokenInput.
+/// The header in these bytes, with a description of a volume that can be used, and its checksum. Throws
+/// BrokenInput.
 TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, std::uint64_t& checksum);
 
 }  // namespace tagrid

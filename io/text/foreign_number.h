@@ -29,16 +29,16 @@ struct ForeignNumber {
   double value_or(double otherwise) const { return is_number() ? value : otherwise; }
 };
 
-/// Reads the text of a field, which may have blanks around it; nothing stands for a field that is absent. Independent of the
-/// locale. Unreadable are empty texts, infinities and NaN, numbers with a unit, and lists. A decimal comma is read where it
-/// cannot separate thousands: in "2,50" and "0,125", but not in "1,024".
+/// Reads the text of a field, which may have blanks around it; nothing stands for a field that is absent.
+/// Independent of the locale. Unreadable are empty texts, infinities and NaN, numbers with a unit, and lists.
+/// A decimal comma is read where it cannot separate thousands: in "2,50" and "0,125", but not in "1,024".
 ForeignNumber foreign_number(std::optional<std::string_view> text);
 
 /// The same for a field that holds a binary number, which may be infinite or NaN.
 ForeignNumber foreign_number(double stored);
 
-/// A sentence without a full stop for users: what is unusual about the field `name`; "" if nothing is. `consequence` says
-/// what was done about an unreadable one: "it is taken as 1".
+/// A sentence without a full stop for users: what is unusual about the field `name`; "" if nothing is.
+/// `consequence` says what was done about an unreadable one: "it is taken as 1".
 std::string remark_on(const ForeignNumber& number, std::string_view name, std::string_view consequence);
 
 /// One reading of a field that holds `count` numbers with blanks between them.

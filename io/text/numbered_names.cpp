@@ -10,6 +10,19 @@
 namespace tagrid {
 namespace {
 
+/// A number without leading zeros.
+std::string_view without_zeros(std::string_view number) {
+  return number.substr(std::min(number.find_first_not_of('0'), number.size()));
+}
+
+/// Takes the digits in front of `text`, and returns them without leading zeros.
+std::string_view take_number(std::string_view& text) {
+  const auto end = static_cast<std::size_t>(std::ranges::find_if_not(text, is_digit) - text.begin());
+  std::string_view number = text.substr(0, end);
+  text.remove_prefix(end);
+  return without_zeros(number);
+}
+
 /// A name as texts and numbers: "a12b.tif" is "a", "12", "b.tif". Texts have even places, numbers odd ones.
 std::vector<std::string> pieces_of(std::string_view name) {
   std::vector<std::string> pieces = {""};
@@ -53,12 +66,6 @@ std::int64_t step_between(std::string_view a, std::string_view b) {
   return std::stoll(std::string(b)) - std::stoll(std::string(a));
 }
 
-bool is_same_number(std::string_view a, std::string_view b) {
-  a.remove_prefix(std::min(a.find_first_not_of('0'), a.size()));
-  b.remove_prefix(std::min(b.find_first_not_of('0'), b.size()));
-  return a == b;
-}
-
 void find_gap(NumberedFiles& files, std::size_t at) {
   std::vector<std::int64_t> steps;
   const auto number = [&](std::size_t i) { return pieces_of(name_of_path(files.paths[i]))[at]; };
@@ -66,7 +73,8 @@ void find_gap(NumberedFiles& files, std::size_t at) {
     steps.push_back(step_between(number(i - 1), number(i)));
   if (steps.empty()) return;
   for (std::size_t i = 0; i < steps.size() && !files.same; ++i)
-    if (is_same_number(number(i), number(i + 1))) files.same = {files.paths[i], files.paths[i + 1]};
+    if (without_zeros(number(i)) == without_zeros(number(i + 1)))
+      files.same = {files.paths[i], files.paths[i + 1]};
   if (files.same) return;
   const std::int64_t least = std::ranges::min(steps);
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -79,15 +87,6 @@ void find_gap(NumberedFiles& files, std::size_t at) {
       files.missing += (files.missing.empty() ? "" : ", ") + std::to_string(from) +
                        (from == to ? "" : " to " + std::to_string(to));
   }
-}
-
-/// Takes the digits in front of `text`, and returns them without leading zeros.
-std::string_view take_number(std::string_view& text) {
-  const auto end = static_cast<std::size_t>(std::ranges::find_if_not(text, is_digit) - text.begin());
-  std::string_view number = text.substr(0, end);
-  text.remove_prefix(end);
-  number.remove_prefix(std::min(number.find_first_not_of('0'), number.size()));
-  return number;
 }
 
 }  // namespace

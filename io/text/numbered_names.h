@@ -1,4 +1,5 @@
-// Names with numbers: their natural order, and files that are slices of one volume: slice001.tif, slice002.tif ...
+// Names with numbers: their natural order, and files that are slices of one volume: slice001.tif,
+// slice002.tif ...
 #pragma once
 
 #include <optional>
@@ -38,8 +39,9 @@ std::string number_pattern(std::string_view name);
 /// True for NAME_spr.bmp and the like: a shadow projection, which SkyScan's programs put beside slices.
 bool is_preview(const std::string& path);
 
-/// True if `a` comes before `b` in natural order: digits in a row count as one number, so that slice9 comes before
-/// slice10. Names that differ only in leading zeros are ordered by them, so this is an order of all texts.
+/// True if `a` comes before `b` in natural order: digits in a row count as one number, so that slice9 comes
+/// before slice10. Names that differ only in leading zeros are ordered by them, so this is an order of all
+/// texts.
 bool comes_before(std::string_view a, std::string_view b);
 
 }  // namespace tagrid

@@ -62,6 +62,15 @@ std::string with_escapes(std::string_view text, bool (*stays)(std::uint32_t code
 
 constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
 
+/// All of `text` as a number.
+template <class Number>
+std::optional<Number> entire(std::string_view text) {
+  Number number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
 }  // namespace
 
 std::string_view take_line(std::string_view& text) {
@@ -90,18 +99,10 @@ std::vector<std::string_view> words_of(std::string_view text) {
 
 std::optional<double> number_of(std::string_view text) {
   if (text.starts_with("+") && !text.starts_with("+-")) text.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return entire<double>(text);
 }
 
-std::optional<std::int64_t> whole_number_of(std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
+std::optional<std::int64_t> whole_number_of(std::string_view text) { return entire<std::int64_t>(text); }
 
 std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;

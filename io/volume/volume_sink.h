@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -50,7 +51,7 @@ class VolumeSink {
   }
 
   /// True if samples can be written in any order.
-  virtual bool any_order() const = 0;
+  virtual bool any_order() const { return false; }
   /// The place of all samples in a file, little endian.
   struct Place {
     std::string file;  ///< a temporary file, until publish()
@@ -58,7 +59,7 @@ class VolumeSink {
     std::uint64_t start = 0;
   };
   /// For other processes, which write all samples. REQUIRES: any_order(); SinkOptions::others_write.
-  virtual Place place() const = 0;
+  virtual Place place() const { throw std::logic_error("these samples have no place in a file"); }
   /// To be called when the other processes have written all samples.
   void samples_were_placed() { bytes_left_ = 0; }
 
