@@ -8,7 +8,6 @@
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
-#include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"

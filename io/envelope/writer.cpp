@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -6,7 +5,6 @@
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
-#include "io/errors/errors.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {

@@ -60,9 +60,7 @@ PartWriter::PartWriter(const std::string& path, const PartId& id, const CodingPa
 }
 
 void PartWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
-  const std::vector<std::byte> head = block_head(parameters_, brick);
-  const std::uint64_t own = own_checksum(head, brick);
-  write_block(out_, head, brick, own);
+  const std::uint64_t own = write_block(out_, parameters_, brick);
   FieldWriter entry;
   entry.put(static_cast<std::uint32_t>(brick.activity.size()));
   entry.put(static_cast<std::uint32_t>(brick.values.size()));

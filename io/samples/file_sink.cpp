@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <new>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 

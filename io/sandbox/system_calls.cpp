@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
 #include "io/sandbox/sandbox.h"
 
 namespace tagrid {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,16 +49,13 @@ inline constexpr std::uint64_t block_frame_size = block_head_size + 8;
 /// activity, and twice the size of its samples. The coders stay far below.
 std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t brick);
 
-/// The length of the block and that of the activity: the fields before the activity.
-std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick);
-/// The checksum of the brick's number and a block's fields from the length to the values, which does not
-/// depend on what precedes it.
-std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick);
-/// The same for the fields as one piece.
+/// The checksum of a brick's number and a block's fields from the length to the values, which does not depend
+/// on what precedes it.
 std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick);
-/// Writes a block that ends in `checksum`.
-void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
-                 std::uint64_t checksum);
+/// Writes a block, and returns the checksum at its end: that of its own, chained with the one `before` it if
+/// there is one.
+std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, const BrickBytes& brick,
+                          std::optional<std::uint64_t> before = std::nullopt);
 
 /// Reads a block, from its length to its checksum; it must be that of brick `id`. `checksum` holds the
 /// checksum before the block, and receives that of the block.

@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <stdexcept>
 #include <utility>
 
-#include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
-#include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
-#include "stages/grid/lattice.h"
 
 namespace tagrid {
 TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
@@ -30,9 +26,7 @@ TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
   assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
-  const std::vector<std::byte> head = block_head(parameters_, brick);
-  last_checksum_ = chained_checksum(own_checksum(head, brick), last_checksum_);
-  write_block(out_, head, brick, last_checksum_);
+  last_checksum_ = write_block(out_, parameters_, brick, last_checksum_);
   position_ += block_frame_size + brick.activity.size() + brick.values.size();
   index_.add(brick.activity.size(), brick.values.size(), statistics);
 }

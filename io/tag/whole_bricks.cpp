@@ -6,7 +6,6 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {
