@@ -1,4 +1,3 @@
-
 #include <algorithm>
 
 #include "io/bytes/checksum.h"

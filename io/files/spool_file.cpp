@@ -45,10 +45,10 @@ SpoolFile::SpoolFile(std::string folder, std::string name)
   descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
   // Some network file systems have no nameless files: create one with a name, then remove the name.
-  std::string name = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
-  descriptor_ = mkostemp(name.data(), O_CLOEXEC);
+  std::string path = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
+  descriptor_ = mkostemp(path.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot create", errno);
-  if (unlink(name.c_str()) != 0) fail("cannot remove", errno);
+  if (unlink(path.c_str()) != 0) fail("cannot remove", errno);
 }
 
 void SpoolFile::fail(const char* what, int error) const {
