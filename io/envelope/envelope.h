@@ -39,7 +39,7 @@ struct EnvelopeFile {
   std::string name;  ///< relative, with '/' between folders
   std::uint64_t size = 0;
   bool is_changed = false;  ///< the source has it in another form: compressed
-  /// XXH3 of the whole file, if its samples are kept exactly; see look_at_content().
+  /// XXH3 of the file, if its samples are kept exactly; see look_at_content()
   std::optional<std::uint64_t> checksum;
   std::vector<SlicesInFile> slices;  ///< in the order of their bytes, which do not overlap
 
@@ -56,8 +56,7 @@ struct SampleShape {
   std::uint64_t bytes() const { return *sample_bytes(dims, type); }
 };
 
-/// Limits of an envelope: so many files, so many bytes of a name, and so many bytes in all files besides
-/// samples.
+/// Limits of an envelope: files, bytes of a name, and bytes in all files besides samples.
 inline std::uint64_t most_files(const SampleShape& shape) {
   return static_cast<std::uint64_t>(shape.dims.z) + 1024;
 }
@@ -91,7 +90,7 @@ struct SourceFiles {
 SourceFiles source_files(const SourceFacts& facts);
 
 /// Reads files[number], and adds a checksum and what its spare bits hold. Threads may look at different files
-/// at once. `exact`: the samples are kept exactly, so a checksum of the whole file is kept, too. A file gets
+/// at once. `exact`: the samples are kept exactly, and so is a checksum of the file. A file gets
 /// no checksum if only a decoder knows some of its bytes. Throws WorldError, and BrokenInput if a file has
 /// changed. REQUIRES: why_not is "".
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);

@@ -110,7 +110,7 @@ void PlainBytes::read_content(std::size_t number, std::uint64_t position, std::s
       fail_changed(number);
   }
   if (content_->read(to) != to.size()) fail_changed(number);
-  // A stream says only at its end whether all of it was right.
+  // A stream is checked only at its end.
   std::byte more;
   if (content_->position == size_of(number) && content_->read({&more, 1}) != 0) fail_changed(number);
 }

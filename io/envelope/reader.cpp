@@ -116,7 +116,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
   if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
   if (!compares_names_) return;
-  // No name stands for two files, or for a file and a folder.
+  // No two files, and no file and folder, have the same name.
   const auto below = names_.lower_bound(file.name + "/");
   bool is_taken =
       !names_.insert(file.name).second || (below != names_.end() && below->starts_with(file.name + "/"));
@@ -125,7 +125,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   if (is_taken) fail("two files have the same name");
 }
 
-/// Reads a run, whose slices lie behind byte `end` of the file; `end` becomes their end.
+/// Reads a run, whose slices begin at byte `end` of the file or later; `end` becomes their end.
 SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
   SlicesInFile slices;
   SliceRun& run = slices.run;

@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 
 /// The names of the files in the deepest folder that has them all.
 std::vector<std::string> names_in_common_folder(const std::vector<std::string>& paths) {
-  std::vector<std::string>
-      names;  // first whole paths: as texts, since a path of the library takes ten times as much
+  std::vector<std::string> names;  // full paths at first; a std::filesystem::path takes ten times the memory
   for (const std::string& path : paths) names.push_back(fs::absolute(path).lexically_normal().string());
   std::string_view common = names.front();
   for (const std::string& name : names)

@@ -30,7 +30,7 @@ class CompressedBytes {
   /// Starts again after the file has been moved back to the beginning of the stream.
   void restart();
 
-  /// At most so many bytes come from one compressed byte.
+  /// The most bytes that come from one compressed byte.
   std::uint64_t max_ratio() const;
   /// For messages: "gzip".
   const char* method() const;

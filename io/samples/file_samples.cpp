@@ -60,8 +60,8 @@ void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFa
                              file.name(), is_exact ? "" : "more than ", more));
 }
 
-/// A gzip stream may hold more than `expected` bytes, with a warning. The whole stream is read only if its
-/// last bytes, which are the size of its last member modulo 2^32, differ from that.
+/// A gzip stream may hold more than `expected` bytes, with a warning. It is read to its end only if its last
+/// bytes, the size of its last member modulo 2^32, differ from that.
 void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& place, SourceFacts& facts) {
   constexpr std::uint64_t most = std::uint64_t{1} << 30;  // more are not counted
   constexpr std::uint64_t least_gzip = 18;

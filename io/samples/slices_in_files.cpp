@@ -204,7 +204,7 @@ class Joined final : public VolumeSource {
       if (source.next_sample() == from) {
         source.read_samples(out, n);
       } else {
-        // Only whole rows of one slice are read out of order.
+        // Only complete rows of one slice are read out of order.
         const std::int64_t z = from / slice_samples(), y = from % slice_samples() / info().dims.x;
         source.read_rows(out, {{0, y, z}, {info().dims.x - 1, y + n / info().dims.x - 1, z}});
       }

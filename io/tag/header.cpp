@@ -25,8 +25,7 @@ constexpr std::uint32_t version = 4;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
-// Says what a file that is not a .tag file is, if known: most often it is the volume itself, given by
-// mistake.
+// What a file is that is not a .tag file, if known: most often the volume itself, given by mistake.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   using namespace std::string_view_literals;

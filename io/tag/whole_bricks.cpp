@@ -70,7 +70,8 @@ std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_
 void WholeBricks::look_at_bricks() {
   const std::int64_t count = header_.parameters.bricks().count();
   std::uint64_t position = header_size_, before = header_checksum_;
-  // What the stored checksum before should be, if it is not that: known if the block before it may be whole.
+  // The correct checksum before the block, if the stored one is wrong: known if the previous block may be
+  // intact.
   std::optional<std::uint64_t> should_be;
   for (std::int64_t id = 0; id < count; ++id) {
     const std::vector<std::byte> block = block_at(position, id);
@@ -156,7 +157,7 @@ BrickBytes WholeBricks::read(std::int64_t brick) const {
                        place.own))
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
                       "it changed while it was being read");
-  // Its own checksum was compared, so the one that is stored behind it no longer matters.
+  // Its own checksum was compared, so the stored one no longer matters.
   BrickBytes bytes;
   if (Status status = split_block(block, brick, bytes); !status.ok())
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(), status.what());

@@ -29,7 +29,7 @@ struct ForeignNumber {
   double value_or(double otherwise) const { return is_number() ? value : otherwise; }
 };
 
-/// Reads the text of a field, which may have blanks around it; nothing stands for a field that is absent.
+/// Reads the text of a field, which may have blanks around it; nullopt: the field is absent.
 /// Independent of the locale. Unreadable are empty texts, infinities and NaN, numbers with a unit, and lists.
 /// A decimal comma is read where it cannot separate thousands: in "2,50" and "0,125", but not in "1,024".
 ForeignNumber foreign_number(std::optional<std::string_view> text);
