@@ -126,8 +126,7 @@ std::string SourceFiles::why_not_restorable() const {
 
 namespace {
 
-/// Takes the names, the sizes and the pieces of the files. Returns why the files are not kept; "" if they
-/// are.
+/// Takes names, sizes and pieces of the files. Returns why the files are not kept; "" if they are.
 std::string take_files(const SourceFacts& facts, PlainForm& form, SourceFiles& source) {
   source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;

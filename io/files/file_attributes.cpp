@@ -30,8 +30,7 @@ std::optional<FileAttributes> attributes_of(const std::string& path) {
 }
 
 void set_permissions(int descriptor, const FileAttributes& attributes) {
-  // Failures are not errors: some file systems have no owners or permissions, and only root may change
-  // owners.
+  // Failures are no errors: some file systems have no owners or permissions, and only root changes owners.
   mode_t mode = attributes.mode;
   if (fchown(descriptor, attributes.owner, static_cast<gid_t>(-1)) != 0) mode &= 0777;
   if (fchown(descriptor, static_cast<uid_t>(-1), attributes.group) != 0)

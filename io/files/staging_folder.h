@@ -18,8 +18,6 @@ class StagingFolder {
   /// this name.
   StagingFolder(std::string folder, const std::string& name);
   ~StagingFolder();
-  StagingFolder(const StagingFolder&) = delete;
-  StagingFolder& operator=(const StagingFolder&) = delete;
 
   const std::string& path() const { return path_; }
   /// All folders that were made, each after those around it.

@@ -17,8 +17,6 @@ class PartFolder {
   /// a unique name, which is removed with its parts by the destructor, and when a signal ends the process.
   PartFolder(const std::string& output, bool resumable);
   ~PartFolder();
-  PartFolder(const PartFolder&) = delete;
-  PartFolder& operator=(const PartFolder&) = delete;
 
   const std::string& path() const { return path_; }
   std::string record() const { return path_ + "/run"; }

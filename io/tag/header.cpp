@@ -18,8 +18,7 @@
 namespace tagrid {
 namespace {
 
-// As in PNG: a byte above 127, both kinds of line ends and a Ctrl-Z reveal transfers that damage binary
-// files.
+// As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 4;
 constexpr std::size_t checksum_size = 8;

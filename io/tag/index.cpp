@@ -6,8 +6,7 @@
 namespace tagrid {
 namespace {
 
-/// The fields of an index, for a FieldWriter or a FieldReader. `zero` follows the sum of squared errors of
-/// floats.
+/// The fields of an index, for a FieldWriter or a FieldReader. `zero` follows the squared errors of floats.
 void index_fields(auto& fields, auto& index, const IndexForm& form, auto& zero) {
   auto& total = index.total;
   for (int level = 0; level < form.levels; ++level)

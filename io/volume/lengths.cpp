@@ -20,8 +20,7 @@ constexpr LengthUnit units[] = {{"fm", 1},      {"pm", 1e3},      {"angstrom", 1
                                 {"m", 1e15},    {"dam", 1e16},    {"hm", 1e17},      {"km", 1e18},
                                 {"mil", 254e8}, {"inch", 254e11}, {"ft", 3048e11},   {"yd", 9144e11}};
 
-// Micro and angstrom have two characters each in Unicode, of which Latin-1 has one as a byte. ImageJ escapes
-// micro.
+// In Unicode, micro and angstrom have two characters each, one of them in Latin-1. ImageJ escapes micro.
 constexpr Spelling short_spellings[] = {
     {"\xc2\xb5m", "um"},          {"\xce\xbcm", "um"},  {"\xb5m", "um"},    {"\xc2\xb5", "um"},
     {"\xce\xbc", "um"},           {"\\u00B5m", "um"},   {"\\u03BCm", "um"}, {"\xc3\x85", "angstrom"},
