@@ -77,8 +77,7 @@ inline void swap_if_not_native(std::byte* samples, std::size_t count, std::size_
     swap_bytes_of_samples(samples, count, sample_size);
 }
 
-/// `samples` of `sample_size` bytes in the machine's order, as little endian: the samples themselves, or a
-/// copy in `swapped`.
+/// `samples` of `sample_size` bytes as little endian: the samples themselves, or a copy in `swapped`.
 inline std::span<const std::byte> little_endian_samples(std::span<const std::byte> samples,
                                                         std::size_t sample_size,
                                                         std::vector<std::byte>& swapped) {

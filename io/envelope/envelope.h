@@ -77,8 +77,7 @@ struct SourceFiles {
   std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
   std::vector<std::string> paths;               ///< of the files of the source
   SampleShape shape;
-  /// How the samples of the source are compressed; "" if the files are kept as they are. Otherwise their
-  /// plain form is kept.
+  /// How the samples are compressed: their plain form is kept. "" if the files are kept as they are.
   std::string compression;
   std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
 
@@ -118,8 +117,7 @@ class EnvelopeReader {
   /// Reads the description of the next file. Returns false after the last one, when every slice has its place
   /// and nothing follows. REQUIRES: the other bytes of the file before were read.
   bool next_file(EnvelopeFile& file);
-  /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file
-  /// was read.
+  /// See SourceFiles::compression. REQUIRES: a file was read.
   const std::string& compression() const { return compression_; }
   /// Reads the other bytes of that file, and calls `use` with their position in the file. Samples whose spare
   /// bits are kept come, too: their spare bits as they were, and zeros for all other bits.
@@ -154,22 +152,19 @@ class EnvelopeReader {
   std::vector<bool> slices_;  ///< those that have their place
 };
 
-/// The compression() of an envelope whose first block has these bytes. Throws BrokenInput; `name` is that of
-/// the .tag file.
+/// The compression() of an envelope that begins so. Throws BrokenInput; `name` is that of the .tag file.
 std::string compression_in(const std::string& name, std::span<const std::byte> beginning);
 
 /// Turns `count` samples at `samples` into the bytes that a file has for them: the inverse of reading them.
 /// Spare bits that the envelope keeps (SpareBits::kept) become zero.
 void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count);
 
-/// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes
-/// that are not samples.
+/// Calls `use` for every stretch of a file, front to back; `slices` is null for bytes that are not samples.
 void for_each_stretch(
     const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
 
-/// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and
-/// without zero bytes.
+/// True for names that stay in a folder: relative, without empty parts, ".", ".." and zero bytes.
 bool is_safe_name(const std::string& name);
 
 /// What an envelope may have many of.

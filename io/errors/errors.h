@@ -36,8 +36,7 @@ enum class Problem : std::uint8_t {
   cancelled,       ///< a caller of the library asked to stop
 };
 
-/// A setting of a caller: the name by which the layers above know it ("max-error"), and its description ("the
-/// largest error").
+/// A setting of a caller: its name ("max-error") and its description ("the largest error").
 struct Setting {
   std::string_view name, words;
 };
@@ -66,8 +65,7 @@ struct Sentence {
   bool operator==(const Sentence&) const = default;
 };
 
-/// The sentence with its terms filled in. Settings appear as their descriptions, or as `prefix` and their
-/// name if there is a prefix.
+/// The sentence with its terms. Settings appear as descriptions or, with a prefix, as `prefix` and name.
 std::string text_of(const Sentence& sentence, std::string_view prefix = "");
 
 /// One of several things of which the user must choose one.
@@ -112,8 +110,7 @@ class BrokenInput : public Error {
   using Error::Error;
 };
 
-/// The system failed: a missing file or folder, a permission, a full disk, a read or write error. Exit code
-/// 74.
+/// The system failed: a missing file, a permission, a full disk, a read or write error. Exit code 74.
 class WorldError : public Error {
  public:
   using Error::Error;
@@ -149,16 +146,15 @@ class MemoryLimit : public UsageError {
   /// The same error for a caller that does not count `bytes`, which are part of all its numbers.
   MemoryLimit but_for(std::uint64_t bytes) const;
 
-  /// The smallest limit that can be kept; and the smallest one if samples may go through a temporary file, if
-  /// that helps.
+  /// The smallest possible limit; and that with samples in a temporary file, if it is smaller.
   std::uint64_t needed() const { return detail().numbers[0]; }
   std::optional<std::uint64_t> needed_with_spool() const {
     return detail().numbers.size() > 2 ? std::optional(detail().numbers[2]) : std::nullopt;
   }
 };
 
-/// A WorldError that says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if
-/// known, what to do.
+/// Says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if known, what to
+/// do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
 
 /// What an exception means to the person who started the program.

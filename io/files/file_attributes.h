@@ -46,8 +46,7 @@ bool is_regular_output(const std::string& path);
 /// whatever their names. "-" stands for the standard streams.
 void refuse_same_file(const std::string& input, const std::string& output);
 
-/// Files that must not change while they are read. Remembers their size, time and inode, which change with
-/// their content.
+/// Files that must not change while they are read: their sizes, times and inodes.
 class UnchangedFiles {
  public:
   /// Ignores the standard input ("-"), pipes and devices, whose times say nothing. Throws WorldError.

@@ -16,14 +16,12 @@
 
 namespace tagrid {
 
-/// Bytes that can be read in any order: a file, or an object of a caller of the library. Several threads may
-/// call all functions at once.
+/// Bytes that can be read in any order, by several threads: a file, or an object of a library's caller.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
   virtual std::uint64_t size() const = 0;
-  /// Fills `to` with the bytes from `position` on. Throws WorldError on failure. REQUIRES: position +
-  /// to.size() <= size().
+  /// Fills `to` with bytes from `position` on. Throws WorldError. REQUIRES: position + to.size() <= size().
   virtual void read_at(std::uint64_t position, std::span<std::byte> to) const = 0;
   /// For messages; the path, for a file.
   virtual const std::string& name() const = 0;

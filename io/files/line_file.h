@@ -8,8 +8,7 @@
 
 namespace tagrid {
 
-/// Appended lines are durable at once. Only one process at a time writes to such a file. Every failure is a
-/// WorldError that names the file.
+/// Appended lines are durable at once. One process at a time writes. Failures are WorldErrors.
 class LineFile {
  public:
   /// Opens the file, or creates it. Anything after the last '\n', half a line of a killed run, is cut off.

@@ -111,8 +111,7 @@ class PlacedFile {
   void resize(std::uint64_t size);
   void set_attributes(const FileAttributes& attributes);
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
-  /// Makes the written bytes durable and closes the file: only after this is it certain that they were
-  /// written.
+  /// Makes the written bytes durable and closes the file: only then is it certain that they are there.
   void finish();
 
  private:

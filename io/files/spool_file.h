@@ -41,8 +41,7 @@ class SpoolFile {
       position += part.size();
     }
   }
-  /// Reads bytes at any position. REQUIRES: they were written; no write() after the first call; write_at() is
-  /// allowed.
+  /// Reads bytes anywhere. REQUIRES: they were written; no write(), but perhaps write_at(), follows.
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:

@@ -43,8 +43,7 @@ class Descriptor {
   int number_;
 };
 
-/// Writes all of `bytes` from `position` on, with as many calls as needed. Returns false if one fails; errno
-/// says why.
+/// Writes all of `bytes` from `position` on, in several calls if needed. On failure, false and errno.
 bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
 /// Locks a file for this process alone until its descriptor is closed, without waiting. Returns false on

@@ -33,12 +33,10 @@ std::string name_in_temporary_names(const std::string& name);
 std::optional<std::string_view> target_of_temporary(std::string_view name);
 std::optional<std::string_view> target_of_older(std::string_view name);
 
-/// Removes all registered temporary files and gives older files their names back. Async-signal-safe, for a
-/// signal handler that ends the program.
+/// Removes registered temporary files and gives older files their names back. Async-signal-safe.
 void unlink_temporaries() noexcept;
 
-/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left;
-/// returns false then.
+/// Removes a folder and its files. Returns false if any of them stay. Async-signal-safe.
 bool remove_folder(const char* path) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
@@ -67,8 +65,7 @@ bool is_local(int descriptor);
 bool hold_temporary(int descriptor);
 
 /// Removes the files with a temporary_name() beside each of `outputs` that would have become that output and
-/// that no process holds. Searches each folder once. Returns the number of removed files; files that cannot
-/// be removed are left.
+/// that no process holds. Searches each folder once. Returns the number of removed files.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
 /// The same for hidden folders; see StagingFolder. Older files in them are left.
 std::size_t remove_abandoned_folders(const std::vector<std::string>& outputs);

@@ -40,8 +40,7 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts);
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                             const SamplesPlace& place);
 
-/// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of
-/// the header.
+/// The beginning of a plain form: what precedes the samples in their file, or the file of the header.
 using PlainHeader = std::function<PlainFile()>;
 
 /// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of

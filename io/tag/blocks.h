@@ -1,5 +1,4 @@
-// The parts of a .tag file after its header: blocks of bricks, then index and footer. docs/format.md
-// specifies every byte.
+// The parts of a .tag file after its header: blocks, index and footer. docs/format.md specifies every byte.
 #pragma once
 
 #include <array>
@@ -52,8 +51,7 @@ std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t bric
 /// The checksum of a brick's number and a block's fields from the length to the values, which does not depend
 /// on what precedes it.
 std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick);
-/// Writes a block, and returns the checksum at its end: that of its own, chained with the one `before` it if
-/// there is one.
+/// Writes a block, and returns the checksum at its end: its own, chained with the one `before` it if given.
 std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, const BrickBytes& brick,
                           std::optional<std::uint64_t> before = std::nullopt);
 
@@ -118,8 +116,7 @@ struct FileEnd {
   std::uint64_t start;          ///< position where the blocks end and the index begins
   std::uint64_t last_checksum;  ///< of the last block
 
-  /// Reads the first index_head_size bytes. `rest` receives the number of bytes that follow, including the
-  /// footer.
+  /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the index's first byte to the file's last.
   /// `envelope` receives the size of the envelope, which lies between the bricks and the index.

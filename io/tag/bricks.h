@@ -61,8 +61,7 @@ class TagBricks : public IndexedTag {
 
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
-  /// Gives the content of the blocks of the envelope, one after the other; false after the last one. This
-  /// object must outlive the function.
+  /// Gives the envelope block by block; false after the last one. This object must outlive the function.
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The content of the first of these blocks; none without an envelope.
   std::vector<std::byte> beginning_of_envelope() const;

@@ -43,8 +43,7 @@ class TagWriter : public BrickSink {
   TagIndex index_;
 };
 
-/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput, which says where
-/// they are.
+/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput with their place.
 class TagReader {
  public:
   /// Reads the header. "-" stands for standard input.
@@ -69,8 +68,7 @@ class TagReader {
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
-  /// The content of the first block of the envelope; none without an envelope. REQUIRES: the last brick was
-  /// read.
+  /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
 
  private:

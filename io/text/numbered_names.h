@@ -40,8 +40,7 @@ std::string number_pattern(std::string_view name);
 bool is_preview(const std::string& path);
 
 /// True if `a` comes before `b` in natural order: digits in a row count as one number, so that slice9 comes
-/// before slice10. Names that differ only in leading zeros are ordered by them, so this is an order of all
-/// texts.
+/// before slice10. It is an order of all texts: leading zeros count last.
 bool comes_before(std::string_view a, std::string_view b);
 
 }  // namespace tagrid

@@ -41,9 +41,8 @@ std::string printable(std::string_view text);
 std::string shown_input(const std::string& path);
 std::string shown_output(const std::string& path);
 
-/// A name of a file as UTF-8, such as JSON needs, from which name_of_text() makes the same bytes again. A
-/// byte that is not UTF-8 becomes U+FFFD and its two hexadecimal digits, and so does every byte of U+FFFD
-/// itself.
+/// A name of a file as UTF-8, such as JSON needs, from which name_of_text() makes the same bytes again. Bytes
+/// that are not UTF-8, and those of U+FFFD, become U+FFFD and two hexadecimal digits each.
 std::string text_of_name(std::string_view name);
 /// The name for such a text.
 std::string name_of_text(std::string_view text);

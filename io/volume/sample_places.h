@@ -22,8 +22,7 @@ struct StoredBits {
   bool operator==(const StoredBits&) const = default;
 };
 
-/// Slices that follow each other in a volume, and lie at equal distances in a file. Samples have the size of
-/// the type of the volume, x fastest.
+/// Consecutive slices of a volume at equal distances in a file. Samples have the size of its type, x fastest.
 struct SliceRun {
   std::size_t file = 0;      ///< its number among the files of the volume
   std::uint64_t offset = 0;  ///< byte of the file at which the first slice begins
@@ -31,8 +30,7 @@ struct SliceRun {
   std::uint64_t step = 0;  ///< bytes from the beginning of a slice to that of the next one
   bool big_endian = false;
   StoredBits stored = {};
-  /// Bytes from the beginning of a row to that of the next one in the file, at least those of a row; 0: one
-  /// row follows another.
+  /// Bytes from one row to the next in the file, at least those of a row; 0: one row follows another.
   std::uint64_t row_step = 0;
   bool bottom_up = false;  ///< The last row of a slice comes first in the file. Only with a row_step.
 
@@ -99,8 +97,7 @@ struct PlainForm {
   std::string why_not;           ///< a sentence if there is no plain form; "" if there is one
 };
 
-/// The name of a file without the ending that says that it is compressed: "a.nii" for "a.nii.gz", "a.raw" for
-/// "a.zraw".
+/// The name of a file without the ending of a compressed one: "a.nii" for "a.nii.gz", "a.raw" for "a.zraw".
 std::string plain_name(std::string_view name);
 
 }  // namespace tagrid

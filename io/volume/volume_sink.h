@@ -40,8 +40,7 @@ class VolumeSink {
 
   /// Writes the next samples. Each call may pass any whole number of samples.
   void write_slices(std::span<const std::byte> samples) { write_samples(next_, samples); }
-  /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or
-  /// any_order(); no sample is written twice.
+  /// Writes samples from number `first` on. REQUIRES: the next ones, or any_order(); none twice.
   void write_samples(std::int64_t first, std::span<const std::byte> samples) {
     const std::size_t size = size_of(info_.type);
     assert(samples.size() <= bytes_left_ && samples.size() % size == 0);

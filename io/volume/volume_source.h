@@ -65,12 +65,10 @@ struct SourceFacts {
   }
 };
 
-/// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about
-/// its scale.
+/// All that users should be told of a source: warnings, what was not understood, doubts about its scale.
 std::vector<std::string> all_warnings(const SourceFacts& facts);
 
-/// Why files that are described like this must not be replaced by a lossy encoding; "" if nothing is in the
-/// way.
+/// Why a lossy encoding must not replace files of this description; "" if it may.
 std::string why_not_understood(const SourceFacts& facts);
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type
@@ -107,8 +105,7 @@ class VolumeSource {
   /// slices if traits().whole_slices.
   void read_samples(std::byte* out, std::int64_t count);
   void read_slices(std::byte* out, std::int64_t count) { read_samples(out, count * slice_samples()); }
-  /// Reads `rows`, which are complete rows of one slice: any rows if traits().any_rows, otherwise the next
-  /// ones.
+  /// Reads complete rows of one slice: any rows if traits().any_rows, otherwise the next ones.
   void read_rows(std::byte* out, const Box& rows);
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
@@ -118,8 +115,7 @@ class VolumeSource {
 
   /// Bytes of all files read since the last rewind, or the total size of the files.
   virtual std::uint64_t bytes_read() const = 0;
-  /// From now on, a read that waits throws WorldError as soon as `stop` is true. `stop` must outlive the
-  /// reads.
+  /// From now on, a waiting read throws WorldError once `stop` is true. `stop` must outlive the reads.
   virtual void stop_when(const std::atomic<bool>& /*stop*/) {}
 
  protected:
