@@ -49,22 +49,7 @@ class DetachedSink final : public AttachedSink {
 };
 
 /// A header, and the samples in order, little endian, all of it as one gzip stream.
-class GzipSink final : public VolumeSink {
- public:
-  GzipSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header);
-  ~GzipSink() override;
-
-  void publish() override;
-  void keep() override { file_->keep(); }
-  std::uint64_t bytes_written() const override { return file_->position(); }
-
- private:
-  struct Stream;
-  void write(std::int64_t first, std::span<const std::byte> samples) override;
-  void deflate(std::span<const std::byte> bytes, bool is_last);
-
-  std::unique_ptr<OutputFile> file_;
-  std::unique_ptr<Stream> stream_;
-};
+std::unique_ptr<VolumeSink> gzip_sink(const VolumeInfo& info, std::unique_ptr<OutputFile> file,
+                                      std::string_view header);
 
 }  // namespace tagrid
