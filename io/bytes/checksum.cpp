@@ -9,22 +9,17 @@
 
 namespace tagrid {
 
-struct RunningChecksum::State {
-  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> xxh3{XXH3_createState(), XXH3_freeState};
-};
-
-RunningChecksum::RunningChecksum() : state_(std::make_unique<State>()) {
-  if (!state_->xxh3) throw std::bad_alloc();
-  XXH3_64bits_reset(state_->xxh3.get());
+RunningChecksum::RunningChecksum()
+    : state_(XXH3_createState(), [](XXH3_state_s* state) { XXH3_freeState(state); }) {
+  if (!state_) throw std::bad_alloc();
+  XXH3_64bits_reset(state_.get());
 }
-
-RunningChecksum::~RunningChecksum() = default;
 
 void RunningChecksum::add(std::span<const std::byte> bytes) {
-  XXH3_64bits_update(state_->xxh3.get(), bytes.data(), bytes.size());
+  XXH3_64bits_update(state_.get(), bytes.data(), bytes.size());
 }
 
-std::uint64_t RunningChecksum::value() const { return XXH3_64bits_digest(state_->xxh3.get()); }
+std::uint64_t RunningChecksum::value() const { return XXH3_64bits_digest(state_.get()); }
 
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts) {
   RunningChecksum checksum;

@@ -7,6 +7,8 @@
 #include <memory>
 #include <span>
 
+struct XXH3_state_s;
+
 namespace tagrid {
 
 /// Checksum of the concatenation of `parts`.
@@ -16,22 +18,17 @@ std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> part
 class RunningChecksum {
  public:
   RunningChecksum();
-  ~RunningChecksum();
-  RunningChecksum(const RunningChecksum&) = delete;
-  RunningChecksum& operator=(const RunningChecksum&) = delete;
 
   void add(std::span<const std::byte> bytes);
   /// The checksum of all bytes added so far.
   std::uint64_t value() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<XXH3_state_s, void (*)(XXH3_state_s*)> state_;
 };
 
-/// The checksum that follows a block in a .tag file. It combines the checksum before it in the file with the
-/// block's own, which does not depend on what precedes the block, so that blocks can be made anywhere and in
-/// any order.
+/// The checksum that follows a block in a .tag file. It combines the checksum before it with the block's own,
+/// which does not depend on what precedes the block: blocks can be made in any order.
 std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before);
 
 /// True if the checksum in a file is the expected one. With TAGRID_NO_CHECKSUMS it is always true: for

@@ -33,8 +33,7 @@ Status zstd_decompress(std::span<const std::byte> bytes, std::size_t size, std::
   if (!stream) throw std::bad_alloc();
   if (bytes.size() < 4 || load_little_endian<std::uint32_t>(bytes.data()) != ZSTD_MAGICNUMBER)
     return Status::broken("this is not a zstd frame");
-  // A frame says how far it looks back, and that window is allocated at once: limit it to the size of the
-  // content.
+  // The window that a frame asks for is allocated at once: limit it to the size of the content.
   const auto window_log = std::clamp(static_cast<int>(std::bit_width(size > 0 ? size - 1 : 0)),
                                      smallest_window_log, largest_window_log);
   if (ZSTD_isError(ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log)))

@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/volume/plain_form.h"
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
@@ -40,7 +39,7 @@ struct EnvelopeFile {
   std::string name;  ///< relative, with '/' between folders
   std::uint64_t size = 0;
   bool is_changed = false;  ///< the source has it in another form: compressed
-  /// XXH3 of the whole file, if its samples are kept exactly; see look_at_content().
+  /// XXH3 of the file, if its samples are kept exactly; see look_at_content()
   std::optional<std::uint64_t> checksum;
   std::vector<SlicesInFile> slices;  ///< in the order of their bytes, which do not overlap
 
@@ -57,8 +56,7 @@ struct SampleShape {
   std::uint64_t bytes() const { return *sample_bytes(dims, type); }
 };
 
-/// Limits of an envelope: so many files, so many bytes of a name, and so many bytes in all files besides
-/// samples.
+/// Limits of an envelope: files, bytes of a name, and bytes in all files besides samples.
 inline std::uint64_t most_files(const SampleShape& shape) {
   return static_cast<std::uint64_t>(shape.dims.z) + 1024;
 }
@@ -79,8 +77,7 @@ struct SourceFiles {
   std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
   std::vector<std::string> paths;               ///< of the files of the source
   SampleShape shape;
-  /// How the samples of the source are compressed; "" if the files are kept as they are. Otherwise their
-  /// plain form is kept.
+  /// How the samples are compressed: their plain form is kept. "" if the files are kept as they are.
   std::string compression;
   std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
 
@@ -92,7 +89,7 @@ struct SourceFiles {
 SourceFiles source_files(const SourceFacts& facts);
 
 /// Reads files[number], and adds a checksum and what its spare bits hold. Threads may look at different files
-/// at once. `exact`: the samples are kept exactly, so a checksum of the whole file is kept, too. A file gets
+/// at once. `exact`: the samples are kept exactly, and so is a checksum of the file. A file gets
 /// no checksum if only a decoder knows some of its bytes. Throws WorldError, and BrokenInput if a file has
 /// changed. REQUIRES: why_not is "".
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);
@@ -109,22 +106,6 @@ double times_read_for_envelope(const SourceFiles& source, bool exact);
 /// Gives the content of the next block of an envelope; false after the last one.
 using NextBlock = std::function<bool(std::vector<std::byte>&)>;
 
-/// The bytes of an envelope, front to back, without the borders of its blocks.
-class EnvelopeBytes {
- public:
-  explicit EnvelopeBytes(NextBlock next_block) : next_block_(std::move(next_block)) {}
-
-  /// The next bytes, as many as are there without reading on; none at the end.
-  std::span<const std::byte> ahead();
-  /// REQUIRES: count <= ahead().size().
-  void skip(std::size_t count) { position_ += count; }
-
- private:
-  NextBlock next_block_;
-  std::vector<std::byte> block_;
-  std::size_t position_ = 0;  ///< in block_
-};
-
 /// Reads an envelope front to back. Wrong bytes throw BrokenInput.
 class EnvelopeReader {
  public:
@@ -136,8 +117,7 @@ class EnvelopeReader {
   /// Reads the description of the next file. Returns false after the last one, when every slice has its place
   /// and nothing follows. REQUIRES: the other bytes of the file before were read.
   bool next_file(EnvelopeFile& file);
-  /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file
-  /// was read.
+  /// See SourceFiles::compression. REQUIRES: a file was read.
   const std::string& compression() const { return compression_; }
   /// Reads the other bytes of that file, and calls `use` with their position in the file. Samples whose spare
   /// bits are kept come, too: their spare bits as they were, and zeros for all other bits.
@@ -146,6 +126,8 @@ class EnvelopeReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
+  /// The next bytes, as many as there are without reading on; none at the end.
+  std::span<const std::byte> ahead();
   /// Passes the next `size` bytes, in pieces.
   template <class Use>
   void take(std::uint64_t size, Use use);
@@ -159,7 +141,9 @@ class EnvelopeReader {
   std::string name_;
   SampleShape shape_;
   bool exact_, compares_names_;
-  EnvelopeBytes bytes_;
+  NextBlock next_block_;
+  std::vector<std::byte> block_;
+  std::size_t position_ = 0;  ///< in block_
   bool started_ = false, has_changed_ = false;
   std::string compression_;
   std::uint64_t files_left_ = 0, other_bytes_left_ = 0;
@@ -168,22 +152,36 @@ class EnvelopeReader {
   std::vector<bool> slices_;  ///< those that have their place
 };
 
-/// The compression() of an envelope whose first block has these bytes. Throws BrokenInput; `name` is that of
-/// the .tag file.
+/// The compression() of an envelope that begins so. Throws BrokenInput; `name` is that of the .tag file.
 std::string compression_in(const std::string& name, std::span<const std::byte> beginning);
 
 /// Turns `count` samples at `samples` into the bytes that a file has for them: the inverse of reading them.
 /// Spare bits that the envelope keeps (SpareBits::kept) become zero.
 void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count);
 
-/// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes
-/// that are not samples.
+/// Calls `use` for every stretch of a file, front to back; `slices` is null for bytes that are not samples.
 void for_each_stretch(
     const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
 
-/// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and
-/// without zero bytes.
+/// True for names that stay in a folder: relative, without empty parts, ".", ".." and zero bytes.
 bool is_safe_name(const std::string& name);
+
+/// What an envelope may have many of.
+struct EnvelopeSize {
+  std::uint64_t files = 0, name_bytes = 0, runs = 0;
+  std::uint64_t bytes = 0;  ///< of its content
+};
+
+/// Reads an envelope to its end, without remembering its files; see EnvelopeReader. Throws BrokenInput.
+EnvelopeSize envelope_size(const std::string& name, const SampleShape& shape, bool exact,
+                           NextBlock next_block);
+/// The most that the envelope of these files can have. Throws WorldError.
+EnvelopeSize envelope_size(const SourceFacts& facts);
+
+/// Bytes of memory that the files of an envelope take when they are read, verified or restored.
+std::uint64_t memory_of_files(const EnvelopeSize& size);
+/// Bytes of memory that source_files() and write_envelope() take.
+std::uint64_t memory_of_source_files(const SourceFacts& facts);
 
 }  // namespace tagrid

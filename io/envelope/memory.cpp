@@ -1,9 +1,8 @@
-#include "io/envelope/memory.h"
-
 #include <algorithm>
 #include <bit>
 #include <utility>
 
+#include "io/envelope/envelope.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {
@@ -17,7 +16,7 @@ constexpr std::uint64_t of_run = 4 * sizeof(SlicesInFile) + allocation;
 /// What a description has of a file besides its name, and of a run.
 constexpr std::uint64_t file_bytes = 32, run_bytes = 48;
 
-/// Of the largest block that is cut from so many bytes.
+/// Bytes of the largest block of an envelope.
 std::uint64_t block_bytes(std::uint64_t bytes) { return std::min(bytes, std::uint64_t{1} << 20); }
 
 /// All bytes of files that are not samples, at most.

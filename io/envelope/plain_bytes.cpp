@@ -5,17 +5,12 @@
 #include <cstring>
 
 #include "io/errors/errors.h"
-#include "io/files/bzip2_bytes.h"
-#include "io/files/gzip_bytes.h"
 
 namespace tagrid {
 
 PlainBytes::Content::Content(const std::string& path, std::uint64_t offset) : file(path) {
   file.seek(offset);
-  if (begins_bzip2(file))
-    bytes = std::make_unique<Bzip2Bytes>(file);
-  else
-    bytes = std::make_unique<GzipBytes>(file);
+  bytes.emplace(file, begins_bzip2(file) ? Compression::bzip2 : Compression::gzip);
 }
 
 std::size_t PlainBytes::Content::read(std::span<std::byte> to) {
@@ -115,7 +110,7 @@ void PlainBytes::read_content(std::size_t number, std::uint64_t position, std::s
       fail_changed(number);
   }
   if (content_->read(to) != to.size()) fail_changed(number);
-  // A stream says only at its end whether all of it was right.
+  // A stream is checked only at its end.
   std::byte more;
   if (content_->position == size_of(number) && content_->read({&more, 1}) != 0) fail_changed(number);
 }

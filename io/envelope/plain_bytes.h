@@ -4,14 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
 #include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
-#include "io/volume/plain_form.h"
+#include "io/volume/sample_places.h"
 
 namespace tagrid {
 
@@ -38,7 +38,7 @@ class PlainBytes {
     std::size_t read(std::span<std::byte> to);
 
     FileBytes file;
-    std::unique_ptr<CompressedBytes> bytes;
+    std::optional<CompressedBytes> bytes;
     std::uint64_t position = 0;
   };
 

@@ -17,14 +17,14 @@ EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool 
       shape_(shape),
       exact_(exact),
       compares_names_(compares_names),
-      bytes_(std::move(next_block)),
+      next_block_(std::move(next_block)),
       slices_left_(shape.dims.z) {}
 
 void EnvelopeReader::fail(const std::string& what) const {
   throw BrokenInput(fmt::format("{}: the envelope of its source files: {}", name_, what));
 }
 
-std::span<const std::byte> EnvelopeBytes::ahead() {
+std::span<const std::byte> EnvelopeReader::ahead() {
   while (position_ == block_.size()) {
     position_ = 0;
     if (next_block_(block_)) continue;
@@ -37,11 +37,11 @@ std::span<const std::byte> EnvelopeBytes::ahead() {
 template <class Use>
 void EnvelopeReader::take(std::uint64_t size, Use use) {
   while (size > 0) {
-    const auto ahead = bytes_.ahead();
-    if (ahead.empty()) fail("it ends too soon");
-    const std::size_t n = std::min<std::uint64_t>(size, ahead.size());
-    use(ahead.first(n));
-    bytes_.skip(n);
+    const auto next = ahead();
+    if (next.empty()) fail("it ends too soon");
+    const std::size_t n = std::min<std::uint64_t>(size, next.size());
+    use(next.first(n));
+    position_ += n;
     size -= n;
   }
 }
@@ -61,7 +61,7 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
   if (!std::exchange(started_, true)) read_beginning();
   if (files_left_ == 0) {
     if (slices_left_ != 0) fail(fmt::format("{} slices have no place", slices_left_));
-    if (!bytes_.ahead().empty()) fail("bytes follow its last file");
+    if (!ahead().empty()) fail("bytes follow its last file");
     if (has_changed_ == compression_.empty()) fail("it does not agree with its files on what was compressed");
     return false;
   }
@@ -116,7 +116,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
   if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
   if (!compares_names_) return;
-  // No name stands for two files, or for a file and a folder.
+  // No two files, and no file and folder, have the same name.
   const auto below = names_.lower_bound(file.name + "/");
   bool is_taken =
       !names_.insert(file.name).second || (below != names_.end() && below->starts_with(file.name + "/"));
@@ -125,7 +125,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   if (is_taken) fail("two files have the same name");
 }
 
-/// Reads a run, whose slices lie behind byte `end` of the file; `end` becomes their end.
+/// Reads a run, whose slices begin at byte `end` of the file or later; `end` becomes their end.
 SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
   SlicesInFile slices;
   SliceRun& run = slices.run;

@@ -12,10 +12,9 @@
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
-#include "io/samples/file_checksum.h"
 
 namespace tagrid {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
-#include "io/files/placed_file.h"
+#include "io/files/output_file.h"
 #include "io/files/staging_folder.h"
 #include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"
@@ -28,11 +28,9 @@ class RestoredFiles : public VolumeSink {
   RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 
-  /// Makes all files, with all bytes that are not samples. Throws BrokenInput; UsageError if a file already
-  /// exists.
+  /// Makes all files, without samples. Throws BrokenInput; UsageError if a file already exists.
   void make(EnvelopeReader& envelope);
-  /// Checks the finished files against their checksums, as far as there are any, and makes them durable.
-  /// Throws BrokenInput.
+  /// Checks the finished files that have checksums, and makes all durable. Throws BrokenInput.
   void check();
 
   const std::vector<EnvelopeFile>& files() const { return files_; }

@@ -1,19 +1,15 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
-#include "io/errors/errors.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {
 namespace {
 
-constexpr std::uint64_t step = 1 << 18;  // bytes of a file read at once; whole samples
+constexpr std::uint64_t step = 1 << 18;  // bytes of a file that are read at once: complete samples
 
 /// Passes the bytes [begin, end) of a file in steps.
 template <class Use>
@@ -54,7 +50,7 @@ bool has_spare(const SlicesInFile& slices, std::size_t size) {
   return slices.run.stored.bits > 0 && static_cast<std::size_t>(slices.run.stored.bits) < 8 * size;
 }
 
-/// Whether look_at_content() reads a whole file: for its checksum, or for its spare bits.
+/// Whether look_at_content() reads a file to its end: for its checksum, or for its spare bits.
 bool is_content_read(const SourceFiles& source, bool exact, std::size_t number) {
   if (!PlainBytes(source.pieces[number], source.paths).is_complete()) return false;
   const std::size_t size = size_of(source.shape.type);

@@ -6,6 +6,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -19,24 +20,23 @@ namespace tagrid {
 enum class Problem : std::uint8_t {
   none,
   output_exists,
-  memory_limit,  ///< a MemoryLimit
-  writer_memory,  ///< the program that writes the output needs more memory than there may be; its bytes, and the limit
-  no_known_format,        ///< the file may be samples without a header
-  compressed_file,        ///< compressed by gzip or a similar program
-  not_openvdb,            ///< a grid was requested, but the file is not OpenVDB
-  describes_itself,       ///< the layout of samples was given, but the file says it itself
-  endian_differs,         ///< the byte order differs from that in the NRRD header
-  spacing_differs,        ///< the spacing differs from that in the NRRD header
+  memory_limit,      ///< a MemoryLimit
+  writer_memory,     ///< the program that writes the output needs more memory than the limit: both numbers
+  no_known_format,   ///< the file may be samples without a header
+  compressed_file,   ///< compressed by gzip or a similar program
+  not_openvdb,       ///< a grid was requested, but the file is not OpenVDB
+  describes_itself,  ///< the layout of samples was given, but the file has a header
+  endian_differs,    ///< the byte order differs from that in the NRRD header
+  spacing_differs,   ///< the spacing differs from that in the NRRD header
   spacing_not_in_header,  ///< the NRRD header has no spacing
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
-  program_memory,  ///< a program for a format lacks memory, or may lack it, of which a larger limit gives it more
+  program_memory,  ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,       ///< a caller of the library asked to stop
 };
 
-/// A setting of a caller: the name by which the layers above know it ("max-error"), and its description ("the
-/// largest error").
+/// A setting of a caller: its name ("max-error") and its description ("the largest error").
 struct Setting {
   std::string_view name, words;
 };
@@ -65,8 +65,7 @@ struct Sentence {
   bool operator==(const Sentence&) const = default;
 };
 
-/// The sentence with its terms filled in. Settings appear as their descriptions, or as `prefix` and their
-/// name if there is a prefix.
+/// The sentence with its terms. Settings appear as descriptions or, with a prefix, as `prefix` and name.
 std::string text_of(const Sentence& sentence, std::string_view prefix = "");
 
 /// One of several things of which the user must choose one.
@@ -111,8 +110,7 @@ class BrokenInput : public Error {
   using Error::Error;
 };
 
-/// The system failed: a missing file or folder, a permission, a full disk, a read or write error. Exit code
-/// 74.
+/// The system failed: a missing file, a permission, a full disk, a read or write error. Exit code 74.
 class WorldError : public Error {
  public:
   using Error::Error;
@@ -148,16 +146,39 @@ class MemoryLimit : public UsageError {
   /// The same error for a caller that does not count `bytes`, which are part of all its numbers.
   MemoryLimit but_for(std::uint64_t bytes) const;
 
-  /// The smallest limit that can be kept; and the smallest one if samples may go through a temporary file, if
-  /// that helps.
+  /// The smallest possible limit; and that with samples in a temporary file, if it is smaller.
   std::uint64_t needed() const { return detail().numbers[0]; }
   std::optional<std::uint64_t> needed_with_spool() const {
     return detail().numbers.size() > 2 ? std::optional(detail().numbers[2]) : std::nullopt;
   }
 };
 
-/// A WorldError that says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if
-/// known, what to do.
+/// Says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if known, what to
+/// do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
+
+/// What an exception means to the person who started the program.
+enum class ErrorKind : std::uint8_t {
+  usage,         ///< UsageError
+  broken_input,  ///< BrokenInput
+  closed_pipe,   ///< ClosedPipe
+  world,         ///< WorldError, and system errors of the standard library
+  memory,        ///< there is too little memory, or a size is beyond all memory
+  bug            ///< anything else
+};
+
+struct SortedError {
+  ErrorKind kind = ErrorKind::bug;
+  std::string message;  ///< what() of the exception
+  ErrorDetail detail{};
+
+  bool operator==(const SortedError&) const = default;
+};
+
+/// Nothing else sorts exceptions. REQUIRES: `exception` is not null.
+SortedError sorted_error(const std::exception_ptr& exception);
+
+/// Throws an exception of that kind with that message and detail; for `memory`, without them.
+[[noreturn]] void throw_sorted(const SortedError& error);
 
 }  // namespace tagrid

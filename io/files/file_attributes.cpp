@@ -7,7 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -30,8 +30,7 @@ std::optional<FileAttributes> attributes_of(const std::string& path) {
 }
 
 void set_permissions(int descriptor, const FileAttributes& attributes) {
-  // Failures are not errors: some file systems have no owners or permissions, and only root may change
-  // owners.
+  // Failures are no errors: some file systems have no owners or permissions, and only root changes owners.
   mode_t mode = attributes.mode;
   if (fchown(descriptor, attributes.owner, static_cast<gid_t>(-1)) != 0) mode &= 0777;
   if (fchown(descriptor, static_cast<uid_t>(-1), attributes.group) != 0)
@@ -71,6 +70,40 @@ void refuse_same_file(const std::string& input, const std::string& output) {
   if (!S_ISREG(in->st_mode) || in->st_dev != out->st_dev || in->st_ino != out->st_ino) return;
   throw UsageError(shown_output(output) +
                    ": is the input itself, which is never written to; choose another output");
+}
+
+UnchangedFiles::UnchangedFiles(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (const auto status = file == "-" ? std::nullopt : status_of(file);
+        status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode)))
+      files_.push_back({file, *status});
+}
+
+std::uint64_t UnchangedFiles::memory(const std::vector<std::string>& files) {
+  constexpr std::uint64_t allocations = 64;
+  std::uint64_t sum = 0;
+  // Vectors that grow may have twice the room.
+  for (const std::string& file : files)
+    sum += 2 * sizeof(Known) + sizeof file + 2 * file.size() + allocations;
+  return sum;
+}
+
+std::string UnchangedFiles::touched() const {
+  for (const auto& [path, was] : files_) {
+    const auto now = status_of(path);
+    if (now && (now->st_ctim.tv_sec != was.st_ctim.tv_sec || now->st_ctim.tv_nsec != was.st_ctim.tv_nsec))
+      return path;
+  }
+  return "";
+}
+
+void UnchangedFiles::require() const {
+  for (const auto& [path, was] : files_) {
+    const auto now = status_of(path);
+    if (!now || now->st_ino != was.st_ino || now->st_size != was.st_size ||
+        now->st_mtim.tv_sec != was.st_mtim.tv_sec || now->st_mtim.tv_nsec != was.st_mtim.tv_nsec)
+      throw BrokenInput(path + ": was changed while it was being read");
+  }
 }
 
 }  // namespace tagrid

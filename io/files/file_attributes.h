@@ -1,11 +1,14 @@
-// Attributes of files: identity, owner, permissions and times.
+// Attributes of files: identity, owner, permissions and times; and whether they change.
 #pragma once
 
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <time.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tagrid {
 
@@ -42,5 +45,29 @@ bool is_regular_output(const std::string& path);
 /// Throws UsageError if writing to `output` would write to `input`: if both have the same device and inode,
 /// whatever their names. "-" stands for the standard streams.
 void refuse_same_file(const std::string& input, const std::string& output);
+
+/// Files that must not change while they are read: their sizes, times and inodes.
+class UnchangedFiles {
+ public:
+  /// Ignores the standard input ("-"), pipes and devices, whose times say nothing. Throws WorldError.
+  explicit UnchangedFiles(const std::vector<std::string>& files);
+
+  /// Bytes of memory that this class needs for these files, with a copy of their names.
+  static std::uint64_t memory(const std::vector<std::string>& files);
+
+  /// Throws BrokenInput if one of the files has changed.
+  void require() const;
+
+  /// The first file that was written, linked or given other rights since, although its size, time and inode
+  /// are the same: a program may have set its time back. Returns "" if no file was touched.
+  std::string touched() const;
+
+ private:
+  struct Known {
+    std::string path;
+    struct stat status;
+  };
+  std::vector<Known> files_;
+};
 
 }  // namespace tagrid

@@ -10,43 +10,53 @@
 #include <cerrno>
 #include <cstring>
 
+#include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
+namespace {
+
+/// The bytes of a file from its position on.
+struct Extent {
+  std::uint64_t base, size;
+};
+
+/// Throws WorldError for a folder. Returns nothing if the file is not a regular one.
+std::optional<Extent> extent_of(int descriptor, const std::string& name) {
+  struct stat status = {};
+  off_t base = 0;
+  int error = fstat(descriptor, &status) != 0 ? errno : 0;
+  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
+  if (error == 0 && S_ISREG(status.st_mode) && (base = lseek(descriptor, 0, SEEK_CUR)) < 0) error = errno;
+  if (error != 0) throw world_error("cannot read", name, error);
+  if (!S_ISREG(status.st_mode)) return std::nullopt;
+  return Extent{static_cast<std::uint64_t>(base),
+                static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0))};
+}
+
+}  // namespace
 
 FileBytes::FileBytes(const std::string& path) : name_(shown_input(path)), buffer_(peek_limit) {
-  descriptor_ =
-      path == "-" ? STDIN_FILENO : uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  if (path != "-") opened_ = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  descriptor_ = path == "-" ? STDIN_FILENO : int{opened_};
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
   look_at_file();
 }
 
 FileBytes::FileBytes(int descriptor, const std::string& name)
-    : name_(name), descriptor_(descriptor), buffer_(peek_limit) {
+    : name_(name), opened_(descriptor), descriptor_(descriptor), buffer_(peek_limit) {
   lseek(descriptor_, 0, SEEK_SET);
   look_at_file();
 }
 
 void FileBytes::look_at_file() {
-  struct stat status;
-  off_t base = 0;
-  int error = fstat(descriptor_, &status) != 0 ? errno : 0;
-  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
-  if (error == 0 && S_ISREG(status.st_mode) && (base = lseek(descriptor_, 0, SEEK_CUR)) < 0) error = errno;
-  if (error != 0) {
-    if (descriptor_ != STDIN_FILENO) close(descriptor_);
-    throw world_error("cannot read", name_, error);
-  }
-  if (!S_ISREG(status.st_mode)) return;
-  base_ = static_cast<std::uint64_t>(base);
-  size_ = static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0));
+  const auto extent = extent_of(descriptor_, name_);
+  if (!extent) return;
+  base_ = extent->base;
+  size_ = extent->size;
   posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
-}
-
-FileBytes::~FileBytes() {
-  if (descriptor_ != STDIN_FILENO) close(descriptor_);
 }
 
 /// Waits until a pipe has bytes, or has ended.
@@ -133,6 +143,45 @@ void FileBytes::seek(std::uint64_t position) {
     throw world_error("cannot seek in", name_, errno);
   begin_ = end_ = 0;
   position_ = position;
+}
+
+FileSource::FileSource(const std::string& path) : name_(shown_input(path)) {
+  // O_NONBLOCK: opening a pipe must not wait for a writer, as a pipe is refused anyway.
+  descriptor_ = path == "-"
+                    ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
+                    : uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
+  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  const auto extent = extent_of(descriptor_, name_);
+  if (!extent)
+    throw WorldError(
+        name_ +
+        ": is not a regular file, and only regular files can be read in any order; copy it to a file first");
+  base_ = extent->base;
+  size_ = extent->size;
+}
+
+void FileSource::read_at(std::uint64_t position, std::span<std::byte> to) const {
+  position += base_;
+  while (!to.empty()) {
+    const std::size_t most = std::min(to.size(), std::size_t{1} << 30);
+    const ssize_t count =
+        uninterrupted([&] { return pread(descriptor_, to.data(), most, static_cast<off_t>(position)); });
+    if (count < 0) throw world_error("cannot read", name_, errno);
+    if (count == 0) throw WorldError(name_ + ": became shorter while it was being read");
+    to = to.subspan(static_cast<std::size_t>(count));
+    position += static_cast<std::uint64_t>(count);
+  }
+}
+
+std::uint64_t checksum_of_file(const std::string& path) {
+  FileBytes file(path);
+  RunningChecksum checksum;
+  std::vector<std::byte> bytes(std::size_t{1} << 20);
+  for (;;) {
+    const std::size_t count = file.read(bytes.data(), bytes.size());
+    checksum.add({bytes.data(), count});
+    if (count < bytes.size()) return checksum.value();
+  }
 }
 
 }  // namespace tagrid

@@ -10,7 +10,6 @@
 #include <cerrno>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
 
 namespace tagrid {
 
@@ -19,16 +18,9 @@ LineFile::LineFile(const std::string& path) : name_(path) {
   constexpr int flags = O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK;
   descriptor_ = uninterrupted([&] { return open(path.c_str(), flags, 0666); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
-  try {
-    lock();
-    cut_half_line();
-  } catch (...) {
-    close(descriptor_);
-    throw;
-  }
+  lock();
+  cut_half_line();
 }
-
-LineFile::~LineFile() { close(descriptor_); }
 
 void LineFile::lock() {
   if (lock_now(descriptor_)) return;

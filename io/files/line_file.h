@@ -4,18 +4,16 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
-/// Appended lines are durable at once. Only one process at a time writes to such a file. Every failure is a
-/// WorldError that names the file.
+/// Appended lines are durable at once. One process at a time writes. Failures are WorldErrors.
 class LineFile {
  public:
   /// Opens the file, or creates it. Anything after the last '\n', half a line of a killed run, is cut off.
   /// Throws UsageError if another process is writing to it.
   explicit LineFile(const std::string& path);
-  ~LineFile();
-  LineFile(const LineFile&) = delete;
-  LineFile& operator=(const LineFile&) = delete;
 
   /// Appends `line` and '\n': all of it, or nothing on failure. REQUIRES: no '\n' in `line`.
   void append(std::string_view line);
@@ -27,7 +25,7 @@ class LineFile {
   void cut(long long size);
 
   std::string name_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   long long size_ = 0;
 };
 

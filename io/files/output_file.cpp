@@ -12,10 +12,8 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/abandoned_files.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -51,11 +49,10 @@ int rename_to_new(const std::string& from, const std::string& to) {
 }
 
 int sync_folder(const std::string& folder) {
-  const int descriptor =
+  const Descriptor descriptor =
       uninterrupted([&] { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (descriptor < 0) return errno == EACCES || errno == EPERM ? 0 : errno;
   const int error = uninterrupted([&] { return fsync(descriptor); }) != 0 ? errno : 0;
-  close(descriptor);
   return error == EINVAL || error == ENOTSUP ? 0 : error;
 }
 
@@ -222,6 +219,33 @@ void OutputFile::keep() {
   const int error = unlink(older.c_str()) != 0 ? errno : 0;
   forget_temporary(std::exchange(older_slot_, -1));
   if (error != 0) throw world_error("cannot remove the older file of this name", older, error);
+}
+
+PlacedFile::PlacedFile(const std::string& path, std::string name, bool is_new) : name_(std::move(name)) {
+  const int flags = O_WRONLY | O_CLOEXEC | (is_new ? O_CREAT | O_EXCL : 0);
+  descriptor_ = uninterrupted([&] { return open(path.c_str(), flags, 0600); });
+  if (descriptor_ < 0)
+    throw world_error(is_new ? "cannot create" : "cannot open its temporary file", name_, errno);
+}
+
+void PlacedFile::resize(std::uint64_t size) {
+  if (uninterrupted([&] { return ftruncate(descriptor_, static_cast<off_t>(size)); }) != 0)
+    throw world_error("cannot write", name_, errno);
+}
+
+void PlacedFile::set_attributes(const FileAttributes& attributes) {
+  set_permissions(descriptor_, attributes);
+  set_times(descriptor_, attributes);
+}
+
+void PlacedFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+  if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
+}
+
+void PlacedFile::finish() {
+  if (uninterrupted([&] { return fsync(descriptor_); }) != 0) throw world_error("cannot write", name_, errno);
+  // Network file systems report some failed writes only in close().
+  if (close(descriptor_.release()) != 0 && errno != EINTR) throw world_error("cannot write", name_, errno);
 }
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Files that appear under their name only when they are complete.
+// Files that are written: in order, under their names only when they are complete; or at any position.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,18 @@
 #include <string>
 #include <string_view>
 
-#include "io/files/byte_sink.h"
 #include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 
 namespace tagrid {
+
+/// Takes bytes in order: a file, a pipe, or an object of a caller of the library.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  /// Takes all of `bytes`, after those before. Throws WorldError on failure.
+  virtual void write(std::span<const std::byte> bytes) = 0;
+};
 
 /// Properties of an OutputFile before and after it gets its name.
 struct OutputFileOptions {
@@ -93,5 +101,22 @@ int rename_to_new(const std::string& from, const std::string& to);
 /// Makes the names in a folder survive a crash of the machine. Returns 0 or an errno. It is not a failure if
 /// folders cannot be opened or synced, as on some file systems.
 int sync_folder(const std::string& folder);
+
+/// A file that is written at any position. Every failure is a WorldError that names `name`.
+class PlacedFile {
+ public:
+  /// The file exists, or is made if it `is_new`.
+  PlacedFile(const std::string& path, std::string name, bool is_new = false);
+
+  void resize(std::uint64_t size);
+  void set_attributes(const FileAttributes& attributes);
+  void write_at(std::uint64_t position, std::span<const std::byte> bytes);
+  /// Makes the written bytes durable and closes the file: only then is it certain that they are there.
+  void finish();
+
+ private:
+  std::string name_;
+  Descriptor descriptor_;
+};
 
 }  // namespace tagrid

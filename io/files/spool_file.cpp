@@ -1,10 +1,9 @@
 #include "io/files/spool_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
@@ -14,8 +13,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -43,38 +41,18 @@ SpoolFile SpoolFile::in(const std::string& folder, const std::string& whose) { r
 
 SpoolFile::SpoolFile(std::string folder, std::string name)
     : name_(std::move(name)), folder_(std::move(folder)) {
-  create();
-}
-
-SpoolFile::SpoolFile(SpoolFile&& other) noexcept
-    : name_(std::move(other.name_)),
-      folder_(std::move(other.folder_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      buffer_(std::move(other.buffer_)),
-      reading_(other.reading_),
-      flushed_(other.flushed_),
-      size_(other.size_) {}
-
-void SpoolFile::create() {
   buffer_.reserve(buffer_size);
   descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
   // Some network file systems have no nameless files: create one with a name, then remove the name.
-  std::string name = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
-  descriptor_ = mkostemp(name.data(), O_CLOEXEC);
+  std::string path = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
+  descriptor_ = mkostemp(path.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot create", errno);
-  if (unlink(name.c_str()) == 0) return;
-  const int error = errno;
-  close(descriptor_);
-  fail("cannot remove", error);
+  if (unlink(path.c_str()) != 0) fail("cannot remove", errno);
 }
 
 void SpoolFile::fail(const char* what, int error) const {
   throw world_error(fmt::format("{} a temporary file in {}", what, folder_), name_, error);
-}
-
-SpoolFile::~SpoolFile() {
-  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void SpoolFile::write(std::span<const std::byte> bytes) {
@@ -107,7 +85,7 @@ void SpoolFile::clear() {
 
 int SpoolFile::release() {
   flush();
-  return std::exchange(descriptor_, -1);
+  return descriptor_.release();
 }
 
 void SpoolFile::flush() {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// Bytes that are written, in order or at a position, and then read back. The file never has a name, so
@@ -17,14 +19,10 @@ class SpoolFile {
   static SpoolFile beside(const std::string& path);
   /// A file in `folder`; error messages name `whose`.
   static SpoolFile in(const std::string& folder, const std::string& whose);
-  SpoolFile(SpoolFile&& other) noexcept;
-  ~SpoolFile();
-  SpoolFile(const SpoolFile&) = delete;
-  SpoolFile& operator=(const SpoolFile&) = delete;
 
   void write(std::span<const std::byte> bytes);
-  /// Writes at a position of the file; this may leave a gap. read_at() may come before it. REQUIRES: no write() and no
-  /// read_back().
+  /// Writes at a position of the file; this may leave a gap. read_at() may come before it. REQUIRES: no
+  /// write() and no read_back().
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
   /// Starts again with an empty file.
   void clear();
@@ -43,13 +41,12 @@ class SpoolFile {
       position += part.size();
     }
   }
-  /// Reads bytes at any position. REQUIRES: they were written; no write() after the first call; write_at() is allowed.
+  /// Reads bytes anywhere. REQUIRES: they were written; no write(), but perhaps write_at(), follows.
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:
   SpoolFile(std::string folder, std::string name);
   [[noreturn]] void fail(const char* what, int error) const;
-  void create();
   void write_all(std::uint64_t position, std::span<const std::byte> bytes);
   void flush();
   void begin_reading();
@@ -58,7 +55,7 @@ class SpoolFile {
 
   std::string name_;  ///< For messages: the file for which this one is used.
   std::string folder_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::vector<std::byte> buffer_;  ///< Bytes that are not in the file yet; later, bytes that were read.
   bool reading_ = false;
   std::uint64_t flushed_ = 0;  ///< bytes of write() that are in the file

@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/abandoned_files.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 
 namespace tagrid {
@@ -58,7 +56,7 @@ StagingFolder::~StagingFolder() {
 }
 
 void StagingFolder::let_go() {
-  if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+  descriptor_.reset();
   if (!kept_)
     for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) rmdir(folder->c_str());
   forget_temporary(std::exchange(slot_, -1));
@@ -75,8 +73,8 @@ void StagingFolder::make(const std::string& folder) {
   if (!status || !S_ISDIR(status->st_mode)) throw world_error("cannot create the folder", folder, error);
 }
 
-/// Makes the hidden folder, and holds it, so that nobody takes it for abandoned. Returns false if the name is taken, or if
-/// somebody has just removed it.
+/// Makes the hidden folder, and holds it, so that nobody takes it for abandoned. Returns false if the name is
+/// taken, or if somebody has just removed it.
 bool StagingFolder::make_hidden(const std::string& candidate) {
   if (mkdir(candidate.c_str(), 0700) != 0) {
     if (errno == EEXIST) return false;
@@ -92,7 +90,7 @@ bool StagingFolder::make_hidden(const std::string& candidate) {
     path_ = candidate;
     return true;
   }
-  if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+  descriptor_.reset();
   return false;
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// A `.NAME.part*` in a folder, until remove(). The destructor, or a signal that ends the program, removes it
@@ -16,8 +18,6 @@ class StagingFolder {
   /// this name.
   StagingFolder(std::string folder, const std::string& name);
   ~StagingFolder();
-  StagingFolder(const StagingFolder&) = delete;
-  StagingFolder& operator=(const StagingFolder&) = delete;
 
   const std::string& path() const { return path_; }
   /// All folders that were made, each after those around it.
@@ -35,7 +35,8 @@ class StagingFolder {
 
   std::string folder_, path_;
   std::vector<std::string> made_;
-  int slot_ = -1, descriptor_ = -1;
+  int slot_ = -1;
+  Descriptor descriptor_;
   bool kept_ = false;
 };
 

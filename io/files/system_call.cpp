@@ -19,6 +19,10 @@ std::optional<struct stat> found(int result, const struct stat& status, const st
 
 }  // namespace
 
+void Descriptor::reset() {
+  if (number_ >= 0) close(release());
+}
+
 std::optional<struct stat> status_of(const std::string& path) {
   struct stat status = {};
   const int result = stat(path.c_str(), &status);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace tagrid {
 
@@ -21,8 +22,28 @@ auto uninterrupted(Call call) {
   }
 }
 
-/// Writes all of `bytes` from `position` on, with as many calls as needed. Returns false if one fails; errno
-/// says why.
+/// An open file, which the destructor closes. It stands for its number in system calls; negative: none.
+class Descriptor {
+ public:
+  Descriptor(int number = -1) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    reset();
+    number_ = other.release();
+    return *this;
+  }
+  ~Descriptor() { reset(); }
+
+  operator int() const { return number_; }
+  /// The caller must close the file.
+  int release() { return std::exchange(number_, -1); }
+  void reset();
+
+ private:
+  int number_;
+};
+
+/// Writes all of `bytes` from `position` on, in several calls if needed. On failure, false and errno.
 bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
 /// Locks a file for this process alone until its descriptor is closed, without waiting. Returns false on

@@ -3,18 +3,26 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/magic.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <climits>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <system_error>
 
 #include "io/files/system_call.h"
 
@@ -84,6 +92,70 @@ int remove_files_in(int folder) noexcept {
   }
 }
 
+namespace fs = std::filesystem;
+
+bool has_type(int descriptor, mode_t type) {
+  struct stat status = {};
+  return fstat(descriptor, &status) == 0 && (status.st_mode & S_IFMT) == type;
+}
+
+/// Removes a folder of files that were to get their names. An older file that was set aside is not removed:
+/// it may be the only copy.
+bool remove_new_files(const std::string& folder) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    files.push_back(entry->path());
+  for (const fs::path& file : files)
+    if (file.extension() != ".old") unlink(file.c_str());
+  return rmdir(folder.c_str()) == 0;
+}
+
+/// Removes a file, or with `folders` a folder, if no process holds it.
+bool remove_if_abandoned(const std::string& path, bool folders) {
+  const Descriptor descriptor =
+      uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
+  if (descriptor < 0) return false;
+  // Removed while this process holds it: a process that is about to hold it will see that it is gone.
+  const bool is_ours =
+      is_local(descriptor) && has_type(descriptor, folders ? S_IFDIR : S_IFREG) && lock_now(descriptor);
+  return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
+}
+
+std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folders) {
+  std::map<std::string, std::set<std::string>> names;
+  for (const std::string& output : outputs)
+    names[folder_of(output)].insert(name_in_temporary_names(fs::path(output).filename().string()));
+  std::size_t removed = 0;
+  for (const auto& [folder, targets] : names) {
+    std::vector<std::string> abandoned;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+      const std::string name = entry->path().filename().string();
+      if (const auto target = target_of_temporary(name); target && targets.contains(std::string(*target)))
+        abandoned.push_back(entry->path().string());
+    }
+    for (const std::string& path : abandoned) removed += remove_if_abandoned(path, folders);
+  }
+  return removed;
+}
+
+/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
+void remove_folders_around(const char* path, const char* outermost) noexcept {
+  const std::size_t least = std::strlen(outermost);
+  std::size_t size = std::strlen(path);
+  char folder[PATH_MAX];
+  if (least == 0 || size >= sizeof folder) return;
+  std::memcpy(folder, path, size + 1);
+  for (;;) {
+    while (size > 0 && folder[size - 1] != '/') --size;
+    while (size > 0 && folder[size - 1] == '/') --size;
+    if (size < least) return;
+    folder[size] = '\0';
+    rmdir(folder);
+  }
+}
+
 }  // namespace
 
 int register_temporary(const std::string& path, const std::string& original) {
@@ -141,21 +213,6 @@ bool remove_folder(const char* path) noexcept {
   return rmdir(path) == 0;
 }
 
-void remove_folders_around(const char* path, const char* outermost) noexcept {
-  const std::size_t least = std::strlen(outermost);
-  std::size_t size = std::strlen(path);
-  char folder[PATH_MAX];
-  if (least == 0 || size >= sizeof folder) return;
-  std::memcpy(folder, path, size + 1);
-  for (;;) {
-    while (size > 0 && folder[size - 1] != '/') --size;
-    while (size > 0 && folder[size - 1] == '/') --size;
-    if (size < least) return;
-    folder[size] = '\0';
-    rmdir(folder);
-  }
-}
-
 SignalsWait::SignalsWait() { signals_wait = true; }
 
 SignalsWait::~SignalsWait() {
@@ -184,6 +241,31 @@ int code_after_signal() noexcept { return signal_code; }
 
 void write_message_after_signal() noexcept {
   if (signal_message_size > 0 && write(STDERR_FILENO, signal_message.data(), signal_message_size) < 0) return;
+}
+
+bool is_local(int descriptor) {
+  constexpr std::uint32_t zfs = 0x2FC12FC1;
+  constexpr std::array<std::uint32_t, 7> local = {
+      EXT4_SUPER_MAGIC, XFS_SUPER_MAGIC,       BTRFS_SUPER_MAGIC, F2FS_SUPER_MAGIC, zfs,
+      TMPFS_MAGIC,      OVERLAYFS_SUPER_MAGIC,
+  };
+  struct statfs status = {};
+  return fstatfs(descriptor, &status) == 0 &&
+         std::ranges::count(local, static_cast<std::uint32_t>(status.f_type)) > 0;
+}
+
+bool hold_temporary(int descriptor) {
+  if (!is_local(descriptor)) return true;
+  if (!lock_now(descriptor) && errno == EWOULDBLOCK) return false;
+  struct stat status = {};
+  return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
+}
+
+std::size_t remove_abandoned_files(const std::vector<std::string>& outputs) {
+  return remove_abandoned(outputs, false);
+}
+std::size_t remove_abandoned_folders(const std::vector<std::string>& outputs) {
+  return remove_abandoned(outputs, true);
 }
 
 }  // namespace tagrid

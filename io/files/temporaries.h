@@ -1,9 +1,14 @@
-// Temporary files: their names, and a list of the existing ones for a signal handler that ends the program.
+// Temporary files: their names; a list of the existing ones for a signal handler that ends the program; and
+// those that killed runs leave beside their outputs, which no running process holds any more. These are found
+// only on local file systems: on network file systems, a lock may be visible on one machine only, or may
+// forbid reading.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tagrid {
 
@@ -12,8 +17,8 @@ namespace tagrid {
 /// older file of that name, which gets its name back.
 int register_temporary(const std::string& path, const std::string& original = "");
 void forget_temporary(int slot);
-/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it are removed,
-/// too, up to this one, as far as they are empty.
+/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it
+/// are removed, too, up to this one, as far as they are empty.
 int register_temporary_folder(const std::string& path, const std::string& outermost = "");
 
 /// Six random letters that make a name unique.
@@ -28,15 +33,11 @@ std::string name_in_temporary_names(const std::string& name);
 std::optional<std::string_view> target_of_temporary(std::string_view name);
 std::optional<std::string_view> target_of_older(std::string_view name);
 
-/// Removes all registered temporary files and gives older files their names back. Async-signal-safe, for a
-/// signal handler that ends the program.
+/// Removes registered temporary files and gives older files their names back. Async-signal-safe.
 void unlink_temporaries() noexcept;
 
-/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left; returns false
-/// then.
+/// Removes a folder and its files. Returns false if any of them stay. Async-signal-safe.
 bool remove_folder(const char* path) noexcept;
-/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
-void remove_folders_around(const char* path, const char* outermost) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
 class SignalsWait {
@@ -55,5 +56,18 @@ void end_signals_with(int code, const std::string& message);
 /// That code, or -1. For a signal handler, which then writes the message.
 int code_after_signal() noexcept;
 void write_message_after_signal() noexcept;
+
+/// True if an open file or folder is on a local file system.
+bool is_local(int descriptor);
+
+/// Holds a new temporary file until its descriptor is closed. Returns false if another process has just taken
+/// it for abandoned and removed it; the caller must then create another one.
+bool hold_temporary(int descriptor);
+
+/// Removes the files with a temporary_name() beside each of `outputs` that would have become that output and
+/// that no process holds. Searches each folder once. Returns the number of removed files.
+std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
+/// The same for hidden folders; see StagingFolder. Older files in them are left.
+std::size_t remove_abandoned_folders(const std::vector<std::string>& outputs);
 
 }  // namespace tagrid

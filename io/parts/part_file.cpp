@@ -4,8 +4,8 @@
 #include <array>
 #include <cassert>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "stages/grid/lattice.h"
@@ -41,35 +41,15 @@ std::uint64_t table_checksum(std::span<const std::byte> head, std::span<const st
 
 std::size_t entry_size(int levels) { return 2 * 4 + 8 + static_cast<std::size_t>(levels + 1) * 8 + 10 * 8; }
 
-void put_statistics(FieldWriter& fields, const Statistics& s, int levels) {
-  for (int level = 0; level <= levels; ++level) fields.put(s.active[static_cast<std::size_t>(level)]);
-  fields.put(s.max_error);
-  fields.put(s.mesh_error);
-  fields.put(static_cast<std::uint64_t>(s.sum_squared_error));
-  fields.put(static_cast<std::uint64_t>(s.sum_squared_error >> 64));
-  fields.put(s.sum_squared_real);
-  fields.put(s.low);
-  fields.put(s.high);
-  fields.put(s.sum);
-  fields.put(s.finite);
-  fields.put(s.samples);
-}
-
-Statistics get_statistics(FieldReader& fields, int levels) {
-  Statistics s;
-  for (int level = 0; level <= levels; ++level)
-    s.active[static_cast<std::size_t>(level)] = fields.get<std::uint64_t>();
-  s.max_error = fields.get<double>();
-  s.mesh_error = fields.get<double>();
-  const auto low_half = fields.get<std::uint64_t>(), high_half = fields.get<std::uint64_t>();
-  s.sum_squared_error = Uint128{high_half} << 64 | low_half;
-  s.sum_squared_real = fields.get<double>();
-  s.low = fields.get<double>();
-  s.high = fields.get<double>();
-  s.sum = fields.get<double>();
-  s.finite = fields.get<std::uint64_t>();
-  s.samples = fields.get<std::uint64_t>();
-  return s;
+/// The fields of a brick's statistics, for a FieldWriter or a FieldReader.
+void statistics_fields(auto& fields, auto& s, int levels) {
+  for (int level = 0; level <= levels; ++level) fields.field(s.active[static_cast<std::size_t>(level)]);
+  fields.field(s.max_error);
+  fields.field(s.mesh_error);
+  field_128(fields, s.sum_squared_error);
+  for (auto* number : {&s.sum_squared_real, &s.low, &s.high, &s.sum}) fields.field(*number);
+  fields.field(s.finite);
+  fields.field(s.samples);
 }
 
 }  // namespace
@@ -80,14 +60,12 @@ PartWriter::PartWriter(const std::string& path, const PartId& id, const CodingPa
 }
 
 void PartWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
-  const std::vector<std::byte> head = block_head(parameters_, brick);
-  const std::uint64_t own = own_checksum(head, brick);
-  write_block(out_, head, brick, own);
+  const std::uint64_t own = write_block(out_, parameters_, brick);
   FieldWriter entry;
   entry.put(static_cast<std::uint32_t>(brick.activity.size()));
   entry.put(static_cast<std::uint32_t>(brick.values.size()));
   entry.put(own);
-  put_statistics(entry, statistics, max_level(parameters_.cube_size));
+  statistics_fields(entry, statistics, max_level(parameters_.cube_size));
   table_.insert(table_.end(), entry.bytes().begin(), entry.bytes().end());
 }
 
@@ -143,7 +121,7 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
     entry.activity_bytes = entries.get<std::uint32_t>();
     entry.value_bytes = entries.get<std::uint32_t>();
     entry.own_checksum = entries.get<std::uint64_t>();
-    entry.statistics = get_statistics(entries, levels);
+    statistics_fields(entries, entry.statistics, levels);
     blocks_size_ += entry.block_bytes();
     if (blocks_size_ > start - head_size) fail("the part is damaged");
   }

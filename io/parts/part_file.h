@@ -1,7 +1,7 @@
 // A part of a .tag file in a separate file: its blocks as they will be in the entire file, and the data that
 // is needed to place them there. docs/design.md explains its purpose. Byte by byte (all little endian):
 //
-//   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum (8)
+//   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), bricks (8), checksum (8)
 //   blocks  as in the .tag file, but each ends in its own checksum
 //   table   of every brick: bytes of activity (4) and values (4), own checksum (8), statistics
 //   tail    bytes before the table (8), checksum of head, table and that number (8), "TAGDONE\n"

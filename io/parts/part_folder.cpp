@@ -13,7 +13,6 @@
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 
 namespace tagrid {
@@ -85,7 +84,6 @@ PartFolder::~PartFolder() {
     }
   }
   forget_temporary(slot_);
-  if (lock_ >= 0) close(lock_);
 }
 
 void PartFolder::require_own() const {
@@ -116,7 +114,7 @@ void PartFolder::lock() {
       const int error = errno;
       // Some file systems have no locks; then the caller must ensure that there is only one run.
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
-      close(std::exchange(lock_, -1));
+      lock_.reset();
       if (error == EWOULDBLOCK)
         throw UsageError(path_ + ": another process is working on this run; wait until it ends");
       throw world_error("cannot lock", name, error);
@@ -124,7 +122,7 @@ void PartFolder::lock() {
     struct stat ours = {};
     const auto named = status_of(name);
     if (fstat(lock_, &ours) == 0 && named && named->st_ino == ours.st_ino) return;
-    close(std::exchange(lock_, -1));
+    lock_.reset();
   }
 }
 

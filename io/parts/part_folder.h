@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 
 /// The place of the parts of a run while it lasts. Every failure is a WorldError that names the folder.
@@ -15,8 +17,6 @@ class PartFolder {
   /// a unique name, which is removed with its parts by the destructor, and when a signal ends the process.
   PartFolder(const std::string& output, bool resumable);
   ~PartFolder();
-  PartFolder(const PartFolder&) = delete;
-  PartFolder& operator=(const PartFolder&) = delete;
 
   const std::string& path() const { return path_; }
   std::string record() const { return path_ + "/run"; }
@@ -40,7 +40,7 @@ class PartFolder {
   bool resumable_;
   bool removed_ = false;
   int slot_ = -1;
-  int lock_ = -1;
+  Descriptor lock_;
 };
 
 /// The name of the folder of a run that can be continued.

@@ -8,8 +8,8 @@
 #include <ctime>
 #include <filesystem>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
@@ -19,15 +19,47 @@ namespace {
 
 constexpr std::array<std::uint8_t, 8> magic = {'T', 'A', 'G', 'R', 'U', 'N', '3', '\n'};
 
-void put_text(FieldWriter& fields, const std::string& text) {
+void text_field(FieldWriter& fields, const std::string& text) {
   fields.put(static_cast<std::uint32_t>(text.size()));
-  fields.put_bytes(std::as_bytes(std::span(text.data(), text.size())));
+  fields.put_bytes(std::as_bytes(std::span(text)));
 }
 
-std::string get_text(FieldReader& fields) {
-  const auto size = fields.get<std::uint32_t>();
-  const auto bytes = fields.get_bytes(size);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+void text_field(FieldReader& fields, std::string& text) {
+  const auto bytes = fields.get_bytes(fields.get<std::uint32_t>());
+  text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+template <class T>
+void list_field(FieldWriter& fields, const std::vector<T>& list, auto element) {
+  fields.put(static_cast<std::uint32_t>(list.size()));
+  for (const T& each : list) element(each);
+}
+
+template <class T>
+void list_field(FieldReader& fields, std::vector<T>& list, auto element) {
+  for (auto left = fields.get<std::uint32_t>(); left > 0 && !fields.overrun(); --left)
+    element(list.emplace_back());
+}
+
+/// The fields of a record, for a FieldWriter or a FieldReader.
+void record_fields(auto& fields, auto& record) {
+  text_field(fields, record.program);
+  list_field(fields, record.settings, [&](auto& setting) {
+    text_field(fields, setting.first);
+    text_field(fields, setting.second);
+  });
+  list_field(fields, record.inputs, [&](auto& id) {
+    text_field(fields, id.path);
+    fields.field(id.size);
+    fields.field(id.inode);
+    for (auto* time : {&id.modified, &id.modified_ns, &id.changed, &id.changed_ns}) fields.field(*time);
+    fields.field(id.ends_checksum);
+  });
+  list_field(fields, record.header, [&](auto& byte) { fields.field(byte, std::uint8_t{}); });
+  text_field(fields, record.error_rule);
+  text_field(fields, record.reason_of_bound);
+  fields.field(record.result_inode);
+  fields.field(record.result_size);
 }
 
 std::string local_time(std::int64_t seconds) {
@@ -84,27 +116,7 @@ std::string change_of(const FileIdentity& was, const FileIdentity& now) {
 std::vector<std::byte> serialize_record(const RunRecord& record) {
   FieldWriter fields;
   fields.put_bytes(std::as_bytes(std::span(magic)));
-  put_text(fields, record.program);
-  fields.put(static_cast<std::uint32_t>(record.settings.size()));
-  for (const auto& [name, value] : record.settings) {
-    put_text(fields, name);
-    put_text(fields, value);
-  }
-  fields.put(static_cast<std::uint32_t>(record.inputs.size()));
-  for (const FileIdentity& id : record.inputs) {
-    put_text(fields, id.path);
-    fields.put(id.size);
-    fields.put(id.inode);
-    for (const std::int64_t time : {id.modified, id.modified_ns, id.changed, id.changed_ns})
-      fields.put(static_cast<std::uint64_t>(time));
-    fields.put(id.ends_checksum);
-  }
-  fields.put(static_cast<std::uint32_t>(record.header.size()));
-  fields.put_bytes(record.header);
-  put_text(fields, record.error_rule);
-  put_text(fields, record.reason_of_bound);
-  fields.put(record.result_inode);
-  fields.put(record.result_size);
+  record_fields(fields, record);
   fields.put(checksum_of({fields.bytes()}));
   return std::move(fields.bytes());
 }
@@ -117,27 +129,7 @@ Status parse_record(std::span<const std::byte> bytes, RunRecord& record) {
     return Status::broken("is damaged");
   FieldReader fields(bytes.subspan(magic.size(), bytes.size() - magic.size() - 8));
   record = {};
-  record.program = get_text(fields);
-  for (auto left = fields.get<std::uint32_t>(); left > 0 && !fields.overrun(); --left) {
-    std::string name = get_text(fields);
-    record.settings.emplace_back(std::move(name), get_text(fields));
-  }
-  for (auto left = fields.get<std::uint32_t>(); left > 0 && !fields.overrun(); --left) {
-    FileIdentity id;
-    id.path = get_text(fields);
-    id.size = fields.get<std::uint64_t>();
-    id.inode = fields.get<std::uint64_t>();
-    for (std::int64_t* time : {&id.modified, &id.modified_ns, &id.changed, &id.changed_ns})
-      *time = static_cast<std::int64_t>(fields.get<std::uint64_t>());
-    id.ends_checksum = fields.get<std::uint64_t>();
-    record.inputs.push_back(std::move(id));
-  }
-  const auto header = fields.get_bytes(fields.get<std::uint32_t>());
-  record.header.assign(header.begin(), header.end());
-  record.error_rule = get_text(fields);
-  record.reason_of_bound = get_text(fields);
-  record.result_inode = fields.get<std::uint64_t>();
-  record.result_size = fields.get<std::uint64_t>();
+  record_fields(fields, record);
   return fields.complete() ? Status() : Status::broken("is damaged");
 }
 

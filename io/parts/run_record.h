@@ -1,5 +1,5 @@
-// The settings and the input of a run that can be continued, stored beside its parts, so that they are not
-// completed with those of another run.
+// Settings and input of a run that can be continued, stored beside its parts: another run must not complete
+// it.
 #pragma once
 
 #include <cstddef>

@@ -35,8 +35,7 @@ bool encode(png_structp png, png_infop info, int width, int height, const std::b
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  // Differences from the row above: enlarged samples have equal rows. To choose a filter for each row takes longer than the
-  // compression.
+  // Enlarged samples have equal rows. Choosing a filter for each row would take longer than compressing it.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
   png_set_compression_level(png, 6);
   png_set_compression_strategy(png, Z_DEFAULT_STRATEGY);

@@ -3,20 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cassert>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/bzip2_bytes.h"
-#include "io/files/gzip_bytes.h"
+#include "io/errors/errors.h"
+#include "io/files/spool_file.h"
+#include "io/files/system_call.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-std::unique_ptr<CompressedBytes> decompressed(FileBytes& file, Compression compression) {
-  if (compression == Compression::bzip2) return std::make_unique<Bzip2Bytes>(file);
-  return std::make_unique<GzipBytes>(file);
-}
 
 SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows, std::uint64_t memory) {
   const bool is_file = file.size().has_value();
@@ -60,8 +60,8 @@ void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFa
                              file.name(), is_exact ? "" : "more than ", more));
 }
 
-/// A gzip stream may hold more than `expected` bytes, with a warning. The whole stream is read only if its
-/// last bytes, which are the size of its last member modulo 2^32, differ from that.
+/// A gzip stream may hold more than `expected` bytes, with a warning. It is read to its end only if its last
+/// bytes, the size of its last member modulo 2^32, differ from that.
 void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& place, SourceFacts& facts) {
   constexpr std::uint64_t most = std::uint64_t{1} << 30;  // more are not counted
   constexpr std::uint64_t least_gzip = 18;
@@ -74,7 +74,7 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
       load_little_endian<std::uint32_t>(last) == static_cast<std::uint32_t>(expected))
     return;
   file.seek(place.start);
-  GzipBytes stream(file);
+  CompressedBytes stream(file, Compression::gzip);
   std::vector<std::byte> bytes(std::size_t{1} << 16);
   std::uint64_t count = 0;
   for (std::size_t read = bytes.size(); read == bytes.size() && count <= expected + most; count += read)
@@ -84,6 +84,133 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
   say_more(file, std::min(count - expected, most), count - expected < most, facts);
 }
 
+/// The common part of plain and compressed samples.
+class FileSamples : public VolumeSource {
+ public:
+  std::uint64_t bytes_read() const override { return place_.header_bytes + file_->position(); }
+  void stop_when(const std::atomic<bool>& stop) override { file_->stop_when(stop); }
+
+ protected:
+  /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
+  /// `memory`: bytes that reading takes besides.
+  FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows,
+              std::uint64_t memory = 0)
+      : VolumeSource(with_traits(std::move(facts), *file, any_rows, memory)),
+        place_(place),
+        file_(std::move(file)) {}
+
+  /// Reads the next bytes of samples; fewer than `size` only at the end.
+  virtual std::size_t read_bytes(std::byte* out, std::size_t size) = 0;
+
+  /// For messages: the expected number of bytes, and the reason for it.
+  std::string expected() const {
+    const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
+    return fmt::format("{} bytes of samples are expected{} ({})", expected_bytes(), skipped,
+                       described(info().dims, info().type));
+  }
+  std::uint64_t expected_bytes() const { return *sample_bytes(info().dims, info().type); }
+  /// The number of bytes of the file after `start`. REQUIRES: the file has a size.
+  std::uint64_t present_bytes() const {
+    return *file_->size() > place_.start ? *file_->size() - place_.start : 0;
+  }
+
+  const SamplesPlace place_;
+  const std::unique_ptr<FileBytes> file_;
+
+ private:
+  void read(std::byte* out, std::int64_t first, std::int64_t count) final {
+    const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
+    const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
+    if (traits().any_rows && file_->position() != place_.start + position)
+      file_->seek(place_.start + position);
+    const std::size_t present = read_bytes(out, size);
+    if (present != size)
+      throw BrokenInput(
+          fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
+    swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
+  }
+
+  void end() final {
+    if (place_.may_go_on) return;
+    std::byte next;
+    if (read_bytes(&next, 1) != 0)
+      throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
+  }
+};
+
+class PlainSamples : public FileSamples {
+ public:
+  PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
+      : FileSamples(std::move(facts), std::move(file), place, true) {
+    if (!file_->size()) {
+      // The length of a pipe is known only after reading it.
+      file_->skip(place_.start - file_->position());
+      if (file_->position() != place_.start)
+        throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin",
+                                      file_->name(), place_.start));
+      return;
+    }
+    if (place_.start <= *file_->size()) file_->seek(place_.start);
+    if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes()))
+      return;
+    // The description is wrong, or this is not the intended file.
+    if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
+    throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
+                    place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
+  }
+
+ private:
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return file_->read(out, size); }
+  void seek(std::int64_t z) override {
+    file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
+  }
+};
+
+class CompressedSamples final : public FileSamples {
+ public:
+  CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
+                    std::uint64_t skipped, Compression compression)
+      : FileSamples(std::move(facts), std::move(file), place, false,
+                    // The plain form is read from a stream of its own.
+                    compression == Compression::bzip2 ? 2 * CompressedBytes::memory_of_bzip2 : 0),
+        stream_(*file_, compression),
+        skipped_(skipped) {
+    CompressedSamples::seek(0);
+    if (file_->size() && (expected_bytes() + skipped_) / stream_.max_ratio() > present_bytes())
+      throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
+                                    present_bytes(), stream_.method()));
+  }
+
+ private:
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_.read(out, size); }
+  void seek(std::int64_t z) override {
+    if (traits().again) file_->seek(place_.start);
+    stream_.restart();
+    std::byte bytes[4096];
+    for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
+      const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
+      if (stream_.read(bytes, count) != count)
+        throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
+      left -= count;
+    }
+  }
+
+  CompressedBytes stream_;
+  std::uint64_t skipped_;
+};
+
+class SpooledSamples final : public PlainSamples {
+ public:
+  SpooledSamples(const SourceFacts& facts, std::unique_ptr<FileBytes> file, std::uint64_t bytes_read)
+      : PlainSamples(facts, std::move(file), {0, std::endian::native == std::endian::big, 0}),
+        bytes_read_(bytes_read) {}
+
+  std::uint64_t bytes_read() const override { return bytes_read_; }
+
+ private:
+  std::uint64_t bytes_read_;  ///< of the original source
+};
+
 }  // namespace
 
 void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) {
@@ -91,62 +218,6 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
   say_more(file, *file.size() - end, true, facts);
-}
-
-FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                         bool any_rows, std::uint64_t memory)
-    : VolumeSource(with_traits(std::move(facts), *file, any_rows, memory)),
-      place_(place),
-      file_(std::move(file)) {}
-
-std::string FileSamples::expected() const {
-  const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
-  return fmt::format("{} bytes of samples are expected{} ({})", expected_bytes(), skipped,
-                     described(info().dims, info().type));
-}
-
-std::uint64_t FileSamples::present_bytes() const {
-  return *file_->size() > place_.start ? *file_->size() - place_.start : 0;
-}
-
-void FileSamples::read(std::byte* out, std::int64_t first, std::int64_t count) {
-  const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
-  const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
-  if (traits().any_rows && file_->position() != place_.start + position) file_->seek(place_.start + position);
-  const std::size_t present = read_bytes(out, size);
-  if (present != size)
-    throw BrokenInput(
-        fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
-  swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
-}
-
-void FileSamples::end() {
-  if (place_.may_go_on) return;
-  std::byte next;
-  if (read_bytes(&next, 1) != 0)
-    throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
-}
-
-PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
-    : FileSamples(std::move(facts), std::move(file), place, true) {
-  if (!file_->size()) {
-    // The length of a pipe is known only after reading it.
-    file_->skip(place_.start - file_->position());
-    if (file_->position() != place_.start)
-      throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(),
-                                    place_.start));
-    return;
-  }
-  if (place_.start <= *file_->size()) file_->seek(place_.start);
-  if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes())) return;
-  // The description is wrong, or this is not the intended file.
-  if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
-  throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
-                  place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
-}
-
-void PlainSamples::seek(std::int64_t z) {
-  file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
 }
 
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
@@ -174,30 +245,32 @@ std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_
   return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped, compression);
 }
 
-CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                     const SamplesPlace& place, std::uint64_t skipped,
-                                     Compression compression)
-    : FileSamples(std::move(facts), std::move(file), place, false,
-                  // The plain form is read from a stream of its own.
-                  compression == Compression::bzip2 ? 2 * Bzip2Bytes::memory : 0),
-      stream_(decompressed(*file_, compression)),
-      skipped_(skipped) {
-  CompressedSamples::seek(0);
-  if (file_->size() && (expected_bytes() + skipped_) / stream_->max_ratio() > present_bytes())
-    throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
-                                  present_bytes(), stream_->method()));
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
+  if (header_path == "-") return data_file;
+  return (std::filesystem::path(header_path).parent_path() / data_file).string();
 }
 
-void CompressedSamples::seek(std::int64_t z) {
-  if (traits().again) file_->seek(place_.start);
-  stream_->restart();
-  std::byte bytes[4096];
-  for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
-    const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
-    if (stream_->read(bytes, count) != count)
-      throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
-    left -= count;
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format) {
+  const auto status = status_of(path);
+  // Opening reports missing files and folders.
+  const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
+  if (data_file == "-" || !is_plain)
+    throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
+                                  header_name, format, tagrid::quoted(std::string_view(data_file))));
+  try {
+    return std::make_unique<FileBytes>(path);
+  } catch (const WorldError& error) {
+    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
   }
+}
+
+std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder) {
+  assert(source->next_sample() == 0);
+  SpoolFile file = SpoolFile::in(folder, source->name());
+  read_to_end(*source, [&](std::span<const std::byte> samples) { file.write(samples); });
+  return std::make_unique<SpooledSamples>(
+      source->facts(), std::make_unique<FileBytes>(file.release(), source->name()), source->bytes_read());
 }
 
 }  // namespace tagrid

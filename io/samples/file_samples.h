@@ -1,4 +1,5 @@
-// Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2.
+// Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2; the file may be one that a
+// header names, or a temporary copy.
 #pragma once
 
 #include <functional>
@@ -33,78 +34,38 @@ struct SamplesPlace {
 /// If a file has more bytes than the samples of `facts` at this place, it may go on, and a warning says so.
 void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts);
 
-/// The common part of both kinds.
-class FileSamples : public VolumeSource {
- public:
-  std::uint64_t bytes_read() const override { return place_.header_bytes + file_->position(); }
-  void stop_when(const std::atomic<bool>& stop) override { file_->stop_when(stop); }
-
- protected:
-  /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
-  /// `memory`: bytes that reading takes besides.
-  FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows,
-              std::uint64_t memory = 0);
-  /// Reads the next bytes of samples; fewer than `size` only at the end.
-  virtual std::size_t read_bytes(std::byte* out, std::size_t size) = 0;
-  /// For messages: the expected number of bytes, and the reason for it.
-  std::string expected() const;
-  std::uint64_t expected_bytes() const { return *sample_bytes(info().dims, info().type); }
-  /// The number of bytes of the file after `start`. REQUIRES: the file has a size.
-  std::uint64_t present_bytes() const;
-
-  const SamplesPlace place_;
-  const std::unique_ptr<FileBytes> file_;
-
- private:
-  void read(std::byte* out, std::int64_t first, std::int64_t count) final;
-  void end() final;
-};
-
-/// Uncompressed samples. The constructor throws WrongSize if a file does not have exactly as many bytes after
-/// `start` as the samples need (at least as many if it may go on), and BrokenInput if a pipe ends before
-/// `start`.
-class PlainSamples : public FileSamples {
- public:
-  PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place);
-
- private:
-  std::size_t read_bytes(std::byte* out, std::size_t size) override { return file_->read(out, size); }
-  void seek(std::int64_t z) override;
-};
-
 /// The uncompressed samples at this place of a file, which is the last one of `facts`. A regular file's facts
-/// then say where they lie.
+/// then say where they lie. Throws WrongSize if a file does not have exactly as many bytes after `start` as
+/// the samples need (at least as many if it may go on), and BrokenInput if a pipe ends before `start`.
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                             const SamplesPlace& place);
 
-/// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of
-/// the header.
+/// The beginning of a plain form: what precedes the samples in their file, or the file of the header.
 using PlainHeader = std::function<PlainFile()>;
-
-enum class Compression { gzip, bzip2 };
 
 /// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of
 /// `facts`, after `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if
 /// `facts` has one file, `header` gives the pieces before the stream, by default the bytes there; otherwise
-/// it gives the first file. A gzip stream in a file may have more bytes, with a warning.
+/// it gives the first file. A gzip stream in a file may have more bytes, with a warning. Throws BrokenInput
+/// if the file is too small for the samples.
 std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                                  SamplesPlace place, std::uint64_t skipped,
                                                  const PlainHeader& header = {},
                                                  Compression compression = Compression::gzip);
 
-/// Samples in a compressed stream that extends to the end of the file, after `skipped` decompressed bytes.
-/// The constructor throws BrokenInput if the file is too small for them.
-class CompressedSamples final : public FileSamples {
- public:
-  CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                    std::uint64_t skipped, Compression compression = Compression::gzip);
+/// The path of a file that a header names: relative to the folder of the header ("-": the current folder).
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file);
 
- private:
-  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_->read(out, size); }
-  void seek(std::int64_t z) override;
+/// Opens the file at `path`, which a header calls `data_file`. A header is untrusted input: the file must be
+/// a regular one, because anything else could interact with this process or block it: the standard input, a
+/// pipe, or a device. `header_name` and `format` ("NRRD") are for messages. Throws BrokenInput and
+/// WorldError.
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format);
 
-  std::unique_ptr<CompressedBytes> stream_;
-  std::uint64_t skipped_;
-};
+/// Copies all samples to an unnamed temporary file in `folder`, and returns a source that reads any rows from
+/// it. All other facts about the volume stay the same. REQUIRES: nothing was read of `source`, or it was
+/// rewound.
+std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Writes samples to a file or a pipe in order, little endian.
+// Writes samples to a file or a pipe in order, little endian, uncompressed or in gzip.
 #pragma once
 
 #include <memory>
@@ -47,5 +47,9 @@ class DetachedSink final : public AttachedSink {
  private:
   std::unique_ptr<OutputFile> header_;
 };
+
+/// A header, and the samples in order, little endian, all of it as one gzip stream.
+std::unique_ptr<VolumeSink> gzip_sink(const VolumeInfo& info, std::unique_ptr<OutputFile> file,
+                                      std::string_view header);
 
 }  // namespace tagrid

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {
@@ -48,8 +48,17 @@ void change_each(std::span<std::byte> bytes, Change change) {
   }
 }
 
-/// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the type wraps
-/// around. REQUIRES: an integer type of at most 32 bits.
-void apply(const StoredBits& stored, SampleType type, std::byte* samples, std::size_t count);
+/// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the
+/// type wraps around. REQUIRES: an integer type of at most 32 bits.
+inline void apply(const StoredBits& stored, SampleType type, std::byte* samples, std::size_t count) {
+  if (stored.changes_nothing()) return;
+  with_bits_of(size_of(type), [&]<class Bits>(Bits) {
+    const BitsThatCount<Bits> bits(stored);
+    const auto add = static_cast<Bits>(stored.add);
+    change_each<Bits>({samples, count * sizeof(Bits)}, [&](Bits integer) {
+      return static_cast<Bits>((stored.is_signed ? bits.with_sign(integer) : bits.low(integer)) + add);
+    });
+  });
+}
 
 }  // namespace tagrid

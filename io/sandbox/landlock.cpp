@@ -1,5 +1,3 @@
-#include "io/sandbox/landlock.h"
-
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -11,6 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/sandbox/sandbox.h"
 
 namespace tagrid {
 namespace {
@@ -42,27 +41,12 @@ Ruleset everything(int version) {
 
 std::size_t size_of_ruleset(int version) { return version >= 6 ? 24 : version >= 4 ? 16 : 8; }
 
-/// A descriptor that is closed at the end.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-void allow(const Descriptor& rules, const std::string& path) {
+void allow(int rules, const std::string& path) {
   const Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
   struct stat status = {};
-  if (place.number() < 0 || fstat(place.number(), &status) != 0) return;
-  const PathBeneath rule{S_ISDIR(status.st_mode) ? read_file | read_folder : read_file, place.number()};
-  if (syscall(SYS_landlock_add_rule, rules.number(), path_beneath, &rule, 0) == 0) return;
+  if (place < 0 || fstat(place, &status) != 0) return;
+  const PathBeneath rule{S_ISDIR(status.st_mode) ? read_file | read_folder : read_file, place};
+  if (syscall(SYS_landlock_add_rule, rules, path_beneath, &rule, 0) == 0) return;
   // A file system of the kernel's own, such as that of files in memory. Landlock takes no rules for it, and
   // forbids nothing on it.
   if (errno != EBADFD) throw world_error("cannot enter the sandbox for", path, errno);
@@ -81,10 +65,10 @@ void allow_reading_only(const std::vector<std::string>& paths) {
   const Ruleset forbidden = everything(version);
   const Descriptor rules(
       static_cast<int>(syscall(SYS_landlock_create_ruleset, &forbidden, size_of_ruleset(version), 0)));
-  if (rules.number() < 0) throw world_error("cannot make", "the sandbox", errno);
+  if (rules < 0) throw world_error("cannot make", "the sandbox", errno);
   for (const std::string& path : paths) allow(rules, path);
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
-      syscall(SYS_landlock_restrict_self, rules.number(), 0) != 0)
+      syscall(SYS_landlock_restrict_self, static_cast<int>(rules), 0) != 0)
     throw world_error("cannot enter", "the sandbox", errno);
 }
 

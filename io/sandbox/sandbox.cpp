@@ -1,11 +1,13 @@
 #include "io/sandbox/sandbox.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <string_view>
-
-#include "io/sandbox/landlock.h"
+#include <vector>
 
 namespace tagrid {
 namespace {
@@ -15,6 +17,64 @@ constexpr bool can_confine = false;  // sanitizers write reports, and start prog
 #else
 constexpr bool can_confine = true;
 #endif
+
+namespace fs = std::filesystem;
+
+// Files that libraries read at run time: plug-ins, dictionaries, character sets. TBB counts processors.
+constexpr const char* of_libraries[] = {"/usr/lib",         "/usr/lib64",      "/usr/libexec", "/usr/share",
+                                        "/usr/local/lib",   "/usr/local/hdf5", "/lib",         "/lib64",
+                                        "/etc/ld.so.cache", "/etc/localtime",  "/etc/dcmtk",   "/proc/self",
+                                        "/proc/cpuinfo",    "/proc/meminfo",   "/sys/devices", "/dev/null",
+                                        "/dev/urandom",     "/sys/fs/cgroup"};
+// Colon-separated paths that users set for libraries.
+constexpr const char* of_users[] = {"HDF5_PLUGIN_PATH", "DCMDICTPATH", "LD_LIBRARY_PATH"};
+
+/// A directory of slices may have links to slices elsewhere. This limit is higher than any reader needs.
+constexpr std::size_t most_entries = 200'000;
+
+void add_listed(const char* variable, std::vector<std::string>& paths) {
+  const char* value = std::getenv(variable);
+  for (std::string_view rest = value == nullptr ? "" : value; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    if (end > 0) paths.emplace_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+}
+
+template <class Iterator>
+void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
+  std::error_code error;
+  std::size_t count = 0;
+  for (Iterator entry(folder, fs::directory_options::skip_permission_denied, error), end;
+       !error && entry != end && count < most_entries; entry.increment(error), ++count) {
+    std::error_code of_entry;
+    // The target of a link may be a link, too.
+    if (entry->is_symlink(of_entry))
+      if (const fs::path target = fs::canonical(entry->path(), of_entry); !of_entry)
+        paths.push_back(target.string());
+  }
+}
+
+std::vector<std::string> readable(const std::string& path) {
+  std::vector<std::string> paths(std::begin(of_libraries), std::end(of_libraries));
+  for (const char* variable : of_users) add_listed(variable, paths);
+  std::error_code error;
+  if (const fs::path program = fs::read_symlink("/proc/self/exe", error); !error)
+    paths.push_back(program.parent_path().string());
+  const fs::path given = fs::absolute(path, error);
+  if (error) return paths;
+  paths.push_back(path);
+  if (fs::is_directory(given, error)) {
+    add_targets<fs::recursive_directory_iterator>(given, paths);
+    return paths;
+  }
+  paths.push_back(given.parent_path().string());
+  add_targets<fs::directory_iterator>(given.parent_path(), paths);
+  // Files that a header names lie beside the header itself, not beside a link to it.
+  if (const fs::path itself = fs::canonical(given, error); !error)
+    paths.push_back(itself.parent_path().string());
+  return paths;
+}
 
 }  // namespace
 
@@ -28,6 +88,15 @@ std::string sandbox_in_words() {
   const int version = landlock_version();
   return version == 0 ? "seccomp (this kernel has no Landlock, so files are not protected)"
                       : fmt::format("Landlock {}, seccomp", version);
+}
+
+void confine_to(const std::string& path) {
+  if (!sandbox_is_on()) return;
+  // A core dump of a compromised process is a file, too.
+  const rlimit none = {0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  allow_reading_only(readable(path));
+  allow_calls_of_readers();
 }
 
 }  // namespace tagrid

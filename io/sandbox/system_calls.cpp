@@ -1,5 +1,3 @@
-#include "io/sandbox/system_calls.h"
-
 #include <fcntl.h>
 #include <sched.h>
 #include <seccomp.h>
@@ -12,7 +10,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/sandbox/sandbox.h"
 
 namespace tagrid {
 namespace {

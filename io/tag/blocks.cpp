@@ -4,8 +4,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
 #include "stages/grid/lattice.h"
@@ -31,32 +31,27 @@ std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
   return std::min<std::uint64_t>(65536 + points * (1 + 2 * size_of(p.type)), 0xFFFFFFFFU);
 }
 
-std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick) {
-  const std::size_t length = 4 + brick.activity.size() + brick.values.size();
-  if (length > largest_body(parameters, brick.id))
-    throw std::logic_error("a brick is larger than the largest possible");
-  FieldWriter head;
-  head.put(static_cast<std::uint32_t>(length));
-  head.put(static_cast<std::uint32_t>(brick.activity.size()));
-  return std::move(head.bytes());
-}
-
-std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick) {
-  return checksum_of({bytes_of(brick.id), head, bytes_of(brick.activity), bytes_of(brick.values)});
-}
-
 std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick) {
   return checksum_of({bytes_of(brick), fields});
 }
 
-void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
-                 std::uint64_t checksum) {
-  FieldWriter tail;
+std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, const BrickBytes& brick,
+                          std::optional<std::uint64_t> before) {
+  const std::size_t length = 4 + brick.activity.size() + brick.values.size();
+  if (length > largest_body(parameters, brick.id))
+    throw std::logic_error("a brick is larger than the largest possible");
+  FieldWriter head, tail;
+  head.put(static_cast<std::uint32_t>(length));
+  head.put(static_cast<std::uint32_t>(brick.activity.size()));
+  const std::uint64_t own =
+      checksum_of({bytes_of(brick.id), head.bytes(), bytes_of(brick.activity), bytes_of(brick.values)});
+  const std::uint64_t checksum = before ? chained_checksum(own, *before) : own;
   tail.put(checksum);
-  out.write(head);
+  out.write(head.bytes());
   out.write(bytes_of(brick.activity));
   out.write(bytes_of(brick.values));
   out.write(tail.bytes());
+  return checksum;
 }
 
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
@@ -210,6 +205,11 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
   }
   sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
   return sizes;
+}
+
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const std::string& what) {
+  return BrokenInput(file + ": " + part + ", before byte " + std::to_string(before) + ": " + what);
 }
 
 }  // namespace tagrid

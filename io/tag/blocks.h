@@ -1,16 +1,17 @@
-// The parts of a .tag file after its header: blocks of bricks, then index and footer. docs/format.md
-// specifies every byte.
+// The parts of a .tag file after its header: blocks, index and footer. docs/format.md specifies every byte.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "io/files/byte_sink.h"
+#include "io/errors/errors.h"
+#include "io/files/output_file.h"
 #include "io/tag/index.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/status.h"
@@ -47,16 +48,12 @@ inline constexpr std::uint64_t block_frame_size = block_head_size + 8;
 /// activity, and twice the size of its samples. The coders stay far below.
 std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t brick);
 
-/// The length of the block and that of the activity: the fields before the activity.
-std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick);
-/// The checksum of the brick's number and a block's fields from the length to the values, which does not
-/// depend on what precedes it.
-std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick);
-/// The same for the fields as one piece.
+/// The checksum of a brick's number and a block's fields from the length to the values, which does not depend
+/// on what precedes it.
 std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick);
-/// Writes a block that ends in `checksum`.
-void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
-                 std::uint64_t checksum);
+/// Writes a block, and returns the checksum at its end: its own, chained with the one `before` it if given.
+std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, const BrickBytes& brick,
+                          std::optional<std::uint64_t> before = std::nullopt);
 
 /// Reads a block, from its length to its checksum; it must be that of brick `id`. `checksum` holds the
 /// checksum before the block, and receives that of the block.
@@ -119,8 +116,7 @@ struct FileEnd {
   std::uint64_t start;          ///< position where the blocks end and the index begins
   std::uint64_t last_checksum;  ///< of the last block
 
-  /// Reads the first index_head_size bytes. `rest` receives the number of bytes that follow, including the
-  /// footer.
+  /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the index's first byte to the file's last.
   /// `envelope` receives the size of the envelope, which lies between the bricks and the index.
@@ -134,5 +130,17 @@ struct TagSizes {
   std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
+
+/// For the place at which the footer should be. A reader that begins at the end cannot tell a damaged file
+/// from a complete one that is followed by other bytes.
+inline constexpr const char* no_footer =
+    "the file does not end with a footer: it is truncated or damaged, was never finished, or has extra bytes "
+    "after its end";
+/// For a reader that has read the complete file before.
+inline constexpr const char* bytes_follow = "there are extra bytes after the end of the file";
+
+/// The error of a part of the file, which was found before a byte.
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const std::string& what);
 
 }  // namespace tagrid

@@ -7,22 +7,21 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/tag/broken_tag.h"
 #include "io/tag/file.h"
 
 namespace tagrid {
 
-TagBricks::TagBricks(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
-  read_header();
-  read_end();
-  starts_.reserve(index_.bricks.size() + 1);
-  starts_.push_back(header_size_);
-  for (const IndexEntry& brick : index_.bricks)
-    starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
+IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
+  const std::uint64_t size = source_->size();
+  header_size_ = header_size_of(name(), bytes_at(0, std::min<std::uint64_t>(size, tag_preamble_size)));
+  if (header_size_ > size)
+    throw broken_part(name(), "the header", size,
+                      "the file ends in it; it is truncated, and nothing can be read");
+  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
 }
 
 // A false size takes no memory: it is compared with the size of the file first.
-std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
+std::vector<std::byte> IndexedTag::bytes_at(std::uint64_t position, std::uint64_t size) const {
   if (position > source_->size() || size > source_->size() - position)
     throw BrokenInput(name() + ": before byte " + std::to_string(position + size) +
                       ": the file ends; it is truncated");
@@ -31,33 +30,40 @@ std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t
   return bytes;
 }
 
-void TagBricks::read_header() {
-  const std::uint64_t first = std::min<std::uint64_t>(source_->size(), tag_preamble_size);
-  header_size_ = header_size_of(name(), bytes_at(0, first));
-  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
+std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
+  return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-void TagBricks::read_end() {
+IndexedTag::End IndexedTag::read_end(std::optional<std::uint64_t> last_checksum) const {
   const std::uint64_t size = source_->size();
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
-  std::uint64_t start = 0;
-  if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), start);
-      !status.ok() || start < header_size_ || start > size - footer_size)
+  End end;
+  if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), end.start);
+      !status.ok() || end.start < header_size_ || end.start > size - footer_size)
     throw BrokenInput(name() + ": " + no_footer);
-  const auto last_checksum = load_little_endian<std::uint64_t>(bytes_at(start - 8, 8).data());
-  const FileEnd end = {parameters(), header_size_, header_checksum_, start, last_checksum};
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start,
+                         last_checksum ? *last_checksum : checksum_before(end.start)};
   std::uint64_t rest = 0;
-  const std::uint64_t present = size - start;
+  const std::uint64_t present = size - end.start;
   if (present < index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
-  if (Status status = end.parse_head(bytes_at(start, index_head_size), rest); !status.ok())
-    throw broken_part(name(), "the index", start + index_head_size, status.what());
+  if (Status status = facts.parse_head(bytes_at(end.start, index_head_size), rest); !status.ok())
+    throw broken_part(name(), "the index", end.start + index_head_size, status.what());
   if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
   if (rest > present - index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
-  if (Status status = end.parse(bytes_at(start, present), index_, envelope_size_); !status.ok())
+  if (Status status = facts.parse(bytes_at(end.start, present), end.index, end.envelope_size); !status.ok())
     throw broken_part(name(), "the index", size, status.what());
+  return end;
+}
+
+TagBricks::TagBricks(std::shared_ptr<const ByteSource> source)
+    : IndexedTag(std::move(source)), end_(read_end()) {
+  starts_.reserve(index().bricks.size() + 1);
+  starts_.push_back(header_size_);
+  for (const IndexEntry& brick : index().bricks)
+    starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
 }
 
 BrickBytes TagBricks::read(std::int64_t brick) const {
@@ -75,9 +81,9 @@ BrickBytes TagBricks::read(std::int64_t brick) const {
 }
 
 std::function<bool(std::vector<std::byte>&)> TagBricks::envelope() const {
-  const std::uint64_t start = starts_.back(), end = start + envelope_size_;
-  auto checksum = load_little_endian<std::uint64_t>(bytes_at(start - 8, 8).data());
-  return [this, position = start, end, checksum](std::vector<std::byte>& content) mutable {
+  const std::uint64_t start = starts_.back(), end = start + end_.envelope_size;
+  return [this, position = start, end,
+          checksum = checksum_before(start)](std::vector<std::byte>& content) mutable {
     if (position == end) return false;
     const auto require = [&](const Status& status) {
       if (!status.ok()) throw broken_part(name(), "the envelope", position, status.what());

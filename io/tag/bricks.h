@@ -4,29 +4,55 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 
 namespace tagrid {
 
+/// A .tag file that is read in any order. Several threads may call all const functions at once.
+class IndexedTag {
+ public:
+  const TagHeader& header() const { return header_; }
+  const CodingParameters& parameters() const { return header_.parameters; }
+  const std::string& name() const { return source_->name(); }
+
+ protected:
+  /// Index and footer.
+  struct End {
+    TagIndex index;
+    std::uint64_t start = 0;          ///< of the index
+    std::uint64_t envelope_size = 0;  ///< of the envelope before it
+  };
+
+  /// Reads and checks the header. Throws BrokenInput.
+  explicit IndexedTag(std::shared_ptr<const ByteSource> source);
+  std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
+  /// The checksum that is stored before a position.
+  std::uint64_t checksum_before(std::uint64_t position) const;
+  /// Reads and checks index and footer. `last_checksum` is that of the last block; by default, the stored
+  /// one. Throws BrokenInput.
+  End read_end(std::optional<std::uint64_t> last_checksum = std::nullopt) const;
+
+  std::shared_ptr<const ByteSource> source_;
+  TagHeader header_;
+  std::uint64_t header_size_ = 0, header_checksum_ = 0;
+};
+
 /// Reads a .tag file by its index: the header, index and footer at once, and a brick when it is requested.
-/// Several threads may call all const functions at once. Wrong bytes throw BrokenInput, which says where they
-/// are.
-class TagBricks {
+/// Wrong bytes throw BrokenInput, which says where they are.
+class TagBricks : public IndexedTag {
  public:
   /// Reads header, index and footer, and checks them.
   explicit TagBricks(std::shared_ptr<const ByteSource> source);
 
-  const TagHeader& header() const { return header_; }
-  const CodingParameters& parameters() const { return header_.parameters; }
-  const TagIndex& index() const { return index_; }
-  const std::string& name() const { return source_->name(); }
-  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, envelope_size_, index_); }
+  const TagIndex& index() const { return end_.index; }
+  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index); }
   std::int64_t count() const { return static_cast<std::int64_t>(starts_.size()) - 1; }
 
   /// Position of the block of a brick in the file, and its size in bytes.
@@ -35,8 +61,7 @@ class TagBricks {
 
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
-  /// Gives the content of the blocks of the envelope, one after the other; false after the last one. This object must
-  /// outlive the function.
+  /// Gives the envelope block by block; false after the last one. This object must outlive the function.
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The content of the first of these blocks; none without an envelope.
   std::vector<std::byte> beginning_of_envelope() const;
@@ -44,15 +69,7 @@ class TagBricks {
   BrickStream bricks_from(std::int64_t first) const;
 
  private:
-  std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
-  void read_header();
-  void read_end();
-
-  std::shared_ptr<const ByteSource> source_;
-  TagHeader header_;
-  std::uint64_t header_size_ = 0, header_checksum_ = 0;
-  TagIndex index_;
-  std::uint64_t envelope_size_ = 0;
+  End end_;
   std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
 };
 

@@ -1,19 +1,20 @@
 #include "io/tag/file.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <stdexcept>
 #include <utility>
 
-#include "io/bytes/byte_fields.h"
-#include "io/bytes/checksum.h"
-#include "io/bytes/zstd_bytes.h"
+#include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/tag/broken_tag.h"
-#include "stages/grid/lattice.h"
 
 namespace tagrid {
+namespace {
+
+/// The first bytes of a block, which tell what it is.
+constexpr std::size_t marker_size = 4;
+
+}  // namespace
+
 TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
     : out_(out),
       parameters_(header.parameters),
@@ -31,9 +32,7 @@ TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
   assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
-  const std::vector<std::byte> head = block_head(parameters_, brick);
-  last_checksum_ = chained_checksum(own_checksum(head, brick), last_checksum_);
-  write_block(out_, head, brick, last_checksum_);
+  last_checksum_ = write_block(out_, parameters_, brick, last_checksum_);
   position_ += block_frame_size + brick.activity.size() + brick.values.size();
   index_.add(brick.activity.size(), brick.values.size(), statistics);
 }
@@ -49,12 +48,11 @@ void TagWriter::finish() {
 TagReader::TagReader(const std::string& path) : TagReader(std::make_unique<FileBytes>(path)) {}
 
 TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stream)) {
-  std::vector<std::byte> bytes(tag_preamble_size);
-  bytes.resize(bytes_->read(bytes.data(), bytes.size()));
-  header_size_ = header_size_of(name(), bytes);
-  std::vector<std::byte> whole;
-  read_growing(whole, bytes, header_size_ - bytes.size(), "the header");
-  header_ = header_of(name(), whole, header_checksum_);
+  block_.resize(tag_preamble_size);
+  block_.resize(bytes_->read(block_.data(), block_.size()));
+  header_size_ = header_size_of(name(), block_);
+  read_growing(header_size_ - block_.size(), "the header");
+  header_ = header_of(name(), block_, header_checksum_);
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_->size() && bricks > (*bytes_->size() - header_size_) / block_frame_size)
@@ -73,16 +71,14 @@ void TagReader::read_exactly(std::byte* out, std::size_t size, const char* what)
   if (bytes_->read(out, size) != size) fail(std::string("the file ends in ") + what + "; it is truncated");
 }
 
-// Reads in steps, so that a false size takes no memory.
-void TagReader::read_growing(std::vector<std::byte>& out, std::span<const std::byte> before,
-                             std::uint64_t size, const char* what) {
+// Appends to block_ in steps, so that a false size takes no memory.
+void TagReader::read_growing(std::uint64_t size, const char* what) {
   constexpr std::uint64_t step = 1 << 20;
-  out.assign(before.begin(), before.end());
-  const std::uint64_t all = before.size() + size;
-  while (out.size() < all) {
-    const std::size_t have = out.size(), more = std::min(step, all - have);
-    out.resize(have + more);
-    read_exactly(out.data() + have, more, what);
+  while (size > 0) {
+    const std::size_t have = block_.size(), more = std::min(step, size);
+    block_.resize(have + more);
+    read_exactly(block_.data() + have, more, what);
+    size -= more;
   }
 }
 
@@ -99,62 +95,55 @@ bool TagReader::read_brick(BrickBytes& brick) {
     read_frame(ahead_);
   } else {
     ahead_.id = -1;
-    read_index_section(read_envelope());
+    read_envelope();
+    read_index_section();
   }
   return true;
 }
 
 void TagReader::read_frame(BrickBytes& brick) {
-  std::array<std::byte, 4> length_bytes;
-  read_exactly(length_bytes.data(), length_bytes.size(), "a brick");
-  const auto length = load_little_endian<std::uint32_t>(length_bytes.data());
+  block_.clear();
+  read_growing(4, "a brick");
+  const auto length = load_little_endian<std::uint32_t>(block_.data());
   if (length < 4 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
-  read_growing(block_, length_bytes, std::uint64_t{length} + 8, "a brick");
+  read_growing(std::uint64_t{length} + 8, "a brick");
   if (Status status = parse_block(block_, parameters(), next_brick_, last_checksum_, brick); !status.ok())
     fail(status.what());
   ++next_brick_;
 }
 
-TagReader::Marker TagReader::read_envelope() {
+void TagReader::read_envelope() {
   const std::uint64_t start = bytes_->position();
+  const auto require = [&](const Status& status) {
+    if (!status.ok()) throw broken_part(name(), "the envelope", bytes_->position(), status.what());
+  };
   for (;;) {
-    Marker marker;
-    read_exactly(marker.data(), marker.size(), "the index");
-    if (load_little_endian<std::uint32_t>(marker.data()) != envelope_marker) {
-      envelope_size_ = bytes_->position() - marker.size() - start;
-      return marker;
-    }
-    std::array<std::byte, envelope_head_size> head;
-    std::ranges::copy(marker, head.begin());
-    read_exactly(head.data() + marker.size(), head.size() - marker.size(), "the envelope");
+    block_.clear();
+    read_growing(marker_size, "the index");
+    envelope_size_ = bytes_->position() - marker_size - start;
+    if (load_little_endian<std::uint32_t>(block_.data()) != envelope_marker) return;
+    read_growing(envelope_head_size - marker_size, "the envelope");
     std::uint64_t rest = 0;
-    const auto require = [&](const Status& status) {
-      if (!status.ok()) throw broken_part(name(), "the envelope", bytes_->position(), status.what());
-    };
-    require(parse_envelope_head(head, rest));
-    read_growing(block_, head, rest, "the envelope");
-    const bool is_first = bytes_->position() - start == block_.size();
+    require(parse_envelope_head(block_, rest));
+    read_growing(rest, "the envelope");
+    const bool is_first = envelope_size_ == 0;
     require(parse_envelope_block(block_, last_checksum_, is_first ? &beginning_of_envelope_ : nullptr));
   }
 }
 
-void TagReader::read_index_section(const Marker& marker) {
-  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker.size(),
+void TagReader::read_index_section() {
+  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_size,
                        last_checksum_};
-  std::array<std::byte, index_head_size> head;
-  std::ranges::copy(marker, head.begin());
-  read_exactly(head.data() + marker.size(), head.size() - marker.size(), "the index");
-  std::uint64_t rest = 0;
-  if (Status status = end.parse_head(head, rest); !status.ok()) fail(status.what());
-  std::vector<std::byte> section;
-  read_growing(section, head, rest, "the index");
-  std::uint64_t envelope = 0;
-  if (Status status = end.parse(section, index_, envelope); !status.ok()) fail(status.what());
+  read_growing(index_head_size - marker_size, "the index");
+  std::uint64_t rest = 0, envelope = 0;
+  if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());
+  read_growing(rest, "the index");
+  if (Status status = end.parse(block_, index_, envelope); !status.ok()) fail(status.what());
   if (envelope != envelope_size_) fail("the sizes of the bricks do not add up to the size of the file");
   std::byte extra;
   if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();
-  file_size_ = end.start + section.size();
+  file_size_ = end.start + block_.size();
 }
 
 BrickStream TagReader::bricks() {

@@ -1,7 +1,6 @@
 // .tag files, written and read front to back. TagBricks reads them in any order.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -10,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/byte_stream.h"
 #include "io/files/file_bytes.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
@@ -45,8 +43,7 @@ class TagWriter : public BrickSink {
   TagIndex index_;
 };
 
-/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput, which says where
-/// they are.
+/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput with their place.
 class TagReader {
  public:
   /// Reads the header. "-" stands for standard input.
@@ -71,19 +68,16 @@ class TagReader {
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
-  /// The content of the first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
+  /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
-  void read_growing(std::vector<std::byte>& out, std::span<const std::byte> before, std::uint64_t size,
-                    const char* what);
+  void read_growing(std::uint64_t size, const char* what);
   void read_frame(BrickBytes& brick);
-  /// The first bytes of a block, which say what it is.
-  using Marker = std::array<std::byte, 4>;
-  /// Reads the envelope, and the first bytes of the index, which it returns.
-  Marker read_envelope();
-  void read_index_section(const Marker& marker);
+  /// Reads the envelope, and the first bytes of the index.
+  void read_envelope();
+  void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
@@ -94,7 +88,7 @@ class TagReader {
   bool starting_ = true;             ///< nothing is in ahead_ yet
   std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
-  std::vector<std::byte> block_;
+  std::vector<std::byte> block_;     ///< which is being read
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
   std::vector<std::byte> beginning_of_envelope_;

@@ -7,9 +7,10 @@
 #include <string>
 #include <string_view>
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
+#include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
@@ -17,38 +18,50 @@
 namespace tagrid {
 namespace {
 
-// As in PNG: a byte above 127, both kinds of line ends and a Ctrl-Z reveal transfers that damage binary
-// files.
+// As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 4;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
-// Says what a file that is not a .tag file is, if known: most often it is the volume itself, given by
-// mistake.
+// What a file is that is not a .tag file, if known: most often the volume itself, given by mistake.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   using namespace std::string_view_literals;
   struct Known {
     std::string_view beginning, what;
   };
-  constexpr std::array known = {Known{"NRRD000"sv, "an NRRD volume"},
-                                Known{"\x20\x42\x44\x56\0\0\0\0"sv, "an OpenVDB file"},
-                                Known{"ObjectType"sv, "a MetaImage file"},
-                                Known{"NDims"sv, "a MetaImage file"},
-                                Known{"\x5c\x01\0\0"sv, "a NIfTI file"},
-                                Known{"\0\0\x01\x5c"sv, "a NIfTI file"},
-                                Known{"\x1c\x02\0\0"sv, "a NIfTI file"},
-                                Known{"\0\0\x02\x1c"sv, "a NIfTI file"},
-                                Known{"II*\0"sv, "a TIFF file"},
-                                Known{"MM\0*"sv, "a TIFF file"},
-                                Known{"II+\0"sv, "a TIFF file"},
-                                Known{"MM\0+"sv, "a TIFF file"},
-                                Known{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}};
+  constexpr Known known[] = {{"NRRD000"sv, "an NRRD volume"},
+                             {"\x20\x42\x44\x56\0\0\0\0"sv, "an OpenVDB file"},
+                             {"ObjectType"sv, "a MetaImage file"},
+                             {"NDims"sv, "a MetaImage file"},
+                             {"\x5c\x01\0\0"sv, "a NIfTI file"},
+                             {"\0\0\x01\x5c"sv, "a NIfTI file"},
+                             {"\x1c\x02\0\0"sv, "a NIfTI file"},
+                             {"\0\0\x02\x1c"sv, "a NIfTI file"},
+                             {"II*\0"sv, "a TIFF file"},
+                             {"MM\0*"sv, "a TIFF file"},
+                             {"II+\0"sv, "a TIFF file"},
+                             {"MM\0+"sv, "a TIFF file"},
+                             {"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}};
   if (text.empty()) return ": it is empty";
   for (const auto& [beginning, what] : known)
     if (text.starts_with(beginning)) return ", but " + std::string(what) + "; encode it first";
   return "";
+}
+
+/// The parameters' fields, for a FieldWriter or a FieldReader.
+void parameter_fields(auto& fields, auto& p) {
+  for (int axis = 0; axis < 3; ++axis) fields.field(p.dims[axis]);
+  fields.field(p.type, std::uint8_t{});
+  fields.field(p.mode, std::uint8_t{});
+  for (auto* number : {&p.cube_size, &p.brick_edge, &p.max_level}) fields.field(*number, std::uint16_t{});
+  fields.field(p.accuracy, std::uint32_t{});
+  fields.field(p.effort, std::uint16_t{});
+  fields.field(p.grid, std::uint16_t{});
+  for (auto* number : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
+                       &p.mesh_error, &p.point_error})
+    fields.field(*number);
 }
 
 }  // namespace
@@ -101,20 +114,8 @@ Status check_fields(const std::string& nrrd_fields) {
 }
 
 std::vector<std::byte> serialize_header(const TagHeader& header) {
-  const CodingParameters& p = header.parameters;
   FieldWriter fields;
-  for (int axis = 0; axis < 3; ++axis) fields.put(static_cast<std::uint64_t>(p.dims[axis]));
-  fields.put(static_cast<std::uint8_t>(p.type));
-  fields.put(static_cast<std::uint8_t>(p.mode));
-  fields.put(static_cast<std::uint16_t>(p.cube_size));
-  fields.put(static_cast<std::uint16_t>(p.brick_edge));
-  fields.put(static_cast<std::uint16_t>(p.max_level));
-  fields.put(static_cast<std::uint32_t>(p.accuracy));
-  fields.put(static_cast<std::uint16_t>(p.effort));
-  fields.put(static_cast<std::uint16_t>(p.grid));
-  for (const double v :
-       {p.field_scale, p.range_low, p.range_high, p.max_error, p.surface_error, p.mesh_error, p.point_error})
-    fields.put(v);
+  parameter_fields(fields, header.parameters);
   const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
   const std::vector<std::byte> packed = zstd_compress(text);
   fields.put(static_cast<std::uint32_t>(text.size()));
@@ -159,19 +160,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
     return Status::broken("the header is damaged: its checksum does not match");
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
-  CodingParameters& p = header.parameters;
-  for (int axis = 0; axis < 3; ++axis) p.dims[axis] = static_cast<std::int64_t>(reader.get<std::uint64_t>());
-  p.type = static_cast<SampleType>(reader.get<std::uint8_t>());
-  p.mode = static_cast<FileMode>(reader.get<std::uint8_t>());
-  p.cube_size = reader.get<std::uint16_t>();
-  p.brick_edge = reader.get<std::uint16_t>();
-  p.max_level = reader.get<std::uint16_t>();
-  p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), max_accuracy + 1));
-  p.effort = static_cast<Effort>(std::min<std::uint16_t>(reader.get<std::uint16_t>(), 255));
-  p.grid = static_cast<GridOrigin>(std::min<std::uint16_t>(reader.get<std::uint16_t>(), 255));
-  for (double* v : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
-                    &p.mesh_error, &p.point_error})
-    *v = reader.get<double>();
+  parameter_fields(reader, header.parameters);
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
@@ -181,11 +170,30 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());
   header.nrrd_fields.assign(reinterpret_cast<const char*>(text.data()), text.size());
-  return check_parameters(p);
+  return check_parameters(header.parameters);
 }
 
 VolumeInfo volume_info_of(const TagHeader& header) {
   return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
+}
+
+std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {
+  std::size_t size = 0;
+  if (Status status = parse_preamble(preamble, size); !status.ok())
+    throw BrokenInput(file + ": " + status.what());
+  return size;
+}
+
+TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, std::uint64_t& checksum) {
+  TagHeader header;
+  if (Status status = parse_header(bytes, header, checksum); !status.ok())
+    throw BrokenInput(file + ": " + status.what());
+  try {
+    volume_info_of(header);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(file + ": the source's fields in the header: " + broken.what());
+  }
+  return header;
 }
 
 }  // namespace tagrid

@@ -22,16 +22,14 @@ inline constexpr std::size_t tag_preamble_size = 16;
 /// The largest header that is read, whatever size it claims.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
-/// The entire header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok(), so that
-/// the header can be read again.
+/// The entire header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok().
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
 /// The size of the entire header, from the first tag_preamble_size bytes of a file, or from all its bytes if
 /// there are fewer. Broken if they are not those of a .tag file.
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size);
 
-/// Reads an entire header and checks every field. `checksum` is that of the header, to which bricks are
-/// bound.
+/// Reads an entire header and checks every field. `checksum` receives that of the header.
 Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::uint64_t& checksum);
 
 /// Checks that a header may have these parameters; says what is wrong.
@@ -40,8 +38,13 @@ Status check_parameters(const CodingParameters& parameters);
 /// Checks that the lines fit into a header that parse_header() reads; says what is wrong.
 Status check_fields(const std::string& nrrd_fields);
 
-/// The description of the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header
-/// lines.
+/// Describes the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header lines.
 VolumeInfo volume_info_of(const TagHeader& header);
+
+/// The size of the header of a file that begins with these bytes. Throws BrokenInput.
+std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble);
+
+/// The header in these bytes, with a usable description of a volume, and its checksum. Throws BrokenInput.
+TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, std::uint64_t& checksum);
 
 }  // namespace tagrid

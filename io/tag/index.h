@@ -1,5 +1,4 @@
-// The index of a .tag file: the statistics of every brick and of the entire volume. docs/format.md specifies
-// it.
+// The index of a .tag file: statistics of every brick and of the volume. docs/format.md specifies it.
 #pragma once
 
 #include <cstddef>

@@ -1,13 +1,10 @@
 #include "io/tag/whole_bricks.h"
 
-#include <algorithm>
 #include <cassert>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
-#include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/tag/broken_tag.h"
 
 namespace tagrid {
 namespace {
@@ -20,44 +17,19 @@ std::uint64_t stored_checksum(std::span<const std::byte> block) {
 
 }  // namespace
 
-WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
-  read_header();
+WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {
   read_index();
   look_at_bricks();
 }
 
-std::vector<std::byte> WholeBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
-  std::vector<std::byte> bytes(memory_size(size));
-  source_->read_at(position, bytes);
-  return bytes;
-}
-
-void WholeBricks::read_header() {
-  header_size_ =
-      header_size_of(name(), bytes_at(0, std::min<std::uint64_t>(source_->size(), tag_preamble_size)));
-  if (header_size_ > source_->size())
-    throw broken_part(name(), "the header", source_->size(), "the file ends in it; nothing can be read");
-  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
-}
-
 void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
-  const std::uint64_t size = source_->size();
-  if (size < header_size_ + index_head_size + footer_size) return;
-  std::uint64_t start = 0, rest = 0, envelope = 0;
-  if (!find_file_end(bytes_at(size - footer_size, footer_size), start).ok() || start < header_size_ ||
-      start > size - index_head_size - footer_size)
-    return;
-  if (!last_checksum)
-    last_checksum =
-        load_little_endian<std::uint64_t>(bytes_at(start - bytes_of_checksum, bytes_of_checksum).data());
-  const FileEnd end = {header_.parameters, header_size_, header_checksum_, start, *last_checksum};
-  const std::uint64_t present = size - start;
-  if (!end.parse_head(bytes_at(start, index_head_size), rest).ok() || rest != present - index_head_size)
-    return;
-  TagIndex index;
-  if (!end.parse(bytes_at(start, present), index, envelope).ok()) return;
-  index_ = std::move(index);
-  index_start_ = start;
+  try {
+    End end = read_end(last_checksum);
+    index_ = std::move(end.index);
+    index_start_ = end.start;
+  } catch (const BrokenInput&) {
+    // Damage is expected: index_ stays empty.
+  }
 }
 
 std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_t brick) const {
@@ -72,7 +44,7 @@ std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_
 void WholeBricks::look_at_bricks() {
   const std::int64_t count = header_.parameters.bricks().count();
   std::uint64_t position = header_size_, before = header_checksum_;
-  // What the stored checksum before should be, if it is not that: known if the block before it may be whole.
+  // The correct checksum before the block, if the stored one is wrong and the previous block may be intact.
   std::optional<std::uint64_t> should_be;
   for (std::int64_t id = 0; id < count; ++id) {
     const std::vector<std::byte> block = block_at(position, id);
@@ -101,10 +73,7 @@ void WholeBricks::look_at_bricks() {
     places_.push_back(place);
     position += bytes;
     should_be = place.is_whole ? std::nullopt : expected;
-    before = position <= source_->size()
-                 ? load_little_endian<std::uint64_t>(
-                       bytes_at(position - bytes_of_checksum, bytes_of_checksum).data())
-                 : 0;
+    before = position <= source_->size() ? checksum_before(position) : 0;
   }
   if (static_cast<std::int64_t>(places_.size()) < count) return;
   if (index_) return look_at_envelope(position, before, should_be);
@@ -158,7 +127,7 @@ BrickBytes WholeBricks::read(std::int64_t brick) const {
                        place.own))
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
                       "it changed while it was being read");
-  // Its own checksum was compared, so the one that is stored behind it no longer matters.
+  // Its own checksum was compared, so the stored one no longer matters.
   BrickBytes bytes;
   if (Status status = split_block(block, brick, bytes); !status.ok())
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(), status.what());

@@ -8,10 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
-#include "io/tag/blocks.h"
-#include "io/tag/header.h"
-#include "io/tag/index.h"
+#include "io/tag/bricks.h"
 #include "stages/grid/brick_run.h"
 
 namespace tagrid {
@@ -20,8 +17,8 @@ namespace tagrid {
 /// depends on the number of the brick and on the checksum before it. It is also intact if only its stored
 /// checksum is damaged: then the checksum of the next brick depends on the correct one. The index says where
 /// bricks are. Without it, only the bricks before the first damage count, because nothing proves that later
-/// ones belong to this file. Several threads may call all const functions at once.
-class WholeBricks {
+/// ones belong to this file.
+class WholeBricks : public IndexedTag {
  private:
   struct Place {
     std::uint64_t start = 0;
@@ -34,8 +31,6 @@ class WholeBricks {
   /// if the header is damaged, and WorldError.
   explicit WholeBricks(std::shared_ptr<const ByteSource> source);
 
-  const TagHeader& header() const { return header_; }
-  const std::string& name() const { return source_->name(); }
   std::uint64_t file_bytes() const { return source_->size(); }
 
   bool is_whole(std::int64_t brick) const {
@@ -54,10 +49,8 @@ class WholeBricks {
   BrickBytes read(std::int64_t brick) const;
 
  private:
-  std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
   /// A brick from its length to its checksum; nothing if its length is impossible, or if the file ends in it.
   std::vector<std::byte> block_at(std::uint64_t position, std::int64_t brick) const;
-  void read_header();
   /// Reads the index, if `last_checksum` is the checksum before it; by default, that which is stored there.
   void read_index(std::optional<std::uint64_t> last_checksum = std::nullopt);
   void look_at_bricks();
@@ -65,9 +58,6 @@ class WholeBricks {
   /// `should_be`. `position` is the end of the bricks, and `before` the checksum that is stored there.
   void look_at_envelope(std::uint64_t position, std::uint64_t before, std::optional<std::uint64_t> should_be);
 
-  std::shared_ptr<const ByteSource> source_;
-  TagHeader header_;
-  std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::optional<TagIndex> index_;
   std::uint64_t index_start_ = 0;
   bool is_damaged_elsewhere_ = false;

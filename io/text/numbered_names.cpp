@@ -5,11 +5,23 @@
 #include <filesystem>
 #include <map>
 
-#include "io/text/natural_order.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
+
+/// A number without leading zeros.
+std::string_view without_zeros(std::string_view number) {
+  return number.substr(std::min(number.find_first_not_of('0'), number.size()));
+}
+
+/// Takes the digits in front of `text`, and returns them without leading zeros.
+std::string_view take_number(std::string_view& text) {
+  const auto end = static_cast<std::size_t>(std::ranges::find_if_not(text, is_digit) - text.begin());
+  std::string_view number = text.substr(0, end);
+  text.remove_prefix(end);
+  return without_zeros(number);
+}
 
 /// A name as texts and numbers: "a12b.tif" is "a", "12", "b.tif". Texts have even places, numbers odd ones.
 std::vector<std::string> pieces_of(std::string_view name) {
@@ -54,12 +66,6 @@ std::int64_t step_between(std::string_view a, std::string_view b) {
   return std::stoll(std::string(b)) - std::stoll(std::string(a));
 }
 
-bool is_same_number(std::string_view a, std::string_view b) {
-  a.remove_prefix(std::min(a.find_first_not_of('0'), a.size()));
-  b.remove_prefix(std::min(b.find_first_not_of('0'), b.size()));
-  return a == b;
-}
-
 void find_gap(NumberedFiles& files, std::size_t at) {
   std::vector<std::int64_t> steps;
   const auto number = [&](std::size_t i) { return pieces_of(name_of_path(files.paths[i]))[at]; };
@@ -67,7 +73,8 @@ void find_gap(NumberedFiles& files, std::size_t at) {
     steps.push_back(step_between(number(i - 1), number(i)));
   if (steps.empty()) return;
   for (std::size_t i = 0; i < steps.size() && !files.same; ++i)
-    if (is_same_number(number(i), number(i + 1))) files.same = {files.paths[i], files.paths[i + 1]};
+    if (without_zeros(number(i)) == without_zeros(number(i + 1)))
+      files.same = {files.paths[i], files.paths[i + 1]};
   if (files.same) return;
   const std::int64_t least = std::ranges::min(steps);
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -128,6 +135,24 @@ std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
   }
   std::ranges::stable_sort(series, comes_before, &NumberedFiles::pattern);
   return series;
+}
+
+bool comes_before(std::string_view a, std::string_view b) {
+  std::string_view x = a, y = b;
+  while (!x.empty() && !y.empty()) {
+    if (is_digit(x.front()) && is_digit(y.front())) {
+      const std::string_view m = take_number(x), n = take_number(y);
+      if (m.size() != n.size()) return m.size() < n.size();
+      if (m != n) return m < n;
+    } else {
+      if (x.front() != y.front())
+        return static_cast<unsigned char>(x.front()) < static_cast<unsigned char>(y.front());
+      x.remove_prefix(1);
+      y.remove_prefix(1);
+    }
+  }
+  if (x.empty() != y.empty()) return x.empty();
+  return a < b;
 }
 
 }  // namespace tagrid

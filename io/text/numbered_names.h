@@ -1,4 +1,5 @@
-// Files that are slices of one volume by their names: slice001.tif, slice002.tif ...
+// Names with numbers: their natural order, and files that are slices of one volume: slice001.tif,
+// slice002.tif ...
 #pragma once
 
 #include <optional>
@@ -13,17 +14,17 @@ namespace tagrid {
 struct NumberedFiles {
   std::string pattern;  ///< their name, with # for the number: "slice#.tif"
   std::vector<std::string> paths;
-  /// Two neighbours between which numbers are missing, by the steps between the others; nothing if none are.
+  /// Two neighbors between which numbers are missing, by the steps between the others.
   std::optional<std::pair<std::string, std::string>> gap;
-  /// Two files with the same number, such as a1.tif and a01.tif; nothing if there are none.
+  /// Two files with the same number, such as a1.tif and a01.tif.
   std::optional<std::pair<std::string, std::string>> same;
   std::string missing;  ///< all numbers that are missing by the same rule: "4, 7 to 9"
 };
 
 /// Sorts files of one folder into such series, which come in natural order of their patterns. A file without
-/// a number, or whose name has no like, is a series of one. If names differ in several numbers, the last one
-/// is that of the slice. Two series have the same pattern if a file has a # in its name: a#.tif beside a1.tif
-/// and a2.tif.
+/// a number, or with a name of its own kind, is a series of one. If names differ in several numbers, the last
+/// one is that of the slice. Two series have the same pattern if a file has a # in its name: a#.tif beside
+/// a1.tif and a2.tif.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
 /// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.
@@ -37,5 +38,9 @@ std::string number_pattern(std::string_view name);
 
 /// True for NAME_spr.bmp and the like: a shadow projection, which SkyScan's programs put beside slices.
 bool is_preview(const std::string& path);
+
+/// True if `a` comes before `b` in natural order: digits in a row count as one number, so that slice9 comes
+/// before slice10. It is an order of all texts: leading zeros count last.
+bool comes_before(std::string_view a, std::string_view b);
 
 }  // namespace tagrid

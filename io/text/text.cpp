@@ -3,11 +3,75 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
-
-#include "io/text/printable.h"
+#include <cstddef>
+#include <cstdint>
 
 namespace tagrid {
+namespace {
+
+struct Character {
+  std::size_t bytes = 1;
+  std::uint32_t code = 0;
+  bool good = false;
+};
+
+std::uint32_t byte_at(std::string_view text, std::size_t i) { return static_cast<unsigned char>(text[i]); }
+
+/// The first character of UTF-8, or one byte if it is not UTF-8.
+Character first_character(std::string_view text) {
+  const std::uint32_t first = byte_at(text, 0);
+  if (first < 0x80) return {1, first, true};
+  const std::size_t bytes = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  constexpr std::array<std::uint32_t, 5> least = {0, 0, 0x80, 0x800, 0x10000};
+  if (first < 0xC2 || first > 0xF4 || text.size() < bytes) return {};
+  std::uint32_t code = first & (0x7FU >> bytes);
+  for (std::size_t i = 1; i < bytes; ++i) {
+    const std::uint32_t next = byte_at(text, i);
+    if ((next & 0xC0) != 0x80) return {};
+    code = code << 6 | (next & 0x3F);
+  }
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < least[bytes] || code > 0x10FFFF || surrogate) return {};
+  return {bytes, code, true};
+}
+
+bool is_control(std::uint32_t code) {
+  const bool turns = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) ||
+                     code == 0x200E || code == 0x200F || code == 0x061C;
+  const bool ends_line = code == 0x2028 || code == 0x2029;
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || turns || ends_line;
+}
+
+// `text` with the characters that stay, and each byte of all others as `escaped` writes it.
+std::string with_escapes(std::string_view text, bool (*stays)(std::uint32_t code),
+                         std::string (*escaped)(unsigned char byte)) {
+  std::string result;
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    const std::string_view bytes = text.substr(0, c.bytes);
+    if (c.good && stays(c.code))
+      result += bytes;
+    else
+      for (const char byte : bytes) result += escaped(static_cast<unsigned char>(byte));
+    text.remove_prefix(c.bytes);
+  }
+  return result;
+}
+
+constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
+
+/// All of `text` as a number.
+template <class Number>
+std::optional<Number> entire(std::string_view text) {
+  Number number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+}  // namespace
 
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = text.find('\n');
@@ -35,18 +99,10 @@ std::vector<std::string_view> words_of(std::string_view text) {
 
 std::optional<double> number_of(std::string_view text) {
   if (text.starts_with("+") && !text.starts_with("+-")) text.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return entire<double>(text);
 }
 
-std::optional<std::int64_t> whole_number_of(std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
+std::optional<std::int64_t> whole_number_of(std::string_view text) { return entire<std::int64_t>(text); }
 
 std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
@@ -61,6 +117,43 @@ std::string lower_case(std::string_view text) {
   for (char& c : lower)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return lower;
+}
+
+std::string printable(std::string_view text) {
+  return with_escapes(
+      text, [](std::uint32_t code) { return !is_control(code); },
+      [](unsigned char byte) -> std::string {
+        if (byte == '\n') return "\\n";
+        if (byte == '\t') return "\\t";
+        if (byte == '\r') return "\\r";
+        return fmt::format("\\x{:02x}", byte);
+      });
+}
+
+std::string shown_input(const std::string& path) { return path == "-" ? "standard input" : path; }
+std::string shown_output(const std::string& path) { return path == "-" ? "standard output" : path; }
+
+std::string text_of_name(std::string_view name) {
+  return with_escapes(
+      name, [](std::uint32_t code) { return code != 0xFFFD; },
+      [](unsigned char byte) { return fmt::format("{}{:02X}", replacement, byte); });
+}
+
+std::string name_of_text(std::string_view text) {
+  std::string name;
+  while (!text.empty()) {
+    unsigned byte = 0;
+    const std::string_view digits = text.substr(std::min(text.size(), replacement.size())).substr(0, 2);
+    if (text.starts_with(replacement) && digits.size() == 2 &&
+        std::from_chars(digits.data(), digits.data() + 2, byte, 16).ptr == digits.data() + 2) {
+      name += static_cast<char>(byte);
+      text.remove_prefix(replacement.size() + 2);
+    } else {
+      name += text.front();
+      text.remove_prefix(1);
+    }
+  }
+  return name;
 }
 
 }  // namespace tagrid

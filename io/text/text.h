@@ -1,4 +1,4 @@
-// Lines, words and numbers in texts that come from files.
+// Lines, words and numbers in texts that come from files; and texts from outside, made safe to print.
 #pragma once
 
 #include <cstdint>
@@ -31,5 +31,41 @@ std::optional<std::int64_t> whole_number_of(std::string_view text);
 std::string quoted(std::string_view text);
 
 std::string lower_case(std::string_view text);
+
+/// `text` without anything on which a terminal would act. Control characters (including those of Unicode that
+/// take two bytes, and those that change the direction of writing) and bytes that are not UTF-8 become \n,
+/// \t, \r, or \xHH for each of their bytes. All other text stays as it is.
+std::string printable(std::string_view text);
+
+/// The name of an input or an output in messages: its path, or "standard input" or "standard output" for "-".
+std::string shown_input(const std::string& path);
+std::string shown_output(const std::string& path);
+
+/// A name of a file as UTF-8, such as JSON needs, from which name_of_text() makes the same bytes again. Bytes
+/// that are not UTF-8, and those of U+FFFD, become U+FFFD and two hexadecimal digits each.
+std::string text_of_name(std::string_view name);
+/// The name for such a text.
+std::string name_of_text(std::string_view text);
+
+/// A text with some parts replaced.
+class TextChanges {
+ public:
+  /// `text` must outlive this.
+  explicit TextChanges(std::string_view text) : text_(text) {}
+
+  /// Replaces a part of the text. REQUIRES: parts are replaced from front to back.
+  void replace(std::string_view part, std::string_view by) {
+    const auto begin = static_cast<std::size_t>(part.data() - text_.data());
+    changed_.append(text_.substr(done_, begin - done_)).append(by);
+    done_ = begin + part.size();
+  }
+  /// The entire text. To be called once.
+  std::string finish() { return std::move(changed_.append(text_.substr(done_))); }
+
+ private:
+  std::string_view text_;
+  std::size_t done_ = 0;  ///< bytes of the text that are in changed_, or replaced there
+  std::string changed_;
+};
 
 }  // namespace tagrid

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 
 #include "io/text/text.h"
 
@@ -15,44 +15,26 @@ struct Spelling {
   std::string_view text, name;
 };
 
-constexpr std::array units = {
-    LengthUnit{"fm", 1},      LengthUnit{"pm", 1e3},      LengthUnit{"angstrom", 1e5},
-    LengthUnit{"nm", 1e6},    LengthUnit{"um", 1e9},      LengthUnit{"mm", 1e12},
-    LengthUnit{"cm", 1e13},   LengthUnit{"dm", 1e14},     LengthUnit{"m", 1e15},
-    LengthUnit{"dam", 1e16},  LengthUnit{"hm", 1e17},     LengthUnit{"km", 1e18},
-    LengthUnit{"mil", 254e8}, LengthUnit{"inch", 254e11}, LengthUnit{"ft", 3048e11},
-    LengthUnit{"yd", 9144e11}};
+constexpr LengthUnit units[] = {{"fm", 1},      {"pm", 1e3},      {"angstrom", 1e5}, {"nm", 1e6},
+                                {"um", 1e9},    {"mm", 1e12},     {"cm", 1e13},      {"dm", 1e14},
+                                {"m", 1e15},    {"dam", 1e16},    {"hm", 1e17},      {"km", 1e18},
+                                {"mil", 254e8}, {"inch", 254e11}, {"ft", 3048e11},   {"yd", 9144e11}};
 
-// Micro and angstrom have two characters each in Unicode, of which Latin-1 has one as a byte. ImageJ escapes
-// micro.
-constexpr std::array short_spellings = {
-    Spelling{"\xc2\xb5m", "um"},  Spelling{"\xce\xbcm", "um"},      Spelling{"\xb5m", "um"},
-    Spelling{"\xc2\xb5", "um"},   Spelling{"\xce\xbc", "um"},       Spelling{"\\u00B5m", "um"},
-    Spelling{"\\u03BCm", "um"},   Spelling{"\xc3\x85", "angstrom"}, Spelling{"\xe2\x84\xab", "angstrom"},
-    Spelling{"\xc5", "angstrom"}, Spelling{"A", "angstrom"},        Spelling{"\"", "inch"}};
+// In Unicode, micro and angstrom have two characters each, one of them in Latin-1. ImageJ escapes micro.
+constexpr Spelling short_spellings[] = {
+    {"\xc2\xb5m", "um"},          {"\xce\xbcm", "um"},  {"\xb5m", "um"},    {"\xc2\xb5", "um"},
+    {"\xce\xbc", "um"},           {"\\u00B5m", "um"},   {"\\u03BCm", "um"}, {"\xc3\x85", "angstrom"},
+    {"\xe2\x84\xab", "angstrom"}, {"\xc5", "angstrom"}, {"A", "angstrom"},  {"\"", "inch"}};
 
 // In small letters and without the "s" of several; "metre" is "meter".
-constexpr std::array words = {Spelling{"femtometer", "fm"},
-                              Spelling{"picometer", "pm"},
-                              Spelling{"nanometer", "nm"},
-                              Spelling{"micron", "um"},
-                              Spelling{"micrometer", "um"},
-                              Spelling{"millimeter", "mm"},
-                              Spelling{"centimeter", "cm"},
-                              Spelling{"decimeter", "dm"},
-                              Spelling{"meter", "m"},
-                              Spelling{"kilometer", "km"},
-                              Spelling{"angstrom", "angstrom"},
-                              Spelling{"\xc3\xa5ngstr\xc3\xb6m", "angstrom"},
-                              Spelling{"ang", "angstrom"},
-                              Spelling{"mil", "mil"},
-                              Spelling{"thou", "mil"},
-                              Spelling{"inch", "inch"},
-                              Spelling{"inche", "inch"},
-                              Spelling{"in", "inch"},
-                              Spelling{"foot", "ft"},
-                              Spelling{"feet", "ft"},
-                              Spelling{"yard", "yd"}};
+constexpr Spelling words[] = {
+    {"femtometer", "fm"}, {"picometer", "pm"},      {"nanometer", "nm"},
+    {"micron", "um"},     {"micrometer", "um"},     {"millimeter", "mm"},
+    {"centimeter", "cm"}, {"decimeter", "dm"},      {"meter", "m"},
+    {"kilometer", "km"},  {"angstrom", "angstrom"}, {"\xc3\xa5ngstr\xc3\xb6m", "angstrom"},
+    {"ang", "angstrom"},  {"mil", "mil"},           {"thou", "mil"},
+    {"inch", "inch"},     {"inche", "inch"},        {"in", "inch"},
+    {"foot", "ft"},       {"feet", "ft"},           {"yard", "yd"}};
 
 std::string_view usual_name(std::string_view name) {
   for (const Spelling& spelling : short_spellings)
@@ -80,7 +62,7 @@ bool is_used(const Geometry& geometry, std::size_t axis) {
 std::optional<LengthUnit> length_unit(std::string_view name) {
   const std::string_view usual = usual_name(trimmed(name));
   const auto found = std::ranges::find(units, usual, &LengthUnit::name);
-  return found == units.end() ? std::nullopt : std::optional(*found);
+  return found == std::end(units) ? std::nullopt : std::optional(*found);
 }
 
 double converted(double length, const LengthUnit& from, const LengthUnit& to) {

@@ -26,8 +26,7 @@ double converted(double length, const LengthUnit& from, const LengthUnit& to);
 
 /// What is known about the unit of a geometry.
 struct CommonUnit {
-  /// The usual name of the unit of all axes whose spacing is known, or the name that they share; "" if none
-  /// of them has one.
+  /// The usual name of the unit of all axes with known spacings, or the name that they share; or "".
   std::string name;
   /// Axes have different units, or some of them have none.
   bool is_mixed = false;
@@ -36,8 +35,7 @@ struct CommonUnit {
 };
 CommonUnit common_unit(const Geometry& geometry);
 
-/// The same places with all lengths in the unit `name`, a known one. REQUIRES:
-/// common_unit(geometry).is_known.
+/// The same places in the unit `name`, a known one. REQUIRES: common_unit(geometry).is_known.
 Geometry in_unit(const Geometry& geometry, std::string_view name);
 
 /// The same places in one unit, for formats that have one or none: that of the first axis, by its usual name,

@@ -1,10 +1,10 @@
-#include "io/volume/rows_of_slices.h"
-
 #include <algorithm>
 #include <cassert>
 #include <map>
 #include <utility>
 #include <vector>
+
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 namespace {

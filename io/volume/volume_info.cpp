@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/volume/world.h"
-
 namespace tagrid {
 
 double determinant(const std::array<std::array<double, 3>, 3>& m) {

@@ -17,8 +17,7 @@ namespace tagrid {
 struct Geometry {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-  /// The distance between neighboring samples along each axis (x, y, z); NaN if unknown. If there are
-  /// directions, their lengths.
+  /// Distances between neighboring samples (x, y, z), NaN if unknown; the lengths of directions.
   std::array<double, 3> spacing = {unknown, unknown, unknown};
   /// World position of sample (0, 0, 0); without has_origin, in the entire volume with samples 1 apart.
   std::array<double, 3> origin = {0, 0, 0};
@@ -40,6 +39,8 @@ bool has_unknown_spacing(const Geometry& geometry);
 
 /// World position of a lattice point, which may lie outside the volume. An unknown spacing counts as 1.
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point);
+/// The same for a place between lattice points, in samples along each axis.
+std::array<double, 3> to_world(const Geometry& geometry, const std::array<double, 3>& place);
 
 /// True if the determinant of the axis directions is negative (or the number of negative spacings is odd), so
 /// that the volume is mirrored in the world.
@@ -81,8 +82,7 @@ struct RawDescription {
   std::uint64_t offset = 0;
 };
 
-/// Bytes of memory that a program which reads or writes a format may take until it has said how much it
-/// needs, unless less is allowed.
+/// Bytes of memory that a program for a format may take until it reports its needs, unless less is allowed.
 inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
 
 /// The user's description of a volume that does not describe itself.
@@ -102,8 +102,7 @@ struct SourceDescription {
   std::uint64_t reader_memory = most_first_memory;
 };
 
-/// The number of bytes of a volume's samples; nothing if a size is not positive or the product is 2^62 or
-/// more.
+/// The bytes of a volume's samples; nothing if a size is not positive, or for 2^62 or more bytes.
 std::optional<std::uint64_t> sample_bytes(const Index3& dims, SampleType type);
 
 }  // namespace tagrid

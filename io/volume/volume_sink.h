@@ -1,10 +1,12 @@
 // Destinations of samples: files of any format, or a pipe.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -38,12 +40,17 @@ class VolumeSink {
 
   /// Writes the next samples. Each call may pass any whole number of samples.
   void write_slices(std::span<const std::byte> samples) { write_samples(next_, samples); }
-  /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or
-  /// any_order(); no sample is written twice.
-  void write_samples(std::int64_t first, std::span<const std::byte> samples);
+  /// Writes samples from number `first` on. REQUIRES: the next ones, or any_order(); none twice.
+  void write_samples(std::int64_t first, std::span<const std::byte> samples) {
+    const std::size_t size = size_of(info_.type);
+    assert(samples.size() <= bytes_left_ && samples.size() % size == 0);
+    bytes_left_ -= samples.size();
+    write(first, samples);
+    next_ = first + static_cast<std::int64_t>(samples.size() / size);
+  }
 
   /// True if samples can be written in any order.
-  virtual bool any_order() const = 0;
+  virtual bool any_order() const { return false; }
   /// The place of all samples in a file, little endian.
   struct Place {
     std::string file;  ///< a temporary file, until publish()
@@ -51,7 +58,7 @@ class VolumeSink {
     std::uint64_t start = 0;
   };
   /// For other processes, which write all samples. REQUIRES: any_order(); SinkOptions::others_write.
-  virtual Place place() const = 0;
+  virtual Place place() const { throw std::logic_error("these samples have no place in a file"); }
   /// To be called when the other processes have written all samples.
   void samples_were_placed() { bytes_left_ = 0; }
 
@@ -74,7 +81,8 @@ class VolumeSink {
   virtual std::string facts() const { return ""; }
 
  protected:
-  explicit VolumeSink(const VolumeInfo& info);
+  explicit VolumeSink(const VolumeInfo& info)
+      : info_(info), bytes_left_(sample_bytes(info.dims, info.type).value()) {}
   /// Bytes of the samples that have not been written yet.
   std::uint64_t bytes_left() const { return bytes_left_; }
 

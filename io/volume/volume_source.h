@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "io/text/printable.h"
-#include "io/volume/plain_form.h"
-#include "io/volume/slice_run.h"
+#include "io/text/text.h"
+#include "io/volume/sample_places.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/box.h"
 
@@ -65,12 +65,10 @@ struct SourceFacts {
   }
 };
 
-/// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about
-/// its scale.
+/// All that users should be told of a source: warnings, what was not understood, doubts about its scale.
 std::vector<std::string> all_warnings(const SourceFacts& facts);
 
-/// Why files that are described like this must not be replaced by a lossy encoding; "" if nothing is in the
-/// way.
+/// Why a lossy encoding must not replace files of this description; "" if it may.
 std::string why_not_understood(const SourceFacts& facts);
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type
@@ -107,8 +105,7 @@ class VolumeSource {
   /// slices if traits().whole_slices.
   void read_samples(std::byte* out, std::int64_t count);
   void read_slices(std::byte* out, std::int64_t count) { read_samples(out, count * slice_samples()); }
-  /// Reads `rows`, which are complete rows of one slice: any rows if traits().any_rows, otherwise the next
-  /// ones.
+  /// Reads complete rows of one slice: any rows if traits().any_rows, otherwise the next ones.
   void read_rows(std::byte* out, const Box& rows);
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
@@ -118,8 +115,7 @@ class VolumeSource {
 
   /// Bytes of all files read since the last rewind, or the total size of the files.
   virtual std::uint64_t bytes_read() const = 0;
-  /// From now on, a read that waits throws WorldError as soon as `stop` is true. `stop` must outlive the
-  /// reads.
+  /// From now on, a waiting read throws WorldError once `stop` is true. `stop` must outlive the reads.
   virtual void stop_when(const std::atomic<bool>& /*stop*/) {}
 
  protected:
@@ -136,5 +132,21 @@ class VolumeSource {
 
 /// Reads all remaining samples, one MiB or one slice at a time, and calls finish().
 void read_to_end(VolumeSource& source, const std::function<void(std::span<std::byte> samples)>& use);
+
+/// The checksum of all samples of a volume, in raster order and the byte order of memory. It does not depend
+/// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.
+std::uint64_t checksum_of_samples(VolumeSource& source);
+
+/// The number, from 0 on, of the volume that `series` numbers from 1 on; without it, of the only one. `name`
+/// of the file, and what `each` volume is, are for messages. Throws UsageError if there are several and none
+/// is named, or if there is no such volume.
+std::int64_t number_of_volume(const std::string& name, const std::string& series, std::int64_t volumes,
+                              const std::string& each);
+
+/// A source of any rows. It reads the entire slice that contains them. If this is not the next slice, the
+/// source may have to read everything before it. So at most `kept` slices are kept, of which rows may be
+/// wanted later: those of the stretch that is being read, which is a sequence of slices that become later and
+/// later. Memory: that of `source`, one slice, and the ones that are kept. REQUIRES: source->traits().again.
+std::unique_ptr<VolumeSource> rows_of_slices(std::unique_ptr<VolumeSource> source, std::int64_t kept = 0);
 
 }  // namespace tagrid

@@ -54,7 +54,7 @@ class TemporaryFolder : public ::testing::Test {
     return result;
   }
 
-  /// True if files that killed runs left can be told from files in use; see io/files/abandoned_files.h.
+  /// True if files that killed runs left can be told from files in use; see io/files/temporaries.h.
   bool is_on_local_file_system() const {
     const int descriptor = open(folder_.c_str(), O_RDONLY);
     const bool local = is_local(descriptor);

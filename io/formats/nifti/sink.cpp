@@ -316,8 +316,8 @@ std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeIn
 
 std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const VolumeInfo& info,
                                             const SinkOptions& options) {
-  return std::make_unique<GzipSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), header_of(info));
+  return gzip_sink(info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)),
+                   header_of(info));
 }
 
 std::vector<std::string> lost_in_nifti(const VolumeInfo& info) {

@@ -38,9 +38,7 @@ class MpiVerify : public MpiRuns {
     std::uint64_t checksum = header_checksum;
     for (std::size_t i = 0; i < contents.bricks.size(); ++i) {
       const BrickBytes& brick = contents.bricks[i];
-      const std::vector<std::byte> head = block_head(parameters, brick);
-      checksum = chained_checksum(own_checksum(head, brick), checksum);
-      write_block(out, head, brick, checksum);
+      checksum = write_block(out, parameters, brick, checksum);
       contents.index.bricks[i].activity_bytes = static_cast<std::uint32_t>(brick.activity.size());
       contents.index.bricks[i].value_bytes = static_cast<std::uint32_t>(brick.values.size());
     }

@@ -8,9 +8,8 @@
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"
-#include "io/errors/errors.h"
-#include "io/files/byte_source.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {
@@ -20,8 +19,7 @@ namespace fs = std::filesystem;
 
 /// The names of the files in the deepest folder that has them all.
 std::vector<std::string> names_in_common_folder(const std::vector<std::string>& paths) {
-  std::vector<std::string>
-      names;  // first whole paths: as texts, since a path of the library takes ten times as much
+  std::vector<std::string> names;  // full paths at first; a std::filesystem::path takes ten times the memory
   for (const std::string& path : paths) names.push_back(fs::absolute(path).lexically_normal().string());
   std::string_view common = names.front();
   for (const std::string& name : names)
@@ -128,8 +126,7 @@ std::string SourceFiles::why_not_restorable() const {
 
 namespace {
 
-/// Takes the names, the sizes and the pieces of the files. Returns why the files are not kept; "" if they
-/// are.
+/// Takes names, sizes and pieces of the files. Returns why the files are not kept; "" if they are.
 std::string take_files(const SourceFacts& facts, PlainForm& form, SourceFiles& source) {
   source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;
