@@ -14,7 +14,6 @@
 #include "io/tag/index.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 #include "stages/grid/brick_run.h"
 

@@ -4,11 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
+#include "pipeline/threads/run_graph.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/grid/lattice_bits.h"
@@ -37,5 +41,28 @@ struct DecodeStreams {
 /// were read so far are in memory. Throws BrokenInput if a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
+
+/// Decodes the bricks of a file: all at once, or one part after the other.
+class RowDecoder {
+ public:
+  /// Rows have `numbers`.
+  RowDecoder(const CodingParameters& parameters, const DecodeBudget& budget, WrittenNumbers numbers = {})
+      : parameters_(parameters), budget_(budget), numbers_(std::move(numbers)) {}
+
+  /// Becomes true if samples cannot be written, so that a reader that waits can give up.
+  const std::atomic<bool>& failed() const { return output_works_.failed(); }
+
+  /// Decodes `rows`; `bricks` must give the first of them first. Passes rows to `write` in the order of their
+  /// bricks. Throws the exceptions of reading, `write` and `watch`. If several fail, the exception of `write`
+  /// is thrown.
+  void decode(const BrickRows& rows, const BrickStream& bricks,
+              const std::function<void(const DecodedRows&)>& write, const Watch& watch);
+
+ private:
+  CodingParameters parameters_;
+  DecodeBudget budget_;
+  WrittenNumbers numbers_;
+  UntilItFails output_works_;
+};
 
 }  // namespace tagrid

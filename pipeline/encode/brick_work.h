@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "pipeline/grid/work.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/sample/coding_parameters.h"

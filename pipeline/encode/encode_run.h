@@ -12,7 +12,6 @@
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {

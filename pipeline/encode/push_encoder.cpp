@@ -6,7 +6,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/encode/row_encoder.h"
+#include "pipeline/encode/graph.h"
 
 namespace tagrid {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "pipeline/grid/schedule.h"
 #include "pipeline/grid/slices.h"
-#include "pipeline/grid/work.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/sample/coding_parameters.h"
 

@@ -98,4 +98,14 @@ class GridSchedule {
   std::map<std::int64_t, RootLayer> root_layers_;
 };
 
+struct SubdividedBrick {
+  Index3 brick;
+  SliceRange slices;
+  LatticeBits active;
+};
+
+MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule);
+/// Without marks around the brick: no grid, and an empty activity.
+SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
+
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// What a look at the samples of a volume tells before it is encoded: its noise, its range, and single bricks.
+// Reads slices of the input, and looks at its samples before it is encoded: its noise, its range, and single bricks.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,15 @@
 #include "stages/sample/samples.h"
 
 namespace tagrid {
+
+/// Reads `rows`, complete rows of one slice; see VolumeSource. Bytes after the last sample make the entire
+/// input wrong, so they are checked before anything is finished.
+SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
+
+/// A function that reads any rows in this way. `source` must outlive it.
+inline std::function<SliceSamples(const Box& rows)> slices_of(VolumeSource& source) {
+  return [&source](const Box& rows) { return read_input_slice(source, rows); };
+}
 
 /// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks, where most
 /// blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million blocks. 0 if no block is

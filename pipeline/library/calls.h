@@ -1,9 +1,13 @@
-// Converts arguments of a caller of the library to types of the pipeline.
+// Converts arguments and results between the types of the library and those of the pipeline.
 #pragma once
 
 #include <algorithm>
 #include <cstring>
 
+#include "io/tag/blocks.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/library/failures.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
@@ -47,5 +51,11 @@ Progress progress_of(const tagrid_call& call);
 Box box_of(const tagrid_box& box, const Index3& dims);
 /// `strides`; if null, those of `shape` samples without gaps.
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);
+
+tagrid_geometry geometry_of_volume(const Geometry& geometry);
+/// The lines of an NRRD header with the same content; "" if nothing is known.
+std::string nrrd_fields_of(const tagrid_geometry& geometry);
+
+tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
 
 }  // namespace tagrid::library

@@ -6,7 +6,6 @@
 #include "io/formats/nrrd/geometry.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/library/calls.h"
-#include "pipeline/library/volume.h"
 #include "pipeline/memory/of_bricks.h"
 
 using namespace tagrid;

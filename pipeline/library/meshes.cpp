@@ -9,8 +9,8 @@
 #include "io/meshes/surface_sink.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/library/open_reader.h"
-#include "pipeline/meshes/mesh_bricks.h"
-#include "pipeline/meshes/surface_bricks.h"
+#include "pipeline/meshes/mesh_builder.h"
+#include "pipeline/meshes/surface_builder.h"
 #include "stages/grid/lattice.h"
 
 using namespace tagrid;

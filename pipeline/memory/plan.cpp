@@ -9,7 +9,7 @@
 #include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/within.h"
+#include "pipeline/memory/resources.h"
 
 namespace tagrid {
 namespace {

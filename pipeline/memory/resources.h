@@ -4,6 +4,9 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+
+#include "io/errors/errors.h"
 
 namespace tagrid {
 
@@ -47,5 +50,39 @@ struct DecodeBudget {
   /// Rows of bricks that are collected and then written; all rows of a layer make complete slices.
   std::int64_t rows = 1;
 };
+
+/// Bytes of memory of the machine, or of the control group (version 2 or 1, or a group that contains it) if
+/// that allows less. `root` is where /proc and /sys are, for tests.
+std::uint64_t available_memory(const std::string& root = "");
+
+/// The memory available to each of the processes that share the machine.
+inline std::uint64_t share_of_memory(const Resources& resources) {
+  return available_memory() / static_cast<std::uint64_t>(resources.processes);
+}
+
+/// Returns best(limit) for the given limit. If no limit is given, tries a quarter of this process's share of
+/// memory, and then half of it. Returns `smallest` if `best` finds nothing. `best` returns a
+/// std::optional<Load>.
+template <class Load, class Best>
+Load within(const Resources& resources, Best best, const Load& smallest) {
+  if (resources.memory) return best(*resources.memory).value_or(smallest);
+  const std::uint64_t share = share_of_memory(resources);
+  for (const std::uint64_t part : {4, 2})
+    if (const auto found = best(share / part)) return *found;
+  return smallest;
+}
+
+/// The program tagrid-write-NAME.
+struct WriterProgram {
+  std::string_view name;
+  bool keeps_volume = false;  ///< the entire volume in memory
+};
+
+/// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program.
+[[noreturn]] void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer,
+                                   std::uint64_t bytes);
+
+/// Throws UsageError if the machine does not have the memory that the program needs, and there is no other limit.
+void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
 }  // namespace tagrid

@@ -6,13 +6,33 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/meshes/mesh_notes.h"
 #include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/meshes/grid_bricks.h"
-#include "pipeline/meshes/grid_run.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
+
+template <class Options>
+struct GridRun {
+  std::string input;   ///< the .tag file; "-": the standard input
+  std::string output;  ///< its name chooses the format; "-": the standard output, in the first of the formats
+  Options options = {};
+  Resources resources{1};
+  Progress progress = {};
+};
+
+struct GridResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;              ///< of the .tag file
+  std::uint64_t bytes_out = 0;             ///< of the output
+  std::vector<std::string> warnings = {};  ///< what the user should know of the output
+};
 
 /// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all bricks come.
 class GridInput {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/meshes/grid_run.h"
-#include "pipeline/progress/finished.h"
+#include "pipeline/meshes/grid_input.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

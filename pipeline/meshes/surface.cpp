@@ -4,8 +4,8 @@
 
 #include "io/meshes/surface_file.h"
 #include "pipeline/meshes/grid_input.h"
-#include "pipeline/meshes/surface_bricks.h"
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/meshes/surface_builder.h"
+#include "pipeline/reading/read_region.h"
 
 namespace tagrid {
 

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/meshes/grid_run.h"
+#include "pipeline/meshes/grid_input.h"
 #include "pipeline/meshes/surface_builder.h"
-#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 

@@ -1,13 +1,13 @@
-#include "pipeline/parts/decode_parts.h"
+#include "pipeline/parts/work_orders.h"
 
 #include <memory>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/placed_file.h"
 #include "io/tag/bricks.h"
-#include "pipeline/decode/row_decoder.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/parts/parts.h"
+#include "pipeline/parts/part_work.h"
 
 namespace tagrid {
 namespace {

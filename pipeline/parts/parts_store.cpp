@@ -1,4 +1,3 @@
-#include "pipeline/parts/parts_store.h"
 
 #include <fmt/format.h>
 
@@ -13,11 +12,10 @@
 #include "io/files/temporaries.h"
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
-#include "pipeline/encode/row_encoder.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
-#include "pipeline/parts/source_contents.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 

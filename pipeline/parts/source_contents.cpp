@@ -1,4 +1,3 @@
-#include "pipeline/parts/source_contents.h"
 
 #include <algorithm>
 #include <map>

@@ -1,13 +1,13 @@
-#include "pipeline/parts/verify_parts.h"
+#include "pipeline/parts/work_orders.h"
 
 #include <memory>
 #include <utility>
 
 #include "io/tag/bricks.h"
 #include "pipeline/parts/order_members.h"
-#include "pipeline/parts/parts.h"
+#include "pipeline/parts/part_work.h"
 #include "pipeline/ranks/messages.h"
-#include "pipeline/verify/part_verifier.h"
+#include "pipeline/verify/verifier.h"
 
 namespace tagrid {
 

@@ -1,13 +1,54 @@
 // Orders that rank 0 sends. The other ranks wait for orders and carry out each one together with rank 0.
 #pragma once
 
-#include "pipeline/parts/decode_parts.h"
+#include <optional>
+#include <string>
+
+#include "io/envelope/envelope.h"
+#include "pipeline/decode/values.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/parts/part_work.h"
-#include "pipeline/parts/source_contents.h"
-#include "pipeline/parts/verify_parts.h"
 #include "pipeline/ranks/ranks.h"
+#include "pipeline/verify/verifier.h"
 
 namespace tagrid {
+
+struct DecodeOrder {
+  std::string input;
+  std::string file;         ///< the file that the samples are written into; it gets its name later
+  std::string name;         ///< its final name, for messages
+  std::uint64_t start = 0;  ///< the byte at which the samples begin
+  WrittenNumbers numbers = {};
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
+};
+
+/// Collective. Decodes the parts and writes their samples.
+void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progress = {});
+
+/// Some files of a source, of whose content each rank looks at a share.
+struct ContentOrder {
+  SourceFiles source;
+  bool exact = false;      ///< see look_at_content()
+  Resources resources{0};  ///< per rank
+};
+
+/// Looks at the content of all files of a source, on all ranks. Called by rank 0; the others call serve(). The result does not
+/// depend on ranks and threads. Throws as look_at_content() does.
+void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resources& resources);
+
+/// Collective: looks at the content of some files; on rank 0, `order` then has that of all of them.
+void look_at_share(Ranks& ranks, ContentOrder& order);
+
+struct VerifyOrder {
+  std::string input, original;
+  SourceDescription source;
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
+};
+
+/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the entire file. `setup` is
+/// that of this rank, if it has it already.
+VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup = {},
+                          const Progress& progress = {});
 
 /// Called by rank 0, which then calls the function itself. The other ranks carry out the order. With one
 /// rank, nothing happens.

@@ -9,7 +9,7 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
-#include "pipeline/memory/of_writer.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"
 

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "io/formats/table/formats.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {

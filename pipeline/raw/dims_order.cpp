@@ -1,4 +1,4 @@
-#include "pipeline/raw/dims_order.h"
+#include "pipeline/raw/likelier_reading.h"
 
 #include <algorithm>
 #include <array>

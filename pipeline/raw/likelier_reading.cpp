@@ -12,7 +12,6 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
-#include "pipeline/raw/dims_order.h"
 
 namespace tagrid {
 namespace {

@@ -1,4 +1,4 @@
-// Checks whether the given type and byte order of a headerless file are plausible.
+// Checks whether the given type, byte order and dimensions of a headerless file are plausible.
 #pragma once
 
 #include <cstddef>
@@ -24,5 +24,15 @@ struct LikelierReading {
 /// the file is nearly constant or small, if its size does not fit, if it cannot seek, or if it begins as an
 /// NRRD file. Reads at most 64 short stretches of the file.
 std::optional<LikelierReading> likelier_reading(const std::string& path, const RawDescription& raw);
+
+class FileBytes;
+
+/// True if the file can seek, has as many bytes as `raw` says, and is read as samples without a header.
+bool fits(FileBytes& file, const RawDescription& raw);
+
+/// Another order of raw.dims that fits the file's samples far better: in the right order, neighbors along y
+/// and z differ little. Nothing if there is no such order, if the file's size does not fit, if the file
+/// cannot seek, or if it begins as an NRRD file. Reads a few hundred short stretches of the file.
+std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/reading/read_region.h"
 
 #include <fmt/format.h>
 
@@ -17,10 +17,10 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
+#include "pipeline/decode/block.h"
 #include "pipeline/decode/decode_output.h"
-#include "pipeline/decode/value_range.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/within.h"
+#include "pipeline/memory/resources.h"
 #include "stages/sample/value_rule.h"
 
 namespace tagrid {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/tag/bricks.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 #include "stages/brick/decode.h"
@@ -87,5 +88,14 @@ struct BlocksInOrder {
 /// The same for such blocks. At most `threads` of them are in memory.
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads);
+
+/// The region of a volume. Throws UsageError if it is not within the volume or has no sample, or if the step
+/// is not a power of two up to the edge of a root cube.
+Region region_of(const WantedRegion& wanted, const CodingParameters& parameters);
+
+/// Decodes the region that `run` requests; otherwise like decode_volume(). From a file, it reads only the
+/// header, the index, and the bricks that the region meets. Memory grows with the layers of bricks of the
+/// region.
+FinishedDecode decode_region(const DecodeRun& run, const Resources& resources);
 
 }  // namespace tagrid

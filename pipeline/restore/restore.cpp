@@ -10,8 +10,8 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/row_decoder.h"
-#include "pipeline/decode/row_output.h"
+#include "pipeline/decode/decode_output.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 

@@ -14,7 +14,6 @@
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {

@@ -2,11 +2,14 @@
 // is one part, on which this process works, or many parts, which all ranks share. The choice is made here.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "io/files/unchanged_files.h"
 #include "pipeline/decode/decode_run.h"
+#include "pipeline/encode/brick_store.h"
 #include "pipeline/encode/encode_run.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"
 #include "pipeline/verify/verify.h"
 
@@ -40,5 +43,13 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 /// std::runtime_error, which means a bug in tagrid, if the file is not within its bound.
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const UnchangedFiles& files, const Resources& resources);
+
+/// Encodes a volume into a store. `resources` are those of this process. Throws as encode_volume() does.
+FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
+                           const Resources& resources);
+
+/// A store that writes one stream, which this process encodes. Both arguments must outlive all calls but
+/// commit().
+std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-#include "pipeline/verify/geometry.h"
+#include "pipeline/verify/verify.h"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "io/errors/errors.h"
+#include "io/tag/file.h"
+#include "pipeline/decode/block.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/decode/value_range.h"
 #include "pipeline/grid/derived_grid.h"
+#include "pipeline/verify/verify.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
@@ -176,6 +178,51 @@ VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) 
   if (setup_.against) result.max_error = counted.max_error;
   if (setup_.against && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
   return result;
+}
+
+PartVerifier::PartVerifier(const TagBricks& file, VerifySetup setup)
+    : file_(file), checks_(file.name(), file.header(), file.index(), std::move(setup)) {}
+
+Findings PartVerifier::verify(const BrickRows& rows, const Watch& watch) {
+  return checks_.verify(
+      rows, [&](const BrickRows& wanted) { return bricks_of(wanted); }, watch);
+}
+
+void PartVerifier::tell_difference(const Disagreement& bricks) const {
+  const BrickGrid grid = parameters().bricks();
+  SharedFaces faces(parameters());
+  for (const std::int64_t id : {bricks.below, bricks.above}) {
+    const Index3 position = grid.position(id);
+    const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
+    DecodeStreams streams;
+    streams.bricks = bricks_of(row);
+    streams.write_rows = [](const DecodedRows&) {};
+    streams.inspect_brick = [&](const DecodedBrick& brick) {
+      if (brick.id != id) return;
+      if (const auto p = faces.first_difference(brick))
+        checks_.fail_brick(brick.id, "it disagrees with its neighbor", *p);
+    };
+    run_decode_graph(parameters(), row, checks_.budget(), streams);
+  }
+  throw WorldError(
+      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?",
+                  file_.name(), bricks.below, bricks.above));
+}
+
+VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
+                          const Progress& progress) {
+  TagReader reader(std::move(input));
+  return verify_all(reader, {plan_decoding(reader.parameters(), resources, DecodeUse::verify)}, progress);
+}
+
+// All rows have none below them, so the file is opened once.
+VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress) {
+  const CodingParameters& parameters = reader.parameters();
+  Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup));
+  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  const Findings found = verifier.verify(
+      BrickRows::all(parameters.bricks()), [&](const BrickRows&) { return reader.bricks(); }, watch);
+  return verifier.finish(found.counted, reader.sizes());
 }
 
 }  // namespace tagrid
