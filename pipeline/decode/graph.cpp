@@ -53,7 +53,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
     gathered.add(std::move(brick->samples));
     std::get<0>(out).try_put(1);
     if (!gathered.complete()) return;
-    streams.write_rows(gathered);
+    if (streams.write_rows) streams.write_rows(gathered);
     gathered.begin_next();
   });
 
@@ -85,10 +85,22 @@ void RowDecoder::decode(const BrickRows& rows, const BrickStream& bricks,
     };
   }
   streams.write_rows = [&](const DecodedRows& decoded) {
-    output_works_.run([&] { write(decoded); });
+    try {
+      write(decoded);
+    } catch (...) {
+      failure_ = std::current_exception();
+      failed_ = true;
+      throw;
+    }
     watch.done(decoded.bytes());
   };
-  output_works_.rethrow_after([&] { run_decode_graph(parameters_, rows, budget_, streams); });
+  try {
+    run_decode_graph(parameters_, rows, budget_, streams);
+  } catch (...) {
+    // A reader that gave up because of the output may have thrown first.
+    if (failed_) std::rethrow_exception(failure_);
+    throw;
+  }
 }
 
 }  // namespace tagrid

@@ -1,21 +1,20 @@
 // The flow graph that turns bricks into slices.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <utility>
-#include <vector>
 
 #include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "pipeline/threads/run_graph.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/brick_rows.h"
-#include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -23,7 +22,7 @@ namespace tagrid {
 struct DecodeStreams {
   BrickStream bricks;
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
-  /// brick in them has been decoded without an error.
+  /// brick in them has been decoded without an error. May be empty.
   std::function<void(const DecodedRows& rows)> write_rows;
   /// Takes every brick, in the order of their numbers, before write_rows takes its samples. It may move
   /// everything else out of the brick. May be empty.
@@ -50,7 +49,7 @@ class RowDecoder {
       : parameters_(parameters), budget_(budget), numbers_(std::move(numbers)) {}
 
   /// Becomes true if samples cannot be written, so that a reader that waits can give up.
-  const std::atomic<bool>& failed() const { return output_works_.failed(); }
+  const std::atomic<bool>& failed() const { return failed_; }
 
   /// Decodes `rows`; `bricks` must give the first of them first. Passes rows to `write` in the order of their
   /// bricks. Throws the exceptions of reading, `write` and `watch`. If several fail, the exception of `write`
@@ -62,7 +61,8 @@ class RowDecoder {
   CodingParameters parameters_;
   DecodeBudget budget_;
   WrittenNumbers numbers_;
-  UntilItFails output_works_;
+  std::exception_ptr failure_;  ///< of `write`
+  std::atomic<bool> failed_{false};
 };
 
 }  // namespace tagrid

@@ -3,7 +3,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "io/tag/blocks.h"
@@ -12,7 +14,6 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "pipeline/threads/run_graph.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/box.h"
 #include "stages/grid/brick_rows.h"
@@ -52,19 +53,21 @@ class RowEncoder {
   using ReadSlice = std::function<SliceSamples(const Box& rows)>;
 
   /// `parameters` must outlive the encoder.
-  RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice);
+  RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice)
+      : parameters_(parameters), plan_(std::move(plan)), read_slice_(std::move(read_slice)) {}
 
   /// Encodes `rows` into `sink`. Throws the exceptions of reading, of the sink and of `watch`. If several
   /// fail, the exception of the sink is thrown.
   void encode(const BrickRows& rows, BrickSink& sink, const Watch& watch);
   /// Becomes true when a sink fails. A source that waits for samples may then give up.
-  const std::atomic<bool>& failed() const { return output_works_.failed(); }
+  const std::atomic<bool>& failed() const { return failed_; }
 
  private:
   const CodingParameters& parameters_;
   EncodePlan plan_;
   ReadSlice read_slice_;
-  UntilItFails output_works_;
+  std::exception_ptr failure_;  ///< of a sink
+  std::atomic<bool> failed_{false};
 };
 
 /// The samples that are read to encode `rows`, box after box; of each box, slice after slice.

@@ -63,8 +63,8 @@ class Estimator {
     encode();
     EstimateResult result;
     result.parameters = of_bounds_[0];
-    result.low = sample_.low;
-    result.high = sample_.high;
+    result.low = sample_.range.low;
+    result.high = sample_.range.high;
     result.bricks = bricks_.count();
     result.encoded = static_cast<std::int64_t>(sample_.chosen.size());
     for (std::size_t bound = 0; bound < of_bounds_.size(); ++bound)
@@ -196,7 +196,7 @@ class Estimator {
     e.max_error = of_bounds_[bound].max_error;
     e.file_bytes = whole * bytes + bytes_around_bricks(bound);
     e.rmse = finite > 0 ? std::sqrt(squared_error / finite) : 0;
-    e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.high - sample_.low) / e.rmse) : NAN;
+    e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.range.high - sample_.range.low) / e.rmse) : NAN;
     e.encoding_seconds = whole * encoding / threads;
     e.decoding_seconds = whole * decoding / threads;
     return e;

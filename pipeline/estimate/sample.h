@@ -1,12 +1,12 @@
 // A sample of the bricks of a volume, of which the others can be inferred.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "io/volume/volume_source.h"
+#include "pipeline/grid/value_range.h"
 #include "stages/grid/domain.h"
 
 namespace tagrid {
@@ -19,9 +19,9 @@ struct SurveyedBrick {
 };
 
 struct BrickSample {
-  std::vector<SurveyedBrick> bricks;        ///< in the order of their shares
-  std::vector<std::size_t> chosen;          ///< places in `bricks`
-  double low = INFINITY, high = -INFINITY;  ///< of the samples of all bricks that were looked at
+  std::vector<SurveyedBrick> bricks;  ///< in the order of their shares
+  std::vector<std::size_t> chosen;    ///< places in `bricks`
+  ValueRange range;                   ///< of the samples of all bricks that were looked at
 };
 
 /// The largest number of bricks that are chosen: 16 million samples, or all of a smaller volume, but no more than 4096.

@@ -17,11 +17,6 @@ namespace tagrid {
 /// input wrong, so they are checked before anything is finished.
 SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
 
-/// A function that reads any rows in this way. `source` must outlive it.
-inline std::function<SliceSamples(const Box& rows)> slices_of(VolumeSource& source) {
-  return [&source](const Box& rows) { return read_input_slice(source, rows); };
-}
-
 /// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks, where most
 /// blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million blocks. 0 if no block is
 /// noisy. REQUIRES: source.traits().any_rows.

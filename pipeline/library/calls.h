@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 
 #include "io/tag/blocks.h"
+#include "io/tag/bricks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_info.h"
@@ -14,6 +16,16 @@
 #include "pipeline/reading/read_region.h"
 #include "stages/grid/box.h"
 #include "tagrid/tagrid.h"
+
+/// A reader of the library.
+struct tagrid_reader {
+  std::shared_ptr<const tagrid::ByteSource> source;
+  /// Null if opening failed.
+  std::unique_ptr<tagrid::TagBricks> file;
+  /// Until the reader is open, only the thread that opens it has the handle.
+  tagrid::library::SharedMessage of_opening;
+  mutable tagrid::library::MessageOfEachThread messages;
+};
 
 namespace tagrid::library {
 
@@ -38,6 +50,16 @@ void hand_over(Struct result, Struct* to, std::size_t first_size) {
   require(to->struct_size >= first_size, "struct_size must be set to the size of the struct");
   result.struct_size = to->struct_size;
   std::memcpy(to, &result, std::min(to->struct_size, sizeof result));
+}
+
+/// Does the work of a call on a reader that is open.
+template <class Work>
+tagrid_status with_file(const tagrid_reader* reader, Work work) noexcept {
+  if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
+  return call(reader->messages, [&] {
+    require(reader->file != nullptr, "the reader is not open");
+    work(*reader->file);
+  });
 }
 
 tagrid_call settings_of(const tagrid_call* call);

@@ -66,4 +66,26 @@ int threads_for_taking(const CodingParameters& parameters, const Box& positions,
 void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_bytes,
                const Resources& resources, GridTaker& taker, const Progress& progress = {});
 
+/// Builds `part` with a Builder, which is made of the header of the file, the positions of the bricks that come, `part`
+/// and `more`: a MeshBuilder or a SurfaceBuilder. Memory and exceptions are those of take_all(). REQUIRES: no box; the
+/// grid has the level of the part.
+template <class Builder, class Part, class... More>
+void build_all(TagReader& reader, const Part& part, const Resources& resources, const Progress& progress,
+               More&... more) {
+  const CodingParameters& parameters = reader.parameters();
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
+  Builder builder(reader.header(), positions, part, more...);
+  take_all(reader, Builder::working_bytes(parameters, positions), resources, builder, progress);
+}
+
+/// The same with take_some(), for a part with a box. REQUIRES: the box is within the volume.
+template <class Builder, class Part, class... More>
+void build_box(const TagBricks& file, const Part& part, const Resources& resources, const Progress& progress,
+               More&... more) {
+  const CodingParameters& parameters = file.parameters();
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
+  Builder builder(file.header(), positions, part, more...);
+  take_some(file, positions, Builder::working_bytes(parameters, positions), resources, builder, progress);
+}
+
 }  // namespace tagrid

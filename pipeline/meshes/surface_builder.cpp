@@ -13,7 +13,6 @@
 #include "io/volume/lengths.h"
 #include "io/volume/world.h"
 #include "pipeline/decode/values.h"
-#include "pipeline/meshes/grid_bricks.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/values/points/field.h"
@@ -43,10 +42,6 @@ Index3 point_of(const Box& box, std::uint32_t number) {
   const auto x = static_cast<std::uint32_t>(box.size().x), y = static_cast<std::uint32_t>(box.size().y);
   const std::uint32_t row = number / x;
   return box.low + Index3{number % x, row % y, row / y};
-}
-
-std::uint64_t bytes_of_surface(const CodingParameters& parameters, const SurfacePart& part) {
-  return SurfaceBuilder::working_bytes(parameters, bricks_that_meet(part.box, parameters.bricks()));
 }
 
 }  // namespace
@@ -146,23 +141,6 @@ SurfaceLevel surface_level(double iso, const TagHeader& header, const std::strin
     throw UsageError(fmt::format("{}: the value {} has no finite sample with the slope {} of this file", name,
                                  iso, rescale.slope));
   return level;
-}
-
-SurfaceCounts surface_of_all(TagReader& reader, const SurfacePart& part, const SurfaceLevel& level,
-                             const Resources& resources, SurfaceSink& sink, const Progress& progress) {
-  const CodingParameters& parameters = reader.parameters();
-  SurfaceBuilder builder(reader.header(), bricks_that_meet(part.box, parameters.bricks()), part, level, sink);
-  take_all(reader, bytes_of_surface(parameters, part), resources, builder, progress);
-  return builder.counts();
-}
-
-SurfaceCounts surface_of_box(const TagBricks& file, const SurfacePart& part, const SurfaceLevel& level,
-                             const Resources& resources, SurfaceSink& sink, const Progress& progress) {
-  const CodingParameters& parameters = file.parameters();
-  const Box positions = bricks_that_meet(part.box, parameters.bricks());
-  SurfaceBuilder builder(file.header(), positions, part, level, sink);
-  take_some(file, positions, bytes_of_surface(parameters, part), resources, builder, progress);
-  return builder.counts();
 }
 
 }  // namespace tagrid

@@ -63,7 +63,8 @@ class PartEncoder {
       volume_ =
           spool.empty() ? rows_of_slices(std::move(volume_), kept_) : spooled(std::move(volume_), spool);
     }
-    encoder_.emplace(parameters_, plan_, slices_of(*volume_));
+    encoder_.emplace(parameters_, plan_,
+                     [this](const Box& rows) { return read_input_slice(*volume_, rows); });
   }
 
   void encode(std::int64_t part, const Watch& watch) {

@@ -1,4 +1,3 @@
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,9 +12,9 @@
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/job/resolved_options.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
-#include "pipeline/parts/run_settings.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 
@@ -42,6 +41,25 @@ void remove_record(PartFolder& folder) {
   folder.remove_parts();
   end_signals_with(-1, "");
   folder.remove();
+}
+
+std::string given(const std::string& value) { return value.empty() ? "not given" : value; }
+
+// All settings that affect the output, as text, so that a resumed run can be compared with the original one.
+std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,
+                                                             const SourceDescription& source) {
+  std::vector<std::pair<std::string, std::string>> all = {
+      {"dims", fmt::format("{},{},{}", p.dims.x, p.dims.y, p.dims.z)},
+      {"type", std::string(name_of(p.type))},
+      {"endian", source.raw && source.raw->big_endian.value_or(false) ? "big" : "little"},
+      {"offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
+      {"vdb-grid", given(source.vdb_grid)},
+      {"from", given(source.from)},
+      {"series", given(source.series)},
+      {"dataset", given(source.dataset)},
+  };
+  for (auto& words : in_words(p)) all.push_back(std::move(words));
+  return all;
 }
 
 class PartsStore : public BrickStore {

@@ -14,7 +14,7 @@ namespace tagrid {
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup,
                           const Progress& progress) {
   std::optional<TagBricks> file;
-  std::optional<PartVerifier> verifier;
+  std::optional<Verifier> verifier;
   all_do(ranks, [&] {
     file.emplace(std::make_shared<FileSource>(order.input));
     if (!setup)
@@ -41,7 +41,7 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
   if (ranks.rank() > 0) return {};
   if (const auto bricks_that_differ = faces.first_difference())
     verifier->tell_difference(*bricks_that_differ);
-  return verifier->finish(counted);
+  return verifier->finish(counted, file->sizes());
 }
 
 }  // namespace tagrid

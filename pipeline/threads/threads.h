@@ -32,6 +32,7 @@ class Threads {
 
  private:
   struct Others;
+  struct Pool;
 
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<Others> others_;

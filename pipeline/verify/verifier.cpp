@@ -9,59 +9,30 @@
 #include "pipeline/decode/block.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/grid/derived_grid.h"
-#include "pipeline/verify/verify.h"
-#include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/conformity.h"
 
 namespace tagrid {
-namespace {
 
-// The samples on the low faces of `rows`, which bricks below own.
-ClosedSamples low_faces(const CodingParameters& parameters, const BrickRows& rows,
-                        const std::function<BrickStream(const BrickRows&)>& open,
-                        const DecodeBudget& budget) {
-  ClosedSamples closed(parameters, rows);
-  const BrickGrid bricks = parameters.bricks();
+Verifier::Verifier(const TagBricks& file, VerifySetup setup)
+    : Verifier(file.name(), file.header(), file.index(), std::move(setup), [&file](const BrickRows& rows) {
+        return file.bricks_from(rows.first_brick(file.parameters().bricks()));
+      }) {}
+
+ClosedSamples Verifier::low_faces(const BrickRows& rows) const {
+  ClosedSamples closed(parameters(), rows);
+  const BrickGrid bricks = parameters().bricks();
   for (const BrickRows& below : rows_below(rows)) {
     DecodeStreams streams;
-    streams.bricks = open(below);
-    streams.write_rows = [](const DecodedRows&) {};
+    streams.bricks = open_(below);
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       closed.complete(bricks.position(brick.id), brick.samples);
     };
-    run_decode_graph(parameters, below, budget, streams);
+    run_decode_graph(parameters(), below, setup_.plan.budget, streams);
   }
   return closed;
 }
-
-}  // namespace
-
-// The range of the finite samples of consecutive bricks.
-class Verifier::Ranges {
- public:
-  Ranges(SampleType type, std::int64_t first_brick) : type_(type), first_(first_brick) {}
-
-  /// Returns the number of finite samples.
-  std::uint64_t add(const std::vector<std::byte>& samples) {
-    ranges_.push_back(value_range(samples, type_));
-    return ranges_.back().finite;
-  }
-  /// The first brick whose range in the index is different.
-  std::optional<std::int64_t> first_wrong(const TagIndex& index) const {
-    for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      const IndexEntry& brick = index.bricks[static_cast<std::size_t>(first_) + i];
-      if (!can_be_of(ranges_[i], brick, index.total.max_error)) return first_ + static_cast<std::int64_t>(i);
-    }
-    return std::nullopt;
-  }
-
- private:
-  SampleType type_;
-  std::int64_t first_;
-  std::vector<ValueRange> ranges_;
-};
 
 void Verifier::fail_index(const std::string& what) const {
   throw BrokenInput(name_ + ": the index: " + what);
@@ -80,26 +51,27 @@ void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statist
   count_active(brick.active, parameters(), parameters().bricks().position(brick.id), counted);
 }
 
-Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
-                          const Watch& watch) {
+Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
-  const std::int64_t first_brick = rows.first_brick(bricks);
+  const DecodeBudget& budget = setup_.plan.budget;
   Findings found;
   SharedFaces faces(parameters());
-  Ranges ranges(parameters().type, first_brick);
-  Comparison* const against = setup_.against.get();
+  std::vector<ValueRange> ranges;
+  AgainstOriginal* const against = setup_.against.get();
   const bool meshed = against && parameters().mesh_error >= 0;
   std::optional<ClosedSamples> closed;
-  if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(parameters(), rows, open, budget());
+  if (meshed && parameters().mode == FileMode::voxels) closed.emplace(low_faces(rows));
 
   DecodeStreams streams;
-  streams.bricks = open(rows);
+  streams.bricks = open_(rows);
   streams.inspect_brick = [&](DecodedBrick& brick) {
     if (parameters().stores_grid()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
-    const std::uint64_t finite = ranges.add(brick.samples);
-    if (!against) found.counted.finite += finite;
-    if (against) against->add_activity(brick.active);
+    ranges.push_back(value_range(brick.samples, parameters().type));
+    if (against)
+      against->add_activity(brick.active);
+    else
+      found.counted.finite += ranges.back().finite;
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
       against->add_mesh(position, brick.active,
@@ -122,15 +94,19 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
     if (against) against->compare(decoded, found.counted);
     if (at_once) derive(decoded);
   };
-  run_decode_graph(parameters(), rows, budget(), streams);
+  run_decode_graph(parameters(), rows, budget, streams);
   for (const BrickRows& stretch : at_once ? std::vector<BrickRows>() : around) {
     DecodeStreams again;
-    again.bricks = open(stretch);
+    again.bricks = open_(stretch);
     again.write_rows = derive;
-    run_decode_graph(parameters(), stretch, budget(), again);
+    run_decode_graph(parameters(), stretch, budget, again);
   }
-  if (const auto brick = ranges.first_wrong(index_))
-    fail_index(fmt::format("the value range of brick {} does not match its voxels", *brick));
+  std::int64_t id = rows.first_brick(bricks);
+  for (const ValueRange& range : ranges) {
+    if (!can_be_of(range, index_.bricks[static_cast<std::size_t>(id)], index_.total.max_error))
+      fail_index(fmt::format("the value range of brick {} does not match its voxels", id));
+    ++id;
+  }
   found.open_faces = faces.open_faces();
   return found;
 }
@@ -180,33 +156,24 @@ VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) 
   return result;
 }
 
-PartVerifier::PartVerifier(const TagBricks& file, VerifySetup setup)
-    : file_(file), checks_(file.name(), file.header(), file.index(), std::move(setup)) {}
-
-Findings PartVerifier::verify(const BrickRows& rows, const Watch& watch) {
-  return checks_.verify(
-      rows, [&](const BrickRows& wanted) { return bricks_of(wanted); }, watch);
-}
-
-void PartVerifier::tell_difference(const Disagreement& bricks) const {
+void Verifier::tell_difference(const Disagreement& bricks) const {
   const BrickGrid grid = parameters().bricks();
   SharedFaces faces(parameters());
   for (const std::int64_t id : {bricks.below, bricks.above}) {
     const Index3 position = grid.position(id);
     const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
     DecodeStreams streams;
-    streams.bricks = bricks_of(row);
-    streams.write_rows = [](const DecodedRows&) {};
+    streams.bricks = open_(row);
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       if (brick.id != id) return;
       if (const auto p = faces.first_difference(brick))
-        checks_.fail_brick(brick.id, "it disagrees with its neighbor", *p);
+        fail_brick(brick.id, "it disagrees with its neighbor", *p);
     };
-    run_decode_graph(parameters(), row, checks_.budget(), streams);
+    run_decode_graph(parameters(), row, setup_.plan.budget, streams);
   }
   throw WorldError(
-      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?",
-                  file_.name(), bricks.below, bricks.above));
+      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?", name_,
+                  bricks.below, bricks.above));
 }
 
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
@@ -218,10 +185,10 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 // All rows have none below them, so the file is opened once.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup));
+  Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup),
+                    [&](const BrickRows&) { return reader.bricks(); });
   const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
-  const Findings found = verifier.verify(
-      BrickRows::all(parameters.bricks()), [&](const BrickRows&) { return reader.bricks(); }, watch);
+  const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
   return verifier.finish(found.counted, reader.sizes());
 }
 

@@ -12,9 +12,10 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/verify/comparison.h"
+#include "pipeline/verify/against_original.h"
 #include "pipeline/verify/shared_faces.h"
 #include "pipeline/verify/verify.h"
+#include "stages/brick/closed_samples.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
@@ -28,10 +29,10 @@ struct Findings {
 /// What verifying a file takes besides the file.
 struct VerifySetup {
   DecodePlan plan;
-  std::unique_ptr<Comparison> against = nullptr;  ///< comparison with an original; null if there is none
-  bool any_order = true;                          ///< rows may be compared in any order
-  std::string fields_of_original = "";            ///< what the original says of itself; see VolumeInfo
-  bool is_original_headerless = false;            ///< it has no place for a scale of values
+  std::unique_ptr<AgainstOriginal> against = nullptr;  ///< comparison with an original; null if there is none
+  bool any_order = true;                               ///< rows may be compared in any order
+  std::string fields_of_original = "";                 ///< what the original says of itself; see VolumeInfo
+  bool is_original_headerless = false;                 ///< it has no place for a scale of values
 };
 
 /// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that
@@ -40,72 +41,55 @@ VerifySetup verify_setup(const std::string& name, const CodingParameters& parame
                          const std::string& original, const SourceDescription& source,
                          const Resources& resources, std::uint64_t of_envelope = 0);
 
-/// The checks, however the bricks are read: verify_all() reads a file front to back, and PartVerifier reads
-/// rows of bricks in any order.
+/// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every brick is
+/// checked with that of the brick before it, so that all parts together check the entire chain.
 class Verifier {
  public:
-  /// `name`, `header` and `index` are those of the file. `header` and `index` must outlive the verifier.
-  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup)
-      : name_(std::move(name)), header_(header), index_(index), setup_(std::move(setup)) {}
+  /// Gives the bricks of some rows.
+  using Open = std::function<BrickStream(const BrickRows&)>;
+
+  /// `name`, `header` and `index` are those of the file; the last two must outlive the verifier.
+  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup, Open open)
+      : name_(std::move(name)),
+        header_(header),
+        index_(index),
+        setup_(std::move(setup)),
+        open_(std::move(open)) {}
+  /// Reads rows of bricks in any order. `file` must outlive the verifier. REQUIRES: setup.any_order.
+  Verifier(const TagBricks& file, VerifySetup setup);
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 
   const CodingParameters& parameters() const { return header_.parameters; }
-  const DecodeBudget& budget() const { return setup_.plan.budget; }
 
-  /// Verifies the bricks of `rows`. `open` gives the bricks of some rows: of all of the volume it is called once; of a
-  /// part also for rows around it, if the mesh is measured or the grid is derived. The index is complete after the
-  /// bricks of `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput
-  /// at the first error.
-  Findings verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
-                  const Watch& watch);
+  /// Verifies the bricks of `rows`. Opens these and, for a part of the volume whose mesh is measured or whose grid is
+  /// derived, rows around them; of all of the volume, bricks are opened once. The index is complete after the bricks of
+  /// `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput at the
+  /// first error.
+  Findings verify(const BrickRows& rows, const Watch& watch);
 
   /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings,
   /// and `sizes` are those of the file. Throws BrokenInput if the index differs from it.
   VerifyResult finish(const Statistics& counted, const TagSizes& sizes);
-
-  /// Throws BrokenInput for what is wrong at a point of a brick.
-  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
-
- private:
-  class Ranges;
-
-  /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
-  void check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const;
-  void compare_with_index(const Statistics& counted) const;
-  [[noreturn]] void fail_index(const std::string& what) const;
-
-  std::string name_;
-  const TagHeader& header_;
-  const TagIndex& index_;
-  VerifySetup setup_;
-};
-
-/// Verifies parts of a file, whose header, index and footer were checked when it was opened. The checksum of
-/// every brick is checked with that of the brick before it, so that all parts together check the entire
-/// chain.
-class PartVerifier {
- public:
-  /// `file` must outlive the verifier. REQUIRES: setup.any_order.
-  PartVerifier(const TagBricks& file, VerifySetup setup);
-
-  const CodingParameters& parameters() const { return file_.parameters(); }
-
-  /// See Verifier.
-  Findings verify(const BrickRows& rows, const Watch& watch);
-  VerifyResult finish(const Statistics& counted) { return checks_.finish(counted, file_.sizes()); }
 
   /// Throws BrokenInput for two neighboring bricks whose common face differs, as found by comparing parts.
   /// The message says where.
   [[noreturn]] void tell_difference(const Disagreement& bricks) const;
 
  private:
-  BrickStream bricks_of(const BrickRows& rows) const {
-    return file_.bricks_from(rows.first_brick(parameters().bricks()));
-  }
+  /// The samples on the low faces of `rows`, which bricks below own.
+  ClosedSamples low_faces(const BrickRows& rows) const;
+  /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
+  void check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const;
+  void compare_with_index(const Statistics& counted) const;
+  [[noreturn]] void fail_index(const std::string& what) const;
+  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
-  const TagBricks& file_;
-  Verifier checks_;
+  std::string name_;
+  const TagHeader& header_;
+  const TagIndex& index_;
+  VerifySetup setup_;
+  Open open_;
 };
 
 }  // namespace tagrid
