@@ -4,7 +4,6 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "pipeline/memory/resources.h"
 
 namespace tagrid {
 
@@ -34,15 +33,7 @@ std::uint64_t DecodeOutput::memory_of_program() {
   return sink_->memory();
 }
 
-std::uint64_t DecodeOutput::memory() { return run_.format.memory(info_) + memory_of_program(); }
-
 bool DecodeOutput::any_order() const { return run_.format.any_order && is_regular_output(run_.output); }
-
-void DecodeOutput::refuse(const MemoryLimit& limit) {
-  const std::uint64_t bytes = memory_of_program();
-  if (bytes == 0) throw limit;
-  throw_for_writer(limit, program(), bytes);
-}
 
 std::shared_ptr<VolumeSink> DecodeOutput::begin() {
   require_memory_of_writer(program(), memory_of_program(), run_.resources);

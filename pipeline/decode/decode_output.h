@@ -24,12 +24,20 @@ class DecodeOutput {
   DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                const CodingParameters& parameters, bool others_write = false);
 
-  /// Bytes of memory that writing takes, in this process and in the program.
-  std::uint64_t memory();
+  /// The result of make(bytes of memory that writing takes, in this process and in the program), a plan. Throws a limit
+  /// that it cannot keep as a UsageError that says how much of it is for the program.
+  template <class Make>
+  auto plan(Make make) {
+    try {
+      return make(run_.format.memory(info_) + memory_of_program());
+    } catch (const MemoryLimit& limit) {
+      const std::uint64_t bytes = memory_of_program();
+      if (bytes == 0) throw;
+      throw_for_writer(limit, program(), bytes);
+    }
+  }
   /// Samples can be written in any order.
   bool any_order() const;
-  /// Throws a limit that a plan cannot keep, as a UsageError that says how much of it is for the program.
-  [[noreturn]] void refuse(const MemoryLimit& limit);
   /// Opens the output. Throws UsageError if the machine does not have the memory that the program needs, and
   /// there is no other limit.
   std::shared_ptr<VolumeSink> begin();

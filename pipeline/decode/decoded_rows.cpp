@@ -1,6 +1,5 @@
 #include "pipeline/decode/decoded_rows.h"
 
-#include <cassert>
 #include <cstring>
 
 namespace tagrid {

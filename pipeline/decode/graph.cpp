@@ -3,7 +3,6 @@
 #include <oneapi/tbb/flow_graph.h>
 
 #include <memory>
-#include <vector>
 
 #include "pipeline/decode/block.h"
 #include "pipeline/threads/run_graph.h"

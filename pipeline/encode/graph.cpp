@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <variant>
 
 #include "pipeline/threads/run_graph.h"

@@ -4,7 +4,6 @@
 #include <mutex>
 #include <utility>
 
-#include "pipeline/grid/value_range.h"
 #include "pipeline/job/source_survey.h"
 #include "stages/survey/survey.h"
 

@@ -1,6 +1,5 @@
 #include "pipeline/grid/schedule.h"
 
-#include <memory>
 #include <utility>
 
 #include "stages/criterion/subdivide.h"

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 
-#include "io/errors/errors.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
 

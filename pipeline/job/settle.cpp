@@ -6,16 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/volume/volume_source.h"
-#include "pipeline/job/resolved_options.h"
 #include "pipeline/job/source_survey.h"
-#include "pipeline/progress/progress.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
 

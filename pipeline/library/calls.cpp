@@ -2,8 +2,6 @@
 
 #include <oneapi/tbb/global_control.h>
 
-#include <algorithm>
-
 #include "pipeline/memory/of_bricks.h"
 
 namespace tagrid::library {

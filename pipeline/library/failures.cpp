@@ -2,10 +2,8 @@
 
 #include <atomic>
 #include <exception>
-#include <utility>
 
 #include "io/errors/error_kinds.h"
-#include "io/errors/errors.h"
 #include "pipeline/memory/of_bricks.h"
 
 namespace tagrid::library {

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <functional>
-#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/resources.h"
 
 namespace tagrid {
 namespace {

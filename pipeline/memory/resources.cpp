@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <optional>
 
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/of_bricks.h"

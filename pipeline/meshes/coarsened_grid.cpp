@@ -3,13 +3,11 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/threads/threads.h"
-#include "stages/coarsen/coarsen.h"
 
 namespace tagrid {
 namespace {

@@ -6,7 +6,6 @@
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/meshes/coarsened_grid.h"
-#include "pipeline/meshes/grid_input.h"
 #include "pipeline/meshes/mesh_builder.h"
 #include "pipeline/reading/read_region.h"
 

@@ -3,8 +3,6 @@
 #include <memory>
 
 #include "io/meshes/surface_file.h"
-#include "pipeline/meshes/grid_input.h"
-#include "pipeline/meshes/surface_builder.h"
 #include "pipeline/reading/read_region.h"
 
 namespace tagrid {

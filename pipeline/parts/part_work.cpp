@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <memory>
-#include <optional>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
@@ -18,7 +16,6 @@
 #include "io/volume/rows_of_slices.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/job/source_survey.h"
-#include "pipeline/memory/plan.h"
 
 namespace tagrid {
 namespace {

@@ -1,7 +1,6 @@
 
 #include <algorithm>
 #include <map>
-#include <utility>
 
 #include "pipeline/parts/order_members.h"
 #include "pipeline/parts/part_work.h"

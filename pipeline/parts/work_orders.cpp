@@ -27,11 +27,14 @@ void send(Ranks& ranks, Task task, Bytes order) {
   ranks.broadcast(order);
 }
 
-// Ignores failures: rank 0 reports them, and then sends the final order.
-template <class Do>
-void obey(Do work) {
+// Unpacks an order and carries it out. Ignores failures: rank 0 reports them, and then sends the final order.
+template <class Order, class Do>
+void obey(const Bytes& bytes, const std::function<void(std::uint64_t)>& limit_memory, Do work) {
+  auto order = unpacked_order<Order>(bytes);
+  if constexpr (requires { order.resources; })
+    if (order.resources.memory) limit_memory(*order.resources.memory);
   try {
-    work();
+    work(order);
   } catch (const std::exception&) {
   }
 }
@@ -70,39 +73,30 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
       case Task::end:
         return FieldReader(bytes).get<int>();
       case Task::make_parts: {
-        const auto order = unpacked_order<PartOrder>(bytes);
-        // A run that can be continued leaves its parts. In any other run, each rank makes sure that nothing
-        // is left.
-        const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
-        if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");
-        if (order.resources.memory) limit_memory(*order.resources.memory);
-        obey([&] { make_parts(ranks, order); });
+        int slot = -1;
+        obey<PartOrder>(bytes, limit_memory, [&](const PartOrder& order) {
+          // A run that can be continued leaves its parts. In any other run, each rank makes sure that nothing is left.
+          if (order.code_after_signal < 0)
+            slot = register_temporary_folder(order.folder);
+          else
+            end_signals_with(order.code_after_signal, "");
+          make_parts(ranks, order);
+        });
         forget_temporary(slot);
         break;
       }
-      case Task::place_parts: {
-        const auto order = unpacked_order<PlaceOrder>(bytes);
-        obey([&] { place_parts(ranks, order); });
+      case Task::place_parts:
+        obey<PlaceOrder>(bytes, limit_memory, [&](const PlaceOrder& order) { place_parts(ranks, order); });
         break;
-      }
-      case Task::decode_parts: {
-        const auto order = unpacked_order<DecodeOrder>(bytes);
-        if (order.resources.memory) limit_memory(*order.resources.memory);
-        obey([&] { decode_parts(ranks, order); });
+      case Task::decode_parts:
+        obey<DecodeOrder>(bytes, limit_memory, [&](const DecodeOrder& order) { decode_parts(ranks, order); });
         break;
-      }
-      case Task::verify_parts: {
-        const auto order = unpacked_order<VerifyOrder>(bytes);
-        if (order.resources.memory) limit_memory(*order.resources.memory);
-        obey([&] { verify_parts(ranks, order); });
+      case Task::verify_parts:
+        obey<VerifyOrder>(bytes, limit_memory, [&](const VerifyOrder& order) { verify_parts(ranks, order); });
         break;
-      }
-      case Task::look_at_share: {
-        auto order = unpacked_order<ContentOrder>(bytes);
-        if (order.resources.memory) limit_memory(*order.resources.memory);
-        obey([&] { look_at_share(ranks, order); });
+      case Task::look_at_share:
+        obey<ContentOrder>(bytes, limit_memory, [&](ContentOrder& order) { look_at_share(ranks, order); });
         break;
-      }
       case Task::of_program:
         obey_program(bytes);
         break;

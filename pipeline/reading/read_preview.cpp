@@ -12,7 +12,6 @@
 #include "io/volume/lengths.h"
 #include "pipeline/decode/block.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/resources.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"
 #include "stages/mesh/leaf_at.h"

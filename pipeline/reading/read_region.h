@@ -1,7 +1,6 @@
 // Reads samples of a part of a volume from the bricks that hold them.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>

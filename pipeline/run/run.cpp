@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/unchanged_files.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -27,12 +26,10 @@ bool parts_are_possible(const std::string& input, const std::string& output) {
 
 DecodePlan plan_of(DecodeOutput& output, const CodingParameters& parameters, const WrittenNumbers& numbers,
                    const Resources& resources) {
-  try {
-    return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream,
-                         output.memory(), numbers.value_bytes());
-  } catch (const MemoryLimit& limit) {
-    output.refuse(limit);
-  }
+  return output.plan([&](std::uint64_t memory) {
+    return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream, memory,
+                         numbers.value_bytes());
+  });
 }
 
 // Of a run whose samples were written.
