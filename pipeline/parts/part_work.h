@@ -11,7 +11,7 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/brick_store.h"
+#include "pipeline/encode/encode_run.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"

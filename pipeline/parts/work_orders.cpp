@@ -1,11 +1,23 @@
 #include "pipeline/parts/work_orders.h"
 
+#include <algorithm>
 #include <exception>
+#include <map>
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
+#include "io/bytes/little_endian.h"
+#include "io/files/placed_file.h"
 #include "io/files/temporaries.h"
+#include "io/tag/bricks.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/parts/order_members.h"
+#include "pipeline/parts/part_work.h"
 #include "pipeline/ranks/messages.h"
+#include "pipeline/restore/restore.h"
+#include "pipeline/verify/verifier.h"
 
 namespace tagrid {
 namespace {
@@ -37,6 +49,73 @@ void obey(const Bytes& bytes, const std::function<void(std::uint64_t)>& limit_me
     work(order);
   } catch (const std::exception&) {
   }
+}
+
+// The file and the output volume, as opened by this rank.
+class PartDecoder {
+ public:
+  PartDecoder(const Ranks& ranks, const DecodeOrder& order)
+      : start_(order.start),
+        tag_(std::make_shared<FileSource>(order.input)),
+        file_(order.file, order.name),
+        sample_bytes_(size_of(order.numbers.type(parameters().type))),
+        parts_(parts_of(parameters().bricks())),
+        decoder_(parameters(),
+                 plan_decoding(parameters(), of_this_rank(ranks, order.resources), DecodeUse::write, 0,
+                               order.numbers.value_bytes())
+                     .budget,
+                 order.numbers) {}
+
+  const CodingParameters& parameters() const { return tag_.parameters(); }
+  std::int64_t count() const { return static_cast<std::int64_t>(parts_.size()); }
+
+  void decode(std::int64_t part, const Watch& watch) {
+    const BrickRows& rows = parts_[static_cast<std::size_t>(part)];
+    decoder_.decode(
+        rows, tag_.bricks_from(rows.first_brick(parameters().bricks())),
+        [&](const DecodedRows& decoded) {
+          decoded.for_each_part(
+              [&](std::int64_t first, std::span<const std::byte> samples) { write(first, samples); });
+        },
+        watch);
+  }
+
+  void finish() { file_.finish(); }
+
+ private:
+  void write(std::int64_t first, std::span<const std::byte> samples) {
+    std::vector<std::byte> swapped;
+    file_.write_at(start_ + static_cast<std::uint64_t>(first) * sample_bytes_,
+                   little_endian_samples(samples, sample_bytes_, swapped));
+  }
+
+  std::uint64_t start_;
+  TagBricks tag_;
+  PlacedFile file_;
+  std::size_t sample_bytes_;  ///< as written
+  std::vector<BrickRows> parts_;
+  RowDecoder decoder_;
+};
+
+// Messages between ranks are small.
+constexpr std::size_t files_at_once = 4096;
+
+/// Some files of a source, and no others.
+SourceFiles only(const SourceFiles& all, std::size_t first, std::size_t end) {
+  SourceFiles some;
+  some.shape = all.shape;
+  std::map<std::size_t, std::size_t> numbers;  // of paths, there and here
+  for (std::size_t i = first; i < end; ++i) {
+    some.files.push_back(all.files[i]);
+    some.pieces.push_back(all.pieces[i]);
+    for (PlainPiece& piece : some.pieces.back()) {
+      if (piece.kind != PlainPiece::Kind::stretch && piece.kind != PlainPiece::Kind::content) continue;
+      const auto [number, is_new] = numbers.emplace(piece.file, some.paths.size());
+      if (is_new) some.paths.push_back(all.paths[piece.file]);
+      piece.file = number->second;
+    }
+  }
+  return some;
 }
 
 }  // namespace
@@ -104,6 +183,77 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         throw std::logic_error("a task from rank 0 cannot be read");
     }
   }
+}
+
+void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progress) {
+  std::unique_ptr<PartDecoder> decoder;
+  all_do(ranks, [&] { decoder = std::make_unique<PartDecoder>(ranks, order); });
+  SharedWork shared;
+  shared.count = decoder->count();
+  shared.work = [&](std::int64_t part) { decoder->decode(part, watch_of(shared)); };
+  CodingParameters written = decoder->parameters();
+  written.type = order.numbers.type(written.type);
+  shared.look = look_for(progress, written);
+  share_out(ranks, shared);
+  all_do(ranks, [&] { decoder->finish(); });
+}
+
+void look_at_share(Ranks& ranks, ContentOrder& order) {
+  const std::size_t files = order.source.files.size(), count = static_cast<std::size_t>(ranks.count());
+  const auto begin_of = [&](std::size_t rank) { return files * rank / count; };
+  const auto rank = static_cast<std::size_t>(ranks.rank());
+  SourceFiles own;
+  all_do(ranks, [&] {
+    own = only(order.source, begin_of(rank), begin_of(rank + 1));
+    look_at_contents(own, order.exact, of_this_rank(ranks, order.resources).threads);
+  });
+  const std::vector<Bytes> seen = ranks.gather(packed_order(own.files));
+  for (std::size_t other = 0; other < seen.size(); ++other)
+    std::ranges::move(unpacked_order<std::vector<EnvelopeFile>>(seen[other]),
+                      order.source.files.begin() + static_cast<std::ptrdiff_t>(begin_of(other)));
+}
+
+void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resources& resources) {
+  for (std::size_t first = 0; first < source.files.size(); first += files_at_once) {
+    const std::size_t end = std::min(first + files_at_once, source.files.size());
+    ContentOrder order{only(source, first, end), exact, resources};
+    send_order(ranks, order);
+    look_at_share(ranks, order);
+    std::ranges::move(order.source.files, source.files.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+}
+
+VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup,
+                          const Progress& progress) {
+  std::optional<TagBricks> file;
+  std::optional<Verifier> verifier;
+  all_do(ranks, [&] {
+    file.emplace(std::make_shared<FileSource>(order.input));
+    if (!setup)
+      setup = verify_setup(file->name(), file->parameters(), order.original, order.source,
+                           of_this_rank(ranks, order.resources));
+    verifier.emplace(*file, std::move(*setup));
+  });
+  const BrickGrid bricks = verifier->parameters().bricks();
+  const std::vector<BrickRows> parts = parts_of(bricks);
+  Statistics counted;
+  OpenFacePairs faces(bricks);
+  SharedWork shared;
+  shared.count = static_cast<std::int64_t>(parts.size());
+  shared.work = [&](std::int64_t part) {
+    shared.account = packed_order(verifier->verify(parts[static_cast<std::size_t>(part)], watch_of(shared)));
+  };
+  shared.take = [&](const Bytes& bytes) {
+    const auto found = unpacked_order<Findings>(bytes);
+    counted.add(found.counted);
+    faces.add(found.open_faces);
+  };
+  shared.look = look_for(progress, verifier->parameters());
+  share_out(ranks, shared);
+  if (ranks.rank() > 0) return {};
+  if (const auto bricks_that_differ = faces.first_difference())
+    verifier->tell_difference(*bricks_that_differ);
+  return verifier->finish(counted, file->sizes());
 }
 
 }  // namespace tagrid

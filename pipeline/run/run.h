@@ -7,7 +7,6 @@
 
 #include "io/files/unchanged_files.h"
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/encode/brick_store.h"
 #include "pipeline/encode/encode_run.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"

@@ -1,4 +1,4 @@
-#include "pipeline/verify/active_points.h"
+#include "pipeline/verify/verify.h"
 
 #include <utility>
 

@@ -1,4 +1,5 @@
-// Verifies a file: every checksum, every brick by decoding it, the grid, the statistics, and the original.
+// Verifies a file: every checksum, every brick by decoding it, the grid, the statistics, and the original. Counts the
+// points of a grid that is not stored.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
@@ -57,5 +59,14 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 struct VerifySetup;
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
+
+/// The numbers of active points of each level, by the grid of the decoded samples. Decodes the file, which has not been
+/// read yet, in the memory that meshing takes. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of
+/// `progress`. REQUIRES: the file stores no grid.
+Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress = {});
+
+/// The summary of a file, as summary_of() reads it. The levels of a grid that is not stored are counted.
+TagSummary summary_with_levels(const std::string& path, const Resources& resources,
+                               const Progress& progress = {});
 
 }  // namespace tagrid
