@@ -234,21 +234,6 @@ std::vector<std::optional<double>> usual_errors(double noise, const EncodeOption
   return errors;
 }
 
-// The most threads that fit into the limit.
-int threads_for(const CodingParameters& p, const VolumeSource& source, std::size_t bounds,
-                const Resources& resources) {
-  const auto memory = [&](int threads) {
-    return memory_of_estimating(p, threads, static_cast<std::int64_t>(bounds), most_chosen(p.bricks())) +
-           source.traits().memory;
-  };
-  int threads = std::max(resources.threads, 1);
-  if (!resources.memory) return threads;
-  while (threads > 1 && memory(threads) > *resources.memory) --threads;
-  if (memory(threads) > *resources.memory)
-    throw MemoryLimit("estimating this volume", *resources.memory, memory(threads), {});
-  return threads;
-}
-
 }  // namespace
 
 EstimateResult estimate_encoding(const EstimateRun& run) {
@@ -266,9 +251,12 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     any.max_error = 0;
   const ResolvedOptions options = in_samples(any, source->facts());
   // Checked before anything is read.
-  const int threads =
-      threads_for(options.parameters, *source, run.max_errors.empty() ? usual_bounds : run.max_errors.size(),
-                  run.resources);
+  const auto bounds =
+      static_cast<std::int64_t>(run.max_errors.empty() ? usual_bounds : run.max_errors.size());
+  const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
+    const CodingParameters& p = options.parameters;
+    return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;
+  });
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
       throw UsageError(

@@ -163,6 +163,10 @@ ByteCount derived_grid(const Sizes& z, ByteCount threads) {
 
 }  // namespace
 
+std::uint64_t with_heap_overhead(double bytes) {
+  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
+}
+
 std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
   const Sizes z(p);
   const bool strips = load.rows < z.bricks.bricks(1), grid = p.stores_grid();
@@ -226,8 +230,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
 }
 
 std::uint64_t memory_of_deriving(const CodingParameters& p, std::int64_t threads) {
-  return static_cast<std::uint64_t>(
-      std::min(derived_grid(Sizes(p), ByteCount(threads)) * heap_overhead, 4e18));
+  return with_heap_overhead(derived_grid(Sizes(p), ByteCount(threads)));
 }
 
 std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads, bool with_grid) {

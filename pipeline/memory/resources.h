@@ -1,6 +1,7 @@
 // The threads and memory that a run may use.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -70,6 +71,18 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
   for (const std::uint64_t part : {4, 2})
     if (const auto found = best(share / part)) return *found;
   return smallest;
+}
+
+/// The most threads with which needed(threads) bytes fit into the limit on memory, if there is one. Throws MemoryLimit,
+/// which names `what`, if not even one does.
+template <class Needed>
+int threads_within(const Resources& resources, const char* what, Needed needed) {
+  int threads = std::max(resources.threads, 1);
+  if (!resources.memory) return threads;
+  while (threads > 1 && needed(threads) > *resources.memory) --threads;
+  if (const std::uint64_t least = needed(threads); least > *resources.memory)
+    throw MemoryLimit(what, *resources.memory, least, {});
+  return threads;
 }
 
 /// The program tagrid-write-NAME.

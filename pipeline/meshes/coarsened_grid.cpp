@@ -7,6 +7,7 @@
 
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -36,15 +37,6 @@ void add_shared(const LatticeBits& from, LatticeBits& to) {
   });
 }
 
-// The points that are always active.
-LatticeBits root_corners(const Box& box, int cube_size) {
-  LatticeBits bits(box);
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) bits.set({x, y, z});
-  return bits;
-}
-
 std::uint64_t largest_brick_samples(const CodingParameters& p) {
   return static_cast<std::uint64_t>(p.bricks().closed_box({0, 0, 0}).count()) * size_of(p.type);
 }
@@ -54,10 +46,9 @@ std::uint64_t largest_brick_bits(const CodingParameters& p) {
 
 std::uint64_t bytes_beside_decoding(const CodingParameters& parameters, std::uint64_t taker_bytes,
                                     int threads) {
-  const double bytes = static_cast<double>(CoarsenedGrid::working_bytes(parameters, threads)) +
-                       static_cast<double>(CoarsenedGrid::bytes_of_brick(parameters)) +
-                       static_cast<double>(taker_bytes);
-  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
+  return with_heap_overhead(static_cast<double>(CoarsenedGrid::working_bytes(parameters, threads)) +
+                            static_cast<double>(CoarsenedGrid::bytes_of_brick(parameters)) +
+                            static_cast<double>(taker_bytes));
 }
 
 }  // namespace
@@ -111,7 +102,8 @@ void CoarsenedGrid::add_layer(const DecodedRows& layer) {
 
 void CoarsenedGrid::add_brick(std::int64_t id, const SliceRange& slices) {
   const Samples samples = gather(slices, parameters_.dims, parameters_.type, box_of(id)).bytes;
-  LatticeBits active = root_corners(box_of(id), parameters_.cube_size);
+  LatticeBits active(box_of(id));
+  set_root_corners(active, parameters_.cube_size);
   {
     const std::scoped_lock lock(mutex_);
     samples_.write_at(static_cast<std::uint64_t>(id) * largest_brick_samples(parameters_), samples);

@@ -128,17 +128,14 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
   const double kept = bricks * static_cast<double>(brick) + static_cast<double>(taker_bytes);
   const std::uint64_t derived =
       parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
-  return memory_of_reading(parameters, threads, true) + derived +
-         static_cast<std::uint64_t>(std::min(kept * heap_overhead, 4e18));
+  return memory_of_reading(parameters, threads, true) + derived + with_heap_overhead(kept);
 }
 
 int threads_for_taking(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
                        const Resources& resources) {
-  if (!resources.memory) return resources.threads;
-  for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_taking(parameters, taken, taker_bytes, threads) <= *resources.memory) return threads;
-  throw MemoryLimit("meshing a part of the volume", *resources.memory,
-                    memory_of_taking(parameters, taken, taker_bytes, 1), {});
+  return threads_within(resources, "meshing a part of the volume", [&](int threads) {
+    return memory_of_taking(parameters, taken, taker_bytes, threads);
+  });
 }
 
 namespace {

@@ -24,13 +24,11 @@ std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters&
     const Box& box = grid.box();
     std::vector<T> points;
     points.reserve(static_cast<std::size_t>(box.count()));
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-          T value;
-          std::memcpy(&value, value_of({x, y, z}), sizeof value);
-          points.push_back(value);
-        }
+    for_each_point_of(box, [&](Index3 p) {
+      T value;
+      std::memcpy(&value, value_of(p), sizeof value);
+      points.push_back(value);
+    });
     const auto field = interpolate_points<T>(points, grid, parameters.cube_size);
     const std::vector<T> samples = rounded_field<T>(field, points, grid, parameters.cube_size);
     const auto all = std::as_bytes(std::span(samples));

@@ -23,10 +23,7 @@ namespace {
 // The grid that is marched: the prefix, and root corners, which are vertices whatever a damaged file says.
 LatticeBits grid_of(const LatticeBits& active, int cube_size, int level) {
   LatticeBits grid = level < max_level(cube_size) ? prefix_of(active, cube_size, level) : active;
-  const Box& box = active.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) grid.set(Index3{x, y, z});
+  set_root_corners(grid, cube_size);
   return grid;
 }
 

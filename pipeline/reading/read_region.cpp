@@ -106,10 +106,8 @@ std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& pa
 }
 
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources) {
-  if (!resources.memory) return resources.threads;
-  for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_reading(parameters, threads) <= *resources.memory) return threads;
-  throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
+  return threads_within(resources, "reading a part of the volume",
+                        [&](int threads) { return memory_of_reading(parameters, threads); });
 }
 
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
