@@ -4,8 +4,7 @@
 
 #include <memory>
 
-#include "pipeline/decode/block.h"
-#include "pipeline/threads/run_graph.h"
+#include "io/errors/errors.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -100,6 +99,17 @@ void RowDecoder::decode(const BrickRows& rows, const BrickStream& bricks,
     if (failed_) std::rethrow_exception(failure_);
     throw;
   }
+}
+
+DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
+                          const std::string& name, Wanted wanted, std::int64_t slices) {
+  DecodedBrick brick;
+  const Status status =
+      decode_brick({block.activity, block.values}, parameters, {block.id, wanted, slices}, brick);
+  if (!status.ok())
+    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id) + ": " +
+                      status.what());
+  return brick;
 }
 
 }  // namespace tagrid

@@ -7,7 +7,6 @@
 #include <optional>
 #include <variant>
 
-#include "pipeline/threads/run_graph.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/criterion/tile.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/grid/value_range.h"
+#include "pipeline/grid/slices.h"
 #include "stages/grid/domain.h"
 
 namespace tagrid {

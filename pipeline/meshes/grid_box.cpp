@@ -10,8 +10,8 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/decode/block.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/grid/schedule.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"

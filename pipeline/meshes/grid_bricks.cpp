@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/decode/graph.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/grid/schedule.h"
 #include "pipeline/memory/of_bricks.h"
 #include "stages/grid/lattice.h"
 

@@ -10,7 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/lengths.h"
-#include "pipeline/decode/block.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"

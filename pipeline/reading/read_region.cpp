@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "pipeline/decode/block.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/threads/threads.h"
 

@@ -1,4 +1,4 @@
-// The threads of a run.
+// The threads of a run, and the flow graphs on them.
 #pragma once
 
 #include <oneapi/tbb/task_arena.h>
@@ -37,5 +37,24 @@ class Threads {
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<Others> others_;
 };
+
+/// Starts a flow graph at `first` and waits for it. Throws the exceptions of its nodes. When this returns or
+/// throws, no task of the graph runs or waits any more, so that its nodes can be destroyed.
+template <class Graph, class InputNode>
+void run_graph(Graph& graph, InputNode& first) {
+  try {
+    first.activate();
+    graph.wait_for_all();
+  } catch (...) {
+    // The exception may not be that of a node: oneTBB itself allocates memory.
+    graph.cancel();
+    try {
+      graph.wait_for_all();
+    } catch (...) {
+      // The first exception says what happened.
+    }
+    throw;
+  }
+}
 
 }  // namespace tagrid

@@ -4,7 +4,7 @@
 
 #include "io/files/file_attributes.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
 

@@ -6,9 +6,8 @@
 
 #include "io/errors/errors.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/block.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/conformity.h"
