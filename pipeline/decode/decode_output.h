@@ -19,13 +19,12 @@ namespace tagrid {
 /// program writes the format, it is opened to learn how much memory that program needs.
 class DecodeOutput {
  public:
-  /// A volume whose samples are described by `of_samples`, and which has `numbers`. `others_write`: see
-  /// SinkOptions. All arguments must outlive this.
+  /// `of_samples` describes the samples. `others_write`: see SinkOptions. All arguments must outlive this.
   DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                const CodingParameters& parameters, bool others_write = false);
 
-  /// The result of make(bytes of memory that writing takes, in this process and in the program), a plan. Throws a limit
-  /// that it cannot keep as a UsageError that says how much of it is for the program.
+  /// The result of make(bytes of memory that writing takes, in this process and in the program), a plan.
+  /// Throws a limit that it cannot keep as a UsageError that says how much of it is for the program.
   template <class Make>
   auto plan(Make make) {
     try {
@@ -38,8 +37,7 @@ class DecodeOutput {
   }
   /// Samples can be written in any order.
   bool any_order() const;
-  /// Opens the output. Throws UsageError if the machine does not have the memory that the program needs, and
-  /// there is no other limit.
+  /// Opens the output. Throws UsageError if the machine lacks the memory for the program and no limit is set.
   std::shared_ptr<VolumeSink> begin();
 
  private:
@@ -53,12 +51,11 @@ class DecodeOutput {
   std::shared_ptr<VolumeSink> sink_;
 };
 
-/// Passes samples to a sink: at their position or, if the sink takes raster order only, through a temporary
-/// file that holds one layer of bricks.
+/// Passes samples to a sink at their positions; in raster order through a temporary file for a layer of
+/// bricks.
 class RowOutput {
  public:
-  /// `spool_folder`: the folder of the temporary file; "" if rows come in the order in which the sink takes
-  /// them.
+  /// `spool_folder`: the directory of the temporary file; "" if rows come in the order of the sink.
   RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name);
 
   /// REQUIRES: rows come in the order of their bricks.

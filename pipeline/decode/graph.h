@@ -28,8 +28,7 @@ namespace tagrid {
 DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
                           const std::string& name, Wanted wanted, std::int64_t slices = all_slices);
 
-/// True if the decoded samples of a brick can have this range, by its entry in the index and the largest error that the
-/// index records.
+/// True if the index, whose largest recorded error is `max_error`, allows this range for the brick.
 inline bool can_be_of(const ValueRange& range, const IndexEntry& brick, double max_error) {
   // Without finite samples both are infinite, and their difference is a NaN.
   return !(std::abs(range.low - brick.low) > max_error || std::abs(range.high - brick.high) > max_error);
@@ -40,14 +39,14 @@ struct DecodeStreams {
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
   /// brick in them has been decoded without an error. May be empty.
   std::function<void(const DecodedRows& rows)> write_rows;
-  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. It may move
-  /// everything else out of the brick. May be empty.
+  /// Takes every brick, in order, before write_rows takes its samples. May move the rest out of it. May be
+  /// empty.
   std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
   std::function<void()> before_reading = {};  ///< the same, before each brick
-  /// Changes the samples of a decoded brick to those of `sample_bytes` bytes each that are gathered. Called
-  /// by several threads at once. May be empty.
+  /// Makes samples of `sample_bytes` bytes of those of a brick. Called by several threads at once. May be
+  /// empty.
   std::function<void(DecodedBrick&)> change_samples = {};
   std::size_t sample_bytes = 0;  ///< 0: those of the type of the volume
 };
@@ -67,9 +66,8 @@ class RowDecoder {
   /// Becomes true if samples cannot be written, so that a reader that waits can give up.
   const std::atomic<bool>& failed() const { return failed_; }
 
-  /// Decodes `rows`; `bricks` must give the first of them first. Passes rows to `write` in the order of their
-  /// bricks. Throws the exceptions of reading, `write` and `watch`. If several fail, the exception of `write`
-  /// is thrown.
+  /// Decodes `rows`, of which `bricks` must give the first first, and passes rows to `write` in the order of
+  /// bricks. Throws the exceptions of reading, `write` and `watch`; that of `write` if several fail.
   void decode(const BrickRows& rows, const BrickStream& bricks,
               const std::function<void(const DecodedRows&)>& write, const Watch& watch);
 

@@ -33,8 +33,7 @@ struct EncodeRun {
 
   /// Also keeps what the source files have besides samples, unless options.strip; see io/envelope.
   bool keep_files = false;
-  /// Continues the run recorded in `.NAME.parts/` beside the output, or begins a run that can be continued.
-  /// If false, a run that fails leaves nothing.
+  /// Continues or begins a run that is recorded in `.NAME.parts/`. If false, a run that fails leaves nothing.
   bool resume = false;
   /// The file will be compared with the input, with the same limit on memory: see plan_encoding().
   bool verified = false;
@@ -77,11 +76,9 @@ class BrickStore {
   BrickStore& operator=(const BrickStore&) = delete;
 
   virtual Reading reading(const VolumeSource& source) const = 0;
-  /// Before a sample is read. Returns what an earlier run has found. Throws UsageError if the output may not be
-  /// written.
+  /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
   virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
-  /// Takes the job. Returns false if an earlier run has already made its file. Throws UsageError if an earlier
-  /// run had another job.
+  /// Returns false if an earlier run has made the file. Throws UsageError if an earlier run had another job.
   virtual bool take(const EncodeJob& job, const VolumeSource& source) = 0;
   /// Encodes all bricks. Adds what that took to `result`: memory, bytes_in, times_read.
   virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;

@@ -39,8 +39,7 @@ EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {
   return encoded;
 }
 
-// Moves the decoded values to the mesh, completed from the bricks below if `closed` is given. Bricks come in the
-// order of their numbers.
+// Moves the decoded values to the mesh, completed from the bricks below if `closed`. Bricks come in order.
 void take_mesh_values(EncodedBrick& encoded, const CodingParameters& parameters, ClosedSamples* closed) {
   if (closed)
     encoded.mesh->values = closed->complete(encoded.mesh->of.brick, encoded.code->decoded);

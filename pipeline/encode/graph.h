@@ -56,8 +56,7 @@ class RowEncoder {
   RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice)
       : parameters_(parameters), plan_(std::move(plan)), read_slice_(std::move(read_slice)) {}
 
-  /// Encodes `rows` into `sink`. Throws the exceptions of reading, of the sink and of `watch`. If several
-  /// fail, the exception of the sink is thrown.
+  /// Encodes `rows`. Throws the exceptions of reading, `sink` and `watch`; that of `sink` if several fail.
   void encode(const BrickRows& rows, BrickSink& sink, const Watch& watch);
   /// Becomes true when a sink fails. A source that waits for samples may then give up.
   const std::atomic<bool>& failed() const { return failed_; }

@@ -100,8 +100,7 @@ SliceSamples PushEncoder::take() {
   return slice;
 }
 
-// Only this thread adds slices, so the room remains until it adds one. A slice that was copied before the
-// wait would be one more than the plan counts.
+// Only this thread adds slices. A slice copied before the wait would be one more than the plan counts.
 void PushEncoder::wait_for_room() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });

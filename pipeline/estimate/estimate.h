@@ -39,9 +39,8 @@ struct EstimateResult {
   std::vector<Estimate> estimates;  ///< in the order of max_errors
 };
 
-/// Encodes and decodes a sample of the bricks with every bound, and infers the rest from the roughness of the
-/// other bricks. A small volume is encoded entirely. Throws UsageError, BrokenInput, WorldError and
-/// MemoryLimit.
+/// Encodes and decodes a sample of the bricks, or all of a small volume, with every bound. Infers the rest
+/// from roughness. Throws UsageError, BrokenInput, WorldError and MemoryLimit.
 EstimateResult estimate_encoding(const EstimateRun& run);
 
 }  // namespace tagrid

@@ -24,12 +24,12 @@ struct BrickSample {
   ValueRange range;                   ///< of the samples of all bricks that were looked at
 };
 
-/// The largest number of bricks that are chosen: 16 million samples, or all of a smaller volume, but no more than 4096.
+/// The largest number of bricks that are chosen: 16 million samples, or all of a smaller volume, but no more
+/// than 4096.
 std::int64_t most_chosen(const BrickGrid& grid);
 
-/// Looks at all bricks or, in a volume of more than a GiB, at rows of them that are spread over it; chooses some, more of
-/// them where bricks are rough. Works on the threads of the arena. REQUIRES:
-/// source.traits().any_rows; steps > 0.
+/// Looks at all bricks, or at rows spread over a volume of more than a GiB; chooses more of the rough ones.
+/// Works on the threads of the arena. REQUIRES: source.traits().any_rows; steps > 0.
 BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps);
 
 }  // namespace tagrid

@@ -22,15 +22,13 @@ namespace tagrid {
 /// Samples of one z: complete rows, x fastest. All readers share them; the last reader frees them.
 using SliceSamples = std::shared_ptr<const std::byte[]>;
 
-/// Slices first, first + 1, ...; each holds the rows from first_row on. Cheap to copy: all jobs of a layer
-/// share the slices.
+/// Slices first, first + 1, ..., each with the rows from first_row on. Copies share the slices.
 struct SliceRange {
   std::int64_t first = 0, first_row = 0;
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
-/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes each. REQUIRES: `range` holds
-/// it.
+/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes. REQUIRES: `range` holds it.
 inline const std::byte* sample_at(const SliceRange& range, Index3 dims, std::size_t size, Index3 point) {
   const Index3 p = Box::of_size(dims).nearest(point);
   assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));

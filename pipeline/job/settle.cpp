@@ -156,11 +156,10 @@ FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, dou
   return {bound, fmt::format("{} dB are reached", wanted)};
 }
 
-// The largest error that the rule of the options gives for this volume. Reads the volume and rewinds it: a
-// sample of it for the noise, all of it for its range. For a PSNR a sample is coded some ten times, and all of
-// it three times or a few more, on `threads` threads: the next larger bound, by one or by half a per cent, does
-// not reach it. `progress` is told how far each of these tries has come. Throws UsageError if the volume cannot
-// be read like that, or if the bound cannot be combined with the other options. REQUIRES: there is a rule.
+// The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
+// of it for its range. For a PSNR, a sample is coded some ten times, and all of it three times or a few more:
+// the next larger bound, by one or by half a percent, does not reach it. Throws UsageError if the volume
+// cannot be read like that, or if the bound cannot be combined with the other options.
 FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, int threads,
                          const Progress& progress) {
   const auto [kind, value] = options.options.error_rule.value();

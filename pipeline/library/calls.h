@@ -1,5 +1,5 @@
-// What calls of the library have in common: their messages and status codes, and arguments and results in the types of
-// the pipeline.
+// What calls of the library share: messages, status codes, and conversions between its types and the
+// pipeline's.
 #pragma once
 
 #include <algorithm>
@@ -81,9 +81,8 @@ struct tagrid_reader {
 
 namespace tagrid::library {
 
-/// Reads a struct of the caller, who may have been compiled with an older or a newer header. Members that it
-/// lacks get their default; members that this library does not know are ignored. `first_size` is the size of
-/// the struct's first version.
+/// Reads a struct of a caller that was compiled with an older or a newer header: missing members get their
+/// defaults, unknown ones are ignored. `first_size`: of the struct's first version.
 template <class Struct>
 Struct taken_over(const Struct* given, void (*init)(Struct*), std::size_t first_size) {
   Struct result;
@@ -120,8 +119,7 @@ Resources resources_of(const tagrid_call& call);
 /// The caller's function, or an empty one. It calls cancel() if the caller asks to stop.
 Progress progress_of(const tagrid_call& call);
 
-/// A half-open box of the caller within a volume of `dims` samples, with both ends included. Throws
-/// UsageError.
+/// A caller's half-open box within `dims`, with both ends included. Throws UsageError.
 Box box_of(const tagrid_box& box, const Index3& dims);
 /// `strides`; if null, those of `shape` samples without gaps.
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);

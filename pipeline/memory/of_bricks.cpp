@@ -151,8 +151,7 @@ ByteCount marks_and_jobs(const Sizes& z, ByteCount rows, bool strips, ByteCount 
   return marks + jobs;
 }
 
-// A grid that is derived from decoded samples: slices, marks, and the work of the threads with some bricks
-// for each.
+// A grid derived from decoded samples: slices, marks, and the work of the threads with some bricks each.
 ByteCount derived_grid(const Sizes& z, ByteCount threads) {
   const CodingParameters& p = z.parameters;
   const ByteCount slices = std::min(z.edge + z.cube + mark_halo(p) + 2, ByteCount(p.dims.z));

@@ -21,8 +21,7 @@ struct EncodeLoad {
 };
 std::uint64_t memory_of_encoding(const CodingParameters& parameters, const EncodeLoad& load);
 
-/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: grids are decoded for
-/// the caller, who counts what it keeps.
+/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: the caller gets grids.
 struct DecodeLoad {
   std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
   bool inspect = false, with_grid = false;
@@ -34,8 +33,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& parameters, const Decod
 /// The memory, besides that of the program, of deriving the grid of complete layers of bricks.
 std::uint64_t memory_of_deriving(const CodingParameters& parameters, std::int64_t threads);
 
-/// The same for bricks that are read one by one, each by a thread that stores the result elsewhere: the
-/// samples and, `with_grid`, the grid.
+/// The same for bricks that are read one by one, by threads that store samples and grids elsewhere.
 std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads,
                                 bool with_grid = false);
 

@@ -12,8 +12,8 @@
 namespace tagrid {
 namespace {
 
-// The smallest load that can be in memory. A strip needs more slices than whole layers, so of low layers it
-// may need more.
+// The smallest possible load. A strip needs more slices than whole layers, so it may need more if they are
+// low.
 EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
   const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
@@ -35,8 +35,7 @@ std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>
   return low;
 }
 
-// Strips come before fewer threads: a strip reads some rows twice and marks their tiles twice, but with fewer
-// threads everything takes longer.
+// Strips come before fewer threads: they read and mark some rows twice, but fewer threads slow everything.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
                                         std::uint64_t limit) {
   const std::int64_t all = p.bricks().bricks(1), edge = p.bricks().length();

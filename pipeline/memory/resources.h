@@ -18,8 +18,7 @@ struct Resources {
   std::optional<std::uint64_t> memory = std::nullopt;
   /// Number of such processes that share the machine.
   int processes = 1;
-  /// The folder for a temporary file of samples, if a stream must be read or written in a different order;
-  /// "": no such folder.
+  /// The directory for a temporary file of samples whose order must change; "": none.
   std::string spool = {};
 
   explicit Resources(int thread_count) : threads(thread_count) {}
@@ -61,9 +60,8 @@ inline std::uint64_t share_of_memory(const Resources& resources) {
   return available_memory() / static_cast<std::uint64_t>(resources.processes);
 }
 
-/// Returns best(limit) for the given limit. If no limit is given, tries a quarter of this process's share of
-/// memory, and then half of it. Returns `smallest` if `best` finds nothing. `best` returns a
-/// std::optional<Load>.
+/// Returns best(limit). Without a limit, tries a quarter of this process's share of memory, then half of it.
+/// Returns `smallest` if `best`, which returns a std::optional<Load>, finds nothing.
 template <class Load, class Best>
 Load within(const Resources& resources, Best best, const Load& smallest) {
   if (resources.memory) return best(*resources.memory).value_or(smallest);
@@ -73,8 +71,7 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
   return smallest;
 }
 
-/// The most threads with which needed(threads) bytes fit into the limit on memory, if there is one. Throws MemoryLimit,
-/// which names `what`, if not even one does.
+/// The most threads whose needed(threads) bytes fit into the limit on memory. Throws MemoryLimit for `what`.
 template <class Needed>
 int threads_within(const Resources& resources, const char* what, Needed needed) {
   int threads = std::max(resources.threads, 1);
@@ -95,7 +92,8 @@ struct WriterProgram {
 [[noreturn]] void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer,
                                    std::uint64_t bytes);
 
-/// Throws UsageError if the machine does not have the memory that the program needs, and there is no other limit.
+/// Throws UsageError if the machine does not have the memory that the program needs, and there is no other
+/// limit.
 void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
 }  // namespace tagrid

@@ -160,8 +160,7 @@ void CoarsenedGrid::refine(std::int64_t id, const Samples& samples, LatticeBits 
     }
 }
 
-// The directions of the neighbours that contain a point which is new. One that came from a neighbour is known to all that
-// contain it: this neighbour told them.
+// The directions of the neighbors that contain a new point. One from a neighbor is not new to the others.
 std::uint32_t CoarsenedGrid::concerned(std::int64_t id, const LatticeBits& known,
                                        const LatticeBits& active) const {
   const Index3 position = bricks_.position(id);

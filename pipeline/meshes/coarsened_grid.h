@@ -35,8 +35,8 @@ struct CoarsenedBrick {
 
 class CoarsenedGrid {
  public:
-  /// `parameters` must outlive the object. `path`: the temporary files are in its folder, and messages name
-  /// it.
+  /// `parameters` must outlive the object. `path`: names the directory of the temporary files, and the
+  /// messages.
   CoarsenedGrid(const CodingParameters& parameters, const MeshBound& bound, const std::string& path);
 
   /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each
@@ -48,8 +48,7 @@ class CoarsenedGrid {
   /// Takes the samples of the next layer of bricks, and refines each of them, on the threads of the caller's
   /// arena. REQUIRES: layer.complete(), with all rows of bricks of the layer.
   void add_layer(const DecodedRows& layer);
-  /// Refines bricks again until nothing changes, on the threads of the caller's arena. Call it once, after
-  /// the last layer.
+  /// Refines bricks on the threads of the caller's arena until nothing changes. Call it after the last layer.
   void settle();
   /// REQUIRES: settle() was called.
   CoarsenedBrick brick(Index3 position);
@@ -88,16 +87,16 @@ struct CoarseningPlan {
 CoarseningPlan plan_coarsening(const CodingParameters& parameters, std::uint64_t taker_bytes,
                                const Resources& resources);
 
-/// Takes a brick of the grid. `value_of` returns a pointer to the decoded sample at a lattice point of the brick's closed
-/// box, as its type lies in memory; outside the volume, to the nearest one.
+/// Takes a brick of the grid. `value_of` returns a pointer to the decoded sample at a lattice point of the
+/// brick's closed box, as its type lies in memory; outside the volume, to the nearest one.
 using TakeCoarsened = std::function<void(Index3 position, const LatticeBits& active,
                                          const std::function<const std::byte*(Index3)>& value_of)>;
 
-/// Decodes a file that has not been read yet, front to back, finds the coarsest grid within `bound` of its decoded voxels,
-/// and passes the bricks at `positions` in the order of their numbers. The grid of the file itself plays no part. Memory:
-/// that of decoding, a second copy of the slices of a layer of bricks, and a few bricks for each thread. Nameless temporary
-/// files in the folder of `path` take about as many bytes as the samples, and a bit for each of them. Throws BrokenInput,
-/// WorldError, MemoryLimit, and the exceptions of `take` and `progress`.
+/// Decodes a file that has not been read yet, finds the coarsest grid within `bound` of its decoded voxels,
+/// whatever grid it stores, and passes the bricks at `positions` in order. Memory: that of decoding, a second
+/// copy of a layer of slices, and a few bricks for each thread. Nameless files in the directory of `path`
+/// take about the bytes of the samples. Throws BrokenInput, WorldError, MemoryLimit, and what `take` and
+/// `progress` do.
 void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& positions, const std::string& path,
                   std::uint64_t taker_bytes, const Resources& resources, const TakeCoarsened& take,
                   const Progress& progress = {});

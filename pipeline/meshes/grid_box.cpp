@@ -87,9 +87,8 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
   return needed;
 }
 
-// The parameters of the volume that `bricks` of a larger one make, from the lowest point of their closed
-// boxes on. Its grid is that of the larger volume, except for the bricks on which the samples around it have
-// an influence.
+// The parameters of the volume that `bricks` of a larger one make, from the low corner of their closed boxes
+// on. Only near its border is its grid another one.
 CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
   const BrickGrid grid = parameters.bricks();
   const Index3 low = grid.closed_box(bricks.low).low;
@@ -105,8 +104,7 @@ Box bricks_that_meet(const std::optional<Box>& box, const BrickGrid& bricks) {
   if (!box) return positions;
   const std::int64_t length = bricks.length();
   for (int axis = 0; axis < 3; ++axis) {
-    // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
-    // both.
+    // A brick includes its last point: a box that touches a face between two bricks meets both.
     positions.low[axis] = bricks.owner(box->low[axis]);
     positions.high[axis] = std::min(box->high[axis] / length, positions.high[axis]);
   }

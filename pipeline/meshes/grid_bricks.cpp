@@ -53,8 +53,8 @@ class LayerSamples {
   std::vector<std::byte> below_;
 };
 
-// The memory besides that of decoding: the taker, the bricks of a layer, and the slice below it. The header of a file
-// may be wrong: sums over a layer need more than 64 bits.
+// The memory besides that of decoding: the taker, the bricks of a layer, and the slice below it. The header
+// of a file may be wrong: sums over a layer need more than 64 bits.
 std::uint64_t memory_beside_decoding(const CodingParameters& p, std::uint64_t taker_bytes) {
   const BrickGrid bricks = p.bricks();
   const Index3 size = bricks.closed_box({0, 0, 0}).size();

@@ -28,8 +28,7 @@ struct MeshPart {
 /// Builds the tetrahedra of bricks, in the order of bricks.
 class MeshBuilder : public GridTaker {
  public:
-  /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come, with all that
-  /// meet the box of the part.
+  /// `header` and `sink` must outlive the builder. `positions`: of all bricks that will come.
   MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink);
 
   /// The peak of the heap that a builder takes for the bricks at `positions`: the ids of points, what waits

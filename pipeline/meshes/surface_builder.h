@@ -37,8 +37,8 @@ struct SurfaceCounts {
   bool has_gaps = false;
 };
 
-/// Builds the surface of bricks, in the order of bricks. Vertices are numbered in the order of the bricks and, in a
-/// brick, in the raster order of the midpoints of their edges.
+/// Builds the surface of bricks, in the order of bricks. Vertices are numbered in the order of the bricks
+/// and, in a brick, in the raster order of the midpoints of their edges.
 class SurfaceBuilder : public GridTaker {
  public:
   /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come.
@@ -70,9 +70,8 @@ class SurfaceBuilder : public GridTaker {
   SurfaceCounts counts_;
 };
 
-/// The level in samples of a value: slope * sample + intercept, where the file has a slope. Throws UsageError
-/// if each slice has a slope of its own or no sample has the value, BrokenInput if the slope is 0. `name`: of
-/// the file.
+/// The level in samples of a value, if the file has a slope and an intercept. Throws UsageError if slices
+/// have their own slopes or no sample has the value, BrokenInput if the slope is 0. `name`: of the file.
 SurfaceLevel surface_level(double value, const TagHeader& header, const std::string& name);
 
 }  // namespace tagrid

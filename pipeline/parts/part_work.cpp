@@ -98,8 +98,7 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
   flush();
 }
 
-// Number of lattice points that a row of bricks adds: close to the number of its samples, and always within
-// 64 bits.
+// The lattice points that a row of bricks adds: about as many as its samples, and within 64 bits.
 std::int64_t row_samples(const BrickGrid& bricks) {
   const std::int64_t edge = bricks.length();
   const Index3& dims = bricks.domain.dims;

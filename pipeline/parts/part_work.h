@@ -46,9 +46,8 @@ struct PlaceOrder {
 /// This rank's share of `given`, which are the resources of each rank.
 Resources of_this_rank(const Ranks& ranks, Resources given);
 
-/// The memory that reading a volume in parts takes, not counting the samples of a part. The volume is open
-/// twice: once to read the parts, and once to control the run. If its rows cannot be read in any order, one
-/// slice is buffered.
+/// The memory for reading a volume in parts besides samples: the volume is open twice, to read parts and to
+/// control the run. If rows cannot be read in any order, a slice is buffered.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.
@@ -85,8 +84,8 @@ class PartsOfRun {
   std::vector<BrickRows> rows_;
 };
 
-/// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in any order: those that
-/// a part needs, as far as the limit on memory allows.
+/// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in
+/// any order: those that a part needs, as far as the limit on memory allows.
 std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
                                    const EncodePlan& plan, const Resources& resources);
 

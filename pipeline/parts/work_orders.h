@@ -32,8 +32,8 @@ struct ContentOrder {
   Resources resources{0};  ///< per rank
 };
 
-/// Looks at the content of all files of a source, on all ranks. Called by rank 0; the others call serve(). The result does not
-/// depend on ranks and threads. Throws as look_at_content() does.
+/// Looks at the content of all files of a source, on all ranks. Called by rank 0; the others call serve().
+/// The result does not depend on ranks and threads. Throws as look_at_content() does.
 void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resources& resources);
 
 /// Collective: looks at the content of some files; on rank 0, `order` then has that of all of them.
@@ -45,13 +45,13 @@ struct VerifyOrder {
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
-/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the entire file. `setup` is
-/// that of this rank, if it has it already.
+/// Collective. Verifies the parts; rank 0 also the totals of the index. `setup`: of this rank, if it is
+/// known.
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup = {},
                           const Progress& progress = {});
 
-/// Called by rank 0, which then calls the function itself. The other ranks carry out the order. With one
-/// rank, nothing happens.
+/// Rank 0 sends an order and then calls the function itself; the other ranks carry it out. One rank sends
+/// nothing.
 void send_order(Ranks& ranks, const PartOrder& order);     ///< make_parts()
 void send_order(Ranks& ranks, const PlaceOrder& order);    ///< place_parts()
 void send_order(Ranks& ranks, const DecodeOrder& order);   ///< decode_parts()

@@ -13,8 +13,7 @@ using Progress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Watches the work on rows of bricks. An exception from it ends the work.
 struct Watch {
-  /// Takes the number of bytes of samples that were done since the previous call. Called by one thread at a
-  /// time.
+  /// Takes the bytes of samples done since the previous call. Called by one thread at a time.
   std::function<void(std::uint64_t bytes)> done;
   /// Called before each read, perhaps while done() runs. May be empty.
   std::function<void()> before_reading = {};

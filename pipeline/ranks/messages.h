@@ -22,8 +22,7 @@
 
 namespace tagrid {
 
-/// Names all members of a struct, in their order, for walk(). Its place is the namespace of the struct:
-/// beside it, or in order_members.h.
+/// Names the members of a struct, in order, for walk(). Stands in its namespace, or in order_members.h.
 #define TAGRID_MEMBERS(Struct, ...)                      \
   template <class Of>                                    \
   requires std::same_as<std::remove_const_t<Of>, Struct> \
@@ -63,8 +62,8 @@ inline std::size_t walk_size(FieldReader& fields, std::size_t) {
 
 }  // namespace order_fields
 
-/// Writes `value` with a FieldWriter, or reads it with a FieldReader. Values are numbers, enumerations, text, bytes,
-/// optional values, arrays, lists, maps, and structs of these.
+/// Writes `value` with a FieldWriter, or reads it with a FieldReader. Values are numbers, enumerations, text,
+/// bytes, optional values, arrays, lists, maps, and structs of these.
 template <class Fields, class Value>
 void walk(Fields& fields, Value& value) {
   using Plain = std::remove_const_t<Value>;
@@ -127,8 +126,7 @@ std::vector<std::byte> packed_order(const Order& order) {
   return std::move(writer.bytes());
 }
 
-/// The order that takes up all of `bytes`, which another rank packed. Throws std::logic_error if there is
-/// none.
+/// The order that takes up all of `bytes`. Throws std::logic_error if there is none.
 template <class Order>
 Order unpacked_order(std::span<const std::byte> bytes) {
   Order order;

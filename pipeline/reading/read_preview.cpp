@@ -77,8 +77,7 @@ class LeafMap {
  public:
   LeafMap(const Panel& panel, const CodingParameters& parameters, std::vector<LeafPixel>& pixels)
       : panel_(panel), bricks_(parameters.bricks()), pixels_(pixels) {
-    // Faces of tetrahedra lie in a slice, so the plane is moved a little into the bricks that own its
-    // samples.
+    // Faces of tetrahedra lie in a slice, so the plane moves a little into the bricks that own its samples.
     z_ = panel.slice * PanelAxis::parts + (panel.slice > 0 ? -1 : 1);
   }
 

@@ -1,5 +1,4 @@
-// Source files in a .tag file: kept by encoding, compared by verification, and restored by `tagrid
-// restore`.
+// Source files in a .tag file: kept by encoding, compared by verification, restored by `tagrid restore`.
 #pragma once
 
 #include <cstdint>

@@ -23,8 +23,7 @@ namespace {
 
 bool keeps_files(const EncodeRun& run) { return run.keep_files && !run.options.strip; }
 
-// Bytes of memory that the names and places of source files take, besides the source's own: they are watched,
-// and kept.
+// Memory of the names and places of source files, which are watched and kept, besides the source's own.
 std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
   return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
          (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);

@@ -15,7 +15,8 @@
 
 namespace tagrid {
 
-// What a thread of the pool does once: it waits in the arena of a Threads object, and carries out tasks meanwhile.
+// What a thread of the pool does once: it waits in the arena of a Threads object, and carries out tasks
+// meanwhile.
 struct Threads::Others {
   explicit Others(oneapi::tbb::task_arena& of_threads) : arena(of_threads) {}
   ~Others() {
@@ -49,7 +50,8 @@ struct Threads::Others {
   }
 
   oneapi::tbb::task_arena& arena;
-  /// Without nodes: waiting for one ends with this object. Each thread has its own, since a wait writes to it.
+  /// Without nodes: waiting for one ends with this object. Each thread has its own, since a wait writes to
+  /// it.
   std::deque<oneapi::tbb::flow::graph> waits;
   std::mutex mutex;
   std::condition_variable left;
@@ -57,8 +59,8 @@ struct Threads::Others {
   int inside = 0;
 };
 
-// A pool of threads that wait for work. They never end, because a program that a thread has started ends with it
-// (see io/programs/format_program.h). A forked process starts without threads.
+// A pool of threads that wait for work. They never end, because a program that a thread has started ends with
+// it (see io/programs/format_program.h). A forked process starts without threads.
 struct Threads::Pool {
   struct Waiter {
     std::mutex mutex;
@@ -72,8 +74,7 @@ struct Threads::Pool {
     }
   };
 
-  // Runs `work` on a waiting thread or on a new one. Returns false if the system cannot create more threads, or if
-  // `most` threads are at work.
+  // Runs `work` on a thread. Returns false if `most` threads work, or if the system gives no more.
   bool run(Others& work, int most);
 
   static Pool& instance();
@@ -125,11 +126,12 @@ void* Threads::Pool::wait_and_work(void* given) {
 
 namespace {
 
-// As much as oneTBB gives its own threads, and assumes that others have. The guard below it is not accessible.
+// As much as oneTBB gives its own threads, and assumes that others have. The guard below it is not
+// accessible.
 constexpr std::size_t stack_bytes = std::size_t{4} << 20, guard_bytes = std::size_t{1} << 16;
 
-// Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead through the
-// stacks of threads that slept when the process was forked.
+// Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead
+// through the stacks of threads that slept when the process was forked.
 void* map_stack() {
   void* mapped = mmap(nullptr, guard_bytes + stack_bytes, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0);
@@ -139,7 +141,8 @@ void* map_stack() {
   return nullptr;
 }
 
-// The limit for all objects of this process. A run may have threads in two arenas, of which one works at a time.
+// The limit for all objects of this process. A run may have threads in two arenas, of which one works at a
+// time.
 int most_others() {
   using Control = oneapi::tbb::global_control;
   const std::size_t allowed = Control::active_value(Control::max_allowed_parallelism);

@@ -7,12 +7,9 @@
 
 namespace tagrid {
 
-/// Threads that carry out tasks of oneTBB: that of the caller, and others from a pool.
-///
-/// oneTBB creates its own threads when it first needs them, while tasks run. If the system then refuses a
-/// thread, the process cannot recover: the exception leaves a thread without a handler, or half of a flow
-/// graph. Threads of oneTBB are therefore not used. Each of these threads waits in the arena until this
-/// object ends, and carries out tasks meanwhile.
+/// Threads that carry out tasks of oneTBB: that of the caller, and others from a pool, which wait in the
+/// arena until this object ends. oneTBB creates its own threads while tasks run, and a process cannot recover
+/// if the system then refuses one: it leaves a thread without a handler, or half of a flow graph.
 class Threads {
  public:
   /// `count` threads, the caller's included. They are fewer if the system gives no more, by its limits on

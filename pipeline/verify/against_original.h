@@ -13,12 +13,11 @@
 
 namespace tagrid {
 
-/// Compares decoded rows with the original as they arrive: in any order if the original's rows can be read in
-/// any order, otherwise in raster order.
+/// Compares decoded rows with the original: in any order if the original can be read so, else in raster
+/// order.
 class AgainstOriginal {
  public:
-  /// `name` and `parameters` are those of the file; the name is for messages. REQUIRES: the original has their size
-  /// and type.
+  /// `name` (for messages) and `parameters` are those of the file. REQUIRES: the original's size and type.
   AgainstOriginal(std::string name, const CodingParameters& parameters,
                   std::unique_ptr<VolumeSource> original);
 
@@ -30,10 +29,10 @@ class AgainstOriginal {
   void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) {
     meshes_.push_back({position, active, std::move(values)});
   }
-  /// Adds the errors to `errors`, including that of the mesh if it has a bound. Throws BrokenInput at the first
-  /// voxel whose error is larger than allowed.
+  /// Adds errors to `errors`, also that of the mesh. Throws BrokenInput at the first voxel beyond its bound.
   void compare(const DecodedRows& rows, Statistics& errors);
-  /// Called when everything has been compared, here or elsewhere. Throws BrokenInput if the original continues.
+  /// Called when everything has been compared, here or elsewhere. Throws BrokenInput if the original
+  /// continues.
   void finish();
 
  private:

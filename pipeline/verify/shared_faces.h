@@ -25,8 +25,7 @@ class SharedFaces {
   explicit SharedFaces(const CodingParameters& parameters)
       : bricks_(parameters.bricks()), size_(size_of(parameters.type)) {}
 
-  /// The first point on which `brick` disagrees with an earlier brick. All bricks or only some of them come,
-  /// in the order of their numbers.
+  /// The first point on which `brick` disagrees with an earlier one. Bricks, all or some, come in order.
   std::optional<Index3> first_difference(const DecodedBrick& brick);
   /// The faces that have not been compared yet.
   std::vector<OpenFace> open_faces() const;

@@ -116,8 +116,7 @@ void Verifier::compare_with_index(const Statistics& counted) const {
     fail_index("the number of active points does not match the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
-  // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
-  // finite.
+  // Without a bound, all samples are interpolated: only the original tells how many are finite.
   const bool all_come_back = setup_.against || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not match the bricks");

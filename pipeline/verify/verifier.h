@@ -35,14 +35,14 @@ struct VerifySetup {
   bool is_original_headerless = false;                 ///< it has no place for a scale of values
 };
 
-/// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that
-/// of the file, for messages; `of_envelope` bytes of memory are for the envelope. Throws as verify_file() does.
+/// Opens the original of the file `name`, if `original` is not "", and plans how the file is verified. The
+/// envelope takes `of_envelope` bytes of memory. Throws as verify_file() does.
 VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
                          const std::string& original, const SourceDescription& source,
                          const Resources& resources, std::uint64_t of_envelope = 0);
 
-/// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every brick is
-/// checked with that of the brick before it, so that all parts together check the entire chain.
+/// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every
+/// brick is checked with that of the brick before it, so that all parts together check the entire chain.
 class Verifier {
  public:
   /// Gives the bricks of some rows.
@@ -62,18 +62,17 @@ class Verifier {
 
   const CodingParameters& parameters() const { return header_.parameters; }
 
-  /// Verifies the bricks of `rows`. Opens these and, for a part of the volume whose mesh is measured or whose grid is
-  /// derived, rows around them; of all of the volume, bricks are opened once. The index is complete after the bricks of
-  /// `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput at the
-  /// first error.
+  /// Verifies the bricks of `rows`. Opens these and, for a part of the volume whose mesh is measured or whose
+  /// grid is derived, rows around them; of all of the volume, bricks are opened once. The index is complete
+  /// after the bricks of `rows` were read. The caller checks what depends on other bricks, using the
+  /// findings. Throws BrokenInput at the first error.
   Findings verify(const BrickRows& rows, const Watch& watch);
 
   /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings,
   /// and `sizes` are those of the file. Throws BrokenInput if the index differs from it.
   VerifyResult finish(const Statistics& counted, const TagSizes& sizes);
 
-  /// Throws BrokenInput for two neighboring bricks whose common face differs, as found by comparing parts.
-  /// The message says where.
+  /// Throws BrokenInput for two neighboring bricks whose common face differs, and says where.
   [[noreturn]] void tell_difference(const Disagreement& bricks) const;
 
  private:

@@ -1,5 +1,4 @@
-// Verifies a file: every checksum, every brick by decoding it, the grid, the statistics, and the original. Counts the
-// points of a grid that is not stored.
+// Verifies a file: checksums, bricks, grid, statistics, and the original. Counts the points of derived grids.
 #pragma once
 
 #include <cstdint>
@@ -23,12 +22,12 @@ struct GeometryComparison {
   std::vector<std::string> differences;  ///< "the spacing along x is 0.5, but 0.7 in the original"
 };
 
-/// Compares NRRD header lines (see VolumeInfo) of a file with those of an original, as far as both say something: spacings,
-/// directions, origin, slopes, intercepts, positions of slices. Spaces that differ in the signs of axes alone are
-/// converted, and so are known units; with others, what cannot be compared is left out. Numbers may differ as much as a format that keeps them as float32, or with six digits, makes them differ: by
-/// 1e-5 of a spacing or a coordinate, and by 1e-6 of a slope or an intercept. A slope or an intercept that only one of them has
-/// is a difference, unless it changes nothing or the original has no place for it (`original_has_scale`). Throws BrokenInput if a line is not one of a
-/// header.
+/// Compares NRRD header lines (see VolumeInfo) of a file with those of an original, where both have them:
+/// spacings, directions, origin, slopes, intercepts, positions of slices. Known units and spaces that differ
+/// in signs are converted; what cannot be compared is left out. Numbers may differ by 1e-5 of a spacing or a
+/// coordinate, and by 1e-6 of a slope or an intercept, as formats with float32 or six digits make them. A
+/// slope or an intercept on one side alone is a difference, unless it changes nothing or the original has no
+/// place for it (`original_has_scale`). Throws BrokenInput for an invalid line.
 GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
                                     bool original_has_scale = true);
 
@@ -60,9 +59,9 @@ struct VerifySetup;
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
 
-/// The numbers of active points of each level, by the grid of the decoded samples. Decodes the file, which has not been
-/// read yet, in the memory that meshing takes. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of
-/// `progress`. REQUIRES: the file stores no grid.
+/// The numbers of active points of each level, by the grid of the decoded samples. Decodes the file, which
+/// has not been read yet, in the memory that meshing takes. Throws BrokenInput, WorldError, MemoryLimit, and
+/// the exceptions of `progress`. REQUIRES: the file stores no grid.
 Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress = {});
 
 /// The summary of a file, as summary_of() reads it. The levels of a grid that is not stored are counted.

@@ -136,8 +136,7 @@ class MpiRanks : public Ranks {
     for (std::size_t at = 0; at < bytes.size(); at += largest_message)
       send(bytes.data() + at, std::min(largest_message, bytes.size() - at));
   }
-  // Waits without taking a core from working threads. Rank 0 answers the others meanwhile. `meanwhile` is
-  // called now and then.
+  // Waits without taking a core from working threads. Rank 0 answers others, and `meanwhile` is called.
   template <class Meanwhile>
   void await(MPI_Request request, Meanwhile meanwhile) {
     for (int looks = 0;; ++looks) {
