@@ -20,8 +20,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   const bool keep = static_cast<bool>(streams.inspect_brick);
   const std::int64_t first_brick = rows.first_brick(parameters.bricks());
   std::int64_t bricks_left = rows.count(parameters.bricks());
-  DecodedRows gathered(parameters, rows, budget.rows,
-                       streams.sample_bytes > 0 ? streams.sample_bytes : size_of(parameters.type));
+  DecodedRows gathered(parameters, rows, budget.rows, streams.sample_bytes);
 
   using Write = flow::multifunction_node<Brick, std::tuple<int>>;
 

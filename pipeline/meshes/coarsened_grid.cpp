@@ -13,8 +13,8 @@
 namespace tagrid {
 namespace {
 
-constexpr int neighbours = 27;  // a brick is in the middle of them
-constexpr int opposite(int direction) { return neighbours - 1 - direction; }
+constexpr int neighbors = 27;  // a brick is in the middle of them
+constexpr int opposite(int direction) { return neighbors - 1 - direction; }
 constexpr Index3 step_of(int direction) {
   return {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
 }
@@ -79,7 +79,7 @@ std::uint64_t CoarsenedGrid::working_bytes(const CodingParameters& p, std::int64
   const double all = static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) *
                      static_cast<double>(bricks.bricks(2));
   constexpr double buffers = 2 << 20;  // of the two files
-  // Samples; what is active, what is known, what is expanded, and what is active in a neighbour.
+  // Samples; what is active, what is known, what is expanded, and what is active in a neighbor.
   const auto work = static_cast<double>(largest_brick_samples(p) + 4 * largest_brick_bits(p) +
                                         working_bytes_of_refining(bricks.closed_box({0, 0, 0}).size()));
   return static_cast<std::uint64_t>(
@@ -137,10 +137,10 @@ void CoarsenedGrid::refine_again(std::int64_t id) {
   refine(id, samples, std::move(before), std::move(active));
 }
 
-// Adds the points that neighbours have announced. REQUIRES: the mutex is locked.
+// Adds the points that neighbors have announced. REQUIRES: the mutex is locked.
 LatticeBits CoarsenedGrid::with_news(std::int64_t id, LatticeBits active) {
   const std::uint32_t news = std::exchange(news_[static_cast<std::size_t>(id)], 0);
-  for (int direction = 0; direction < neighbours; ++direction)
+  for (int direction = 0; direction < neighbors; ++direction)
     if (news >> direction & 1)
       add_shared(read_bits(bricks_.id(bricks_.position(id) + step_of(direction))), active);
   return active;
@@ -153,7 +153,7 @@ void CoarsenedGrid::refine(std::int64_t id, const Samples& samples, LatticeBits 
   const std::uint32_t directions = concerned(id, known, active);
   const std::scoped_lock lock(mutex_);
   write_bits(id, active);
-  for (int direction = 0; direction < neighbours; ++direction)
+  for (int direction = 0; direction < neighbors; ++direction)
     if (directions >> direction & 1) {
       const Index3 other = bricks_.position(id) + step_of(direction);
       news_[static_cast<std::size_t>(bricks_.id(other))] |= std::uint32_t{1} << opposite(direction);
@@ -165,7 +165,7 @@ std::uint32_t CoarsenedGrid::concerned(std::int64_t id, const LatticeBits& known
                                        const LatticeBits& active) const {
   const Index3 position = bricks_.position(id);
   std::uint32_t directions = 0;
-  for (int direction = 0; direction < neighbours; ++direction) {
+  for (int direction = 0; direction < neighbors; ++direction) {
     const Index3 other = position + step_of(direction);
     if (other == position || !all_.contains(other)) continue;
     const Box shared = intersection(active.box(), bricks_.closed_box(other));

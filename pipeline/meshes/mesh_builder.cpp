@@ -74,16 +74,12 @@ std::uint64_t MeshBuilder::working_bytes(const CodingParameters& parameters, con
 void MeshBuilder::add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) {
   ids_.begin_brick(position);
   if (part_.padded || parameters_.domain().volume().contains(active.box()))
-    add_leaves(active, value_of);
+    for_each_leaf_tetrahedron(active, active.box(), parameters_.cube_size, part_.level,
+                              [&](const Tetrahedron& t) { add_tetrahedron(t.vertices, t.level, value_of); });
   else
     add_cut_leaves(active, value_of);
   ids_.end_brick();
   flush();
-}
-
-void MeshBuilder::add_leaves(const LatticeBits& active, const ValueOf& value_of) {
-  for_each_leaf_tetrahedron(active, active.box(), parameters_.cube_size, part_.level,
-                            [&](const Tetrahedron& t) { add_tetrahedron(t.vertices, t.level, value_of); });
 }
 
 void MeshBuilder::add_cut_leaves(const LatticeBits& active, const ValueOf& value_of) {

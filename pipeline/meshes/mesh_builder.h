@@ -44,7 +44,6 @@ class MeshBuilder : public GridTaker {
   // The points that wait: four for each tetrahedron, and each point of a brick once.
   static std::size_t most_points(const CodingParameters& parameters, const Box& positions);
 
-  void add_leaves(const LatticeBits& active, const ValueOf& value_of);
   void add_cut_leaves(const LatticeBits& active, const ValueOf& value_of);
   void add_tetrahedron(const std::array<Index3, 4>& vertices, int level, const ValueOf& value_of);
   std::int64_t id_of(Index3 p, const ValueOf& value_of);

@@ -24,7 +24,7 @@ namespace tagrid {
 struct PartOrder {
   std::string input;
   SourceDescription source;
-  std::string folder;          ///< the folder of the parts
+  std::string folder;          ///< the directory of the parts
   Bytes record;                ///< of the run, see RunRecord
   Resources resources{0};      ///< per rank; 0 threads: all that the rank may use
   int code_after_signal = -1;  ///< if not negative, the run can be continued; see io/files/temporaries.h

@@ -214,7 +214,8 @@ class PartsStore : public BrickStore {
     run_.goes_on(there, parts_->count());
   }
 
-  // All ranks write the parts into the file. It is in the folder so that a crash leaves nothing elsewhere.
+  // All ranks write the parts into the file. It is in their directory, so that a crash leaves nothing
+  // elsewhere.
   void place(const std::optional<FileAttributes>& like) {
     PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
     position_ = record_.header.size();
@@ -249,7 +250,7 @@ class PartsStore : public BrickStore {
   RunRecord record_, earlier_;
   Bytes record_bytes_;
   bool goes_on_ = false;  // from an earlier run
-  // The file is in the folder until it gets its name.
+  // The file is in that directory until it gets its name.
   std::unique_ptr<PartFolder> folder_;
   std::unique_ptr<PartsOfRun> parts_;
   std::unique_ptr<OutputFile> file_;  // none if an earlier run has already given it its name

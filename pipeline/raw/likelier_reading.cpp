@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t most_stretches = 64, stretch_bytes = 4096, least_stretches = 4;
 // Clean data are as smooth as any wrong reading, or smoother; a false alarm would need far more.
 constexpr double far_better = 2;
-// If fewer neighbours differ, a few jumps would decide everything.
+// If fewer neighbors differ, a few jumps would decide everything.
 constexpr double least_changes = 0.01;
 
 using Stretch = std::vector<double>;
@@ -199,7 +199,7 @@ std::optional<SampleType> with_other_sign(SampleType type) {
   return std::nullopt;
 }
 
-/// Neighbours that are far apart in one reading, at its two ends, and close in the other one.
+/// Neighbors that are far apart in one reading, at its two ends, and close in the other one.
 struct Wraps {
   double count = 0;
   std::set<double> low, high;  ///< their values in the first reading, of which a few are enough
@@ -240,9 +240,9 @@ std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescrip
                                  sample.read(size, big, has_sign ? Order::without_sign : Order::with_sign);
   const double span = std::exp2(8 * static_cast<double>(size));
   const Wraps wraps = wraps_of(given, likelier, span), reverse = wraps_of(likelier, given, span);
-  double neighbours = 0;
-  for (const Stretch& s : given) neighbours += static_cast<double>(s.size() - 1);
-  const bool is_suspect = wraps.count >= std::max(least_count, least_part * neighbours) &&
+  double neighbors = 0;
+  for (const Stretch& s : given) neighbors += static_cast<double>(s.size() - 1);
+  const bool is_suspect = wraps.count >= std::max(least_count, least_part * neighbors) &&
                           wraps.count > 10 * reverse.count && wraps.low.size() >= least_values &&
                           wraps.high.size() >= least_values &&
                           near_difference(given, 1) > far_smoother * near_difference(likelier, 1);

@@ -26,28 +26,6 @@ std::uint64_t memory_of_envelope(const TagBricks& file) {
       envelope_size(file.name(), shape_of(file.parameters()), file.parameters().is_exact(), file.envelope()));
 }
 
-/// Compares an envelope that is being written with the one in a file.
-class EnvelopeComparison {
- public:
-  explicit EnvelopeComparison(NextBlock next) : kept_(std::move(next)) {}
-
-  void compare(std::span<const std::byte> bytes) {
-    while (is_same_ && !bytes.empty()) {
-      const auto ahead = kept_.ahead();
-      const std::size_t n = std::min(bytes.size(), ahead.size());
-      is_same_ = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
-      bytes = bytes.subspan(n);
-      kept_.skip(n);
-    }
-  }
-  bool is_same_so_far() const { return is_same_; }
-  bool is_same() { return is_same_ && kept_.ahead().empty(); }
-
- private:
-  EnvelopeBytes kept_;
-  bool is_same_ = true;
-};
-
 std::string stored_words(const std::string& compression) {
   return compression.empty() ? "not compressed" : fmt::format("compressed ({})", compression);
 }
@@ -122,15 +100,24 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
     now.name = kept[i].name;  // another name is no other content
   }
   if (!result.difference.empty()) return result;
-  EnvelopeComparison comparison(file.envelope());
   look_at_contents(source, file.parameters().is_exact(), threads);
+  // The envelope of the original is compared with that in the file while it is made.
+  EnvelopeBytes kept_bytes(file.envelope());
+  result.is_same = true;
   std::size_t different = 0;
-  write_envelope(
-      source, [&](std::span<const std::byte> bytes) { comparison.compare(bytes); },
-      [&](std::size_t number) {
-        if (comparison.is_same_so_far()) different = number;
-      });
-  result.is_same = comparison.is_same();
+  const auto compare = [&](std::span<const std::byte> bytes) {
+    while (result.is_same && !bytes.empty()) {
+      const auto ahead = kept_bytes.ahead();
+      const std::size_t n = std::min(bytes.size(), ahead.size());
+      result.is_same = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
+      bytes = bytes.subspan(n);
+      kept_bytes.skip(n);
+    }
+  };
+  write_envelope(source, compare, [&](std::size_t number) {
+    if (result.is_same) different = number;
+  });
+  result.is_same = result.is_same && kept_bytes.ahead().empty();
   if (!result.is_same)
     result.difference = fmt::format("{} differs from the file that was encoded", source.names[different]);
   return result;

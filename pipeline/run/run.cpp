@@ -19,7 +19,7 @@
 namespace tagrid {
 namespace {
 
-// True if parts can be read and written independently: from a file or a folder to a file.
+// True if parts can be read and written independently: from a file or a directory to a file.
 bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
 }
@@ -27,8 +27,8 @@ bool parts_are_possible(const std::string& input, const std::string& output) {
 DecodePlan plan_of(DecodeOutput& output, const CodingParameters& parameters, const WrittenNumbers& numbers,
                    const Resources& resources) {
   return output.plan([&](std::uint64_t memory) {
-    return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream, memory,
-                         numbers.value_bytes());
+    return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream,
+                         memory, numbers.value_bytes());
   });
 }
 
