@@ -1,4 +1,4 @@
-#include "pipeline/decode/decode_output.h"
+#include "pipeline/decode/decode_run.h"
 
 #include <fmt/format.h>
 

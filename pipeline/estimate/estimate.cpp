@@ -21,7 +21,7 @@
 #include "pipeline/estimate/sample.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"

@@ -10,7 +10,6 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/grid/slices.h"
 #include "pipeline/job/options.h"
 #include "stages/survey/survey.h"
 

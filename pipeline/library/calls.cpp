@@ -6,7 +6,7 @@
 #include <exception>
 
 #include "io/errors/error_kinds.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 
 namespace tagrid::library {
 namespace {

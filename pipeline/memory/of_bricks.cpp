@@ -1,4 +1,4 @@
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 
 #include <algorithm>
 #include <cmath>

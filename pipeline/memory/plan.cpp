@@ -7,7 +7,6 @@
 
 #include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
-#include "pipeline/memory/of_bricks.h"
 
 namespace tagrid {
 namespace {

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "io/volume/volume_info.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 
 namespace tagrid {
 namespace {

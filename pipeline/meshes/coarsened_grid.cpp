@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/of_bricks.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 

@@ -12,7 +12,7 @@
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/grid/schedule.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 #include "stages/criterion/tile.h"

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "pipeline/decode/graph.h"
 #include "pipeline/grid/schedule.h"
-#include "pipeline/memory/of_bricks.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

@@ -14,10 +14,8 @@
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/order_members.h"
-#include "pipeline/parts/part_work.h"
 #include "pipeline/ranks/messages.h"
 #include "pipeline/restore/restore.h"
-#include "pipeline/verify/verifier.h"
 
 namespace tagrid {
 namespace {

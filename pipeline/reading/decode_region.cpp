@@ -17,9 +17,9 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
-#include "pipeline/decode/decode_output.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "stages/sample/value_rule.h"
 

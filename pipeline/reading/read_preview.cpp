@@ -12,7 +12,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/lengths.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"
 #include "stages/mesh/leaf_at.h"

@@ -10,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/decode_output.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"

@@ -7,7 +7,6 @@
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/decode_output.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
