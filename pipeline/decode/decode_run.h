@@ -72,10 +72,9 @@ struct DecodeResult {
   std::string facts = {};                  ///< VolumeSink::facts()
   std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
   WrittenNumbers numbers = {};
-  Index3 dims = header.parameters.dims;  ///< of the volume that was written
-  std::string nrrd_fields =
-      numbers.fields(header.nrrd_fields);  ///< VolumeInfo::nrrd_fields of the volume that was written
-  std::optional<Salvage> salvage = {};     ///< if DecodeRun::fill is set
+  Index3 dims = header.parameters.dims;                          ///< of the volume that was written
+  std::string nrrd_fields = numbers.fields(header.nrrd_fields);  ///< of the volume that was written
+  std::optional<Salvage> salvage = {};                           ///< if DecodeRun::fill is set
 };
 
 using FinishedDecode = Finished<DecodeResult>;

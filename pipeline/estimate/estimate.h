@@ -26,8 +26,7 @@ struct Estimate {
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
-  double encoding_seconds = 0,
-         decoding_seconds = 0;  ///< with the threads of the run, without reading and writing
+  double encoding_seconds = 0, decoding_seconds = 0;  ///< with the threads of the run, without I/O
 };
 
 struct EstimateResult {

@@ -94,8 +94,7 @@ std::uint64_t memory_of_encoding(const CodingParameters& parameters, const Encod
 struct DecodeLoad {
   std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
   bool inspect = false, with_grid = false;
-  std::size_t value_bytes =
-      0;  ///< of each value that samples become before they are gathered; 0: they stay as they are
+  std::size_t value_bytes = 0;  ///< of each value that samples become; 0: they stay as they are
 };
 std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
 

@@ -28,9 +28,8 @@ namespace tagrid {
 
 /// A brick of the coarsened grid.
 struct CoarsenedBrick {
-  LatticeBits active;  ///< of its closed box
-  std::vector<std::byte>
-      samples;  ///< at all points of this box, x fastest; outside the volume those of the nearest voxel
+  LatticeBits active;              ///< of its closed box
+  std::vector<std::byte> samples;  ///< at the points of this box, outside the volume of the nearest voxel
 };
 
 class CoarsenedGrid {
@@ -74,8 +73,7 @@ class CoarsenedGrid {
   std::int64_t next_layer_ = 0;
   std::mutex mutex_;  ///< for all below
   SpoolFile samples_, bits_;
-  std::vector<std::uint32_t>
-      news_;  ///< for each brick, a bit for every neighbor that has points that are new to it
+  std::vector<std::uint32_t> news_;  ///< by brick, a bit for each neighbor with points new to it
 };
 
 struct CoarseningPlan {

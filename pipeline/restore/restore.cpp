@@ -47,19 +47,6 @@ void look_at_contents(SourceFiles& source, bool exact, int threads) {
   });
 }
 
-KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                               const LookAtContents& look, const PutBytes& put) {
-  if (!keep) return {"only the samples were wanted"};
-  SourceFiles files = source_files(source.facts());
-  double times_read = 0;
-  if (files.why_not.empty()) {
-    look(files, parameters.is_exact());
-    write_envelope(files, put);
-    times_read = times_read_for_envelope(files, parameters.is_exact());
-  }
-  return {files.why_not_restorable(), times_read};
-}
-
 KeptFiles source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
   EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.parameters().is_exact(),

@@ -19,18 +19,6 @@ namespace tagrid {
 /// Looks at the content of all files, with so many threads. Throws as look_at_content() does.
 void look_at_contents(SourceFiles& source, bool exact, int threads);
 
-/// Does that in another way, such as by many processes.
-using LookAtContents = std::function<void(SourceFiles& source, bool exact)>;
-
-struct KeepingFiles {
-  /// Why the files cannot be restored byte for byte, as far as their samples are exact; "" if they can.
-  std::string why_not_restorable;
-  double times_read = 0;  ///< how often a sample was read for that, on average
-};
-/// Writes the envelope of a source if `keep`, and if the source allows it. Throws as write_envelope() does.
-KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                               const LookAtContents& look, const PutBytes& put);
-
 struct RestoreRun {
   std::string input;   ///< a .tag file; not a pipe
   std::string folder;  ///< for the files

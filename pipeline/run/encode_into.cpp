@@ -112,6 +112,20 @@ class StreamStore : public BrickStore {
   std::optional<TagWriter> writer_;
 };
 
+// Writes the envelope of a source if `keep`, and if the source allows it.
+void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickStore& store,
+                       EncodeResult& result) {
+  result.why_not_restorable = "only the samples were wanted";
+  if (!keep) return;
+  SourceFiles files = source_files(source.facts());
+  if (files.why_not.empty()) {
+    store.look_at(files, exact);
+    write_envelope(files, [&](std::span<const std::byte> bytes) { store.write_envelope(bytes); });
+    result.times_read += times_read_for_envelope(files, exact);
+  }
+  result.why_not_restorable = files.why_not_restorable();
+}
+
 }  // namespace
 
 FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
@@ -140,12 +154,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   if (store->take(job, *volume)) {
     store->encode(job, volume, result);
-    const KeepingFiles kept = keep_source_files(
-        *volume, job.parameters(), keeps_files(run),
-        [&](SourceFiles& source, bool exact) { store->look_at(source, exact); },
-        [&](std::span<const std::byte> bytes) { store->write_envelope(bytes); });
-    result.why_not_restorable = kept.why_not_restorable;
-    result.times_read += kept.times_read;
+    keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);
