@@ -115,8 +115,7 @@ class DecodeOutput {
   std::shared_ptr<VolumeSink> sink_;
 };
 
-/// Passes samples to a sink at their positions; in raster order through a temporary file for a layer of
-/// bricks.
+/// Passes samples to a sink: at their positions, or in raster order through a file for a layer of bricks.
 class RowOutput {
  public:
   /// `spool_folder`: the directory of the temporary file; "" if rows come in the order of the sink.

@@ -39,14 +39,12 @@ struct DecodeStreams {
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
   /// brick in them has been decoded without an error. May be empty.
   std::function<void(const DecodedRows& rows)> write_rows;
-  /// Takes every brick, in order, before write_rows takes its samples. May move the rest out of it. May be
-  /// empty.
+  /// Takes every brick, in order, before write_rows has its samples. May move the rest out. May be empty.
   std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
   std::function<void()> before_reading = {};  ///< the same, before each brick
-  /// Makes samples of `sample_bytes` bytes of those of a brick. Called by several threads at once. May be
-  /// empty.
+  /// Makes samples of `sample_bytes` bytes of a brick's. Called by several threads at once. May be empty.
   std::function<void(DecodedBrick&)> change_samples = {};
   std::size_t sample_bytes = 0;  ///< 0: those of the type of the volume
 };

@@ -43,8 +43,7 @@ struct WrittenNumbers {
   VolumeInfo info(const VolumeInfo& samples) const;
 };
 
-/// Throws UsageError if header lines say that it is unknown how values follow from samples. `of_values` is
-/// what needs them.
+/// Throws UsageError if header lines leave the scale of values in doubt. `of_values` is what needs it.
 void require_scale(const std::string& nrrd_fields, const Setting& of_values);
 
 /// True if the choice below depends on the range of samples, so on the index: values may be written.

@@ -14,8 +14,7 @@
 
 namespace tagrid {
 
-/// Gives the slices of a source in order. Its own thread, which mostly waits for the other process, reads
-/// them.
+/// Gives the slices of a source in order. Its own thread, which mostly waits, reads them.
 class SlicesAhead {
  public:
   /// At most `count` slices wait in memory. With 0 there is no thread: rows are read when they are asked for.
@@ -27,8 +26,7 @@ class SlicesAhead {
 
   /// As read_input_slice(). REQUIRES: count = 0, or `rows` are the next slice.
   SliceSamples read(const Box& rows);
-  /// Makes reads throw WorldError once `stop` is true. `stop` must outlive them, and the source's after
-  /// end().
+  /// Makes reads throw WorldError once `stop` is true. It must outlive them, and the source's after end().
   void stop_when(const std::atomic<bool>& stop);
   /// Ends the thread; from now on, the source belongs to the caller again.
   void end();

@@ -24,8 +24,7 @@ struct BrickSample {
   ValueRange range;                   ///< of the samples of all bricks that were looked at
 };
 
-/// The largest number of bricks that are chosen: 16 million samples, or all of a smaller volume, but no more
-/// than 4096.
+/// The most bricks that are chosen: 16 million samples or all of the volume, but at most 4096 bricks.
 std::int64_t most_chosen(const BrickGrid& grid);
 
 /// Looks at all bricks, or at rows spread over a volume of more than a GiB; chooses more of the rough ones.

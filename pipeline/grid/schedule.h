@@ -46,8 +46,7 @@ struct BrickJob {
 
 class GridSchedule {
  public:
-  /// For the bricks of `rows`. `mark_halo`: how many samples beyond the root cubes marks need; empty: no
-  /// marks.
+  /// For the bricks of `rows`. `mark_halo`: the samples beyond root cubes that marks need; empty: no marks.
   GridSchedule(const CodingParameters& parameters, const BrickRows& rows, std::optional<int> mark_halo);
 
   /// The samples that must be read: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
@@ -63,8 +62,7 @@ class GridSchedule {
 
   /// The complete root cubes of a tile.
   Box tile_box(Index3 tile) const;
-  /// The points whose marks a tile owns: [low, high) of its box, and at the end of an axis also its high
-  /// face.
+  /// The points whose marks a tile owns: [low, high) of its box, at the end of an axis also the high face.
   Box mark_box(Index3 tile) const;
   /// Number of slices that must be in memory at once so that every layer can be encoded.
   std::int64_t slices_needed() const;
@@ -121,8 +119,7 @@ class DerivedGrid {
 
   /// The samples that must be added: slices low.z .. high.z, and of each slice the rows low.y .. high.y.
   const Box& samples() const { return schedule_.samples(); }
-  /// The stretches of rows of bricks that own these samples, in the order in which their samples must be
-  /// added.
+  /// The stretches of rows of bricks that own these samples, in the order in which samples must come.
   std::vector<BrickRows> stretches() const;
   void add_slice(SliceSamples slice);
 

@@ -105,8 +105,7 @@ bool bounds_values(const EncodeOptions& options) {
          options.mesh_error.value_or(0) > 0;
 }
 
-// Turns what is given for values into what it is for samples. Returns how a bound follows from that of
-// values.
+// Turns what is given for values into what it is for samples. Returns how bounds follow from those of values.
 std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& o) {
   const double slope = std::abs(rescale.slope);
   std::string reason;

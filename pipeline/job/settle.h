@@ -30,9 +30,8 @@ struct EarlierFindings {
   std::optional<std::pair<double, double>> range = {};
 };
 
-/// Reads the samples as far as the options need it, and rewinds the volume. `searching` is told how far each
-/// try of a bound has come. Throws UsageError if that is impossible, or if the volume does not allow the
-/// result.
+/// Reads the samples as far as the options need it, and rewinds the volume. `searching` is told of each try
+/// of a bound. Throws UsageError if that is impossible, or if the volume does not allow the result.
 EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                  const Progress& searching = {}, const EarlierFindings& earlier = {});
 

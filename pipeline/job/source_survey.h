@@ -1,5 +1,4 @@
-// Reads slices of the input, and looks at its samples before it is encoded: its noise, its range, and single
-// bricks.
+// Reads slices of the input, and looks at samples before encoding: noise, range, and single bricks.
 #pragma once
 
 #include <cstdint>

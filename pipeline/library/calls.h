@@ -1,5 +1,4 @@
-// What calls of the library share: messages, status codes, and conversions between its types and the
-// pipeline's.
+// What calls of the library share: messages, status codes, and conversions to and from the pipeline.
 #pragma once
 
 #include <algorithm>

@@ -11,8 +11,7 @@
 namespace tagrid {
 namespace {
 
-// The smallest possible load. A strip needs more slices than whole layers, so it may need more if they are
-// low.
+// The smallest possible load. Strips need more slices than whole layers, so they may need more memory.
 EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
   const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;

@@ -92,8 +92,7 @@ struct WriterProgram {
 [[noreturn]] void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer,
                                    std::uint64_t bytes);
 
-/// Throws UsageError if the machine does not have the memory that the program needs, and there is no other
-/// limit.
+/// Throws UsageError if the machine lacks the memory that the program needs, and there is no other limit.
 void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
 }  // namespace tagrid

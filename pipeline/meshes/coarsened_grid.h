@@ -34,8 +34,7 @@ struct CoarsenedBrick {
 
 class CoarsenedGrid {
  public:
-  /// `parameters` must outlive the object. `path`: names the directory of the temporary files, and the
-  /// messages.
+  /// `parameters` must outlive the object. `path`: for messages, and the directory of temporary files.
   CoarsenedGrid(const CodingParameters& parameters, const MeshBound& bound, const std::string& path);
 
   /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each
@@ -92,9 +91,8 @@ using TakeCoarsened = std::function<void(Index3 position, const LatticeBits& act
 
 /// Decodes a file that has not been read yet, finds the coarsest grid within `bound` of its decoded voxels,
 /// whatever grid it stores, and passes the bricks at `positions` in order. Memory: that of decoding, a second
-/// copy of a layer of slices, and a few bricks for each thread. Nameless files in the directory of `path`
-/// take about the bytes of the samples. Throws BrokenInput, WorldError, MemoryLimit, and what `take` and
-/// `progress` do.
+/// copy of a layer of slices, and a few bricks for each thread. Nameless files beside `path` take the bytes
+/// of the samples. Throws BrokenInput, WorldError, MemoryLimit, and what `take` and `progress` do.
 void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& positions, const std::string& path,
                   std::uint64_t taker_bytes, const Resources& resources, const TakeCoarsened& take,
                   const Progress& progress = {});

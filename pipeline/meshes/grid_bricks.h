@@ -21,8 +21,7 @@ namespace tagrid {
 /// Outside the volume, it is that of the nearest decoded sample, or the stored value.
 using ValueOf = std::function<const std::byte*(Index3)>;
 
-/// The level up to which the grid is used: `wanted`, or all levels. Throws UsageError if the grid cannot have
-/// it.
+/// The level up to which the grid is used: `wanted`, or all. Throws UsageError if the grid cannot have it.
 int checked_level(std::optional<int> wanted, int cube_size);
 
 /// True if the volume is at most one slice, so that it fills no space.
@@ -46,8 +45,8 @@ DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_b
                        const Resources& resources);
 
 /// Passes all bricks of a file that has not been read yet. Memory: that of decoding, the activity of a layer
-/// of bricks, and the taker's. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of `taker` and
-/// `progress`.
+/// of bricks, and the taker's. Throws BrokenInput, WorldError, MemoryLimit, and what `taker` and `progress`
+/// do.
 void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
               const Progress& progress = {});
 
@@ -68,8 +67,7 @@ void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_
                const Resources& resources, GridTaker& taker, const Progress& progress = {});
 
 /// Builds `part` with a MeshBuilder or a SurfaceBuilder, made of the file's header, positions, `part` and
-/// `more`. Memory and exceptions are those of take_all(). REQUIRES: no box; the grid has the level of the
-/// part.
+/// `more`. Memory and exceptions: as take_all(). REQUIRES: no box; the grid has the level of the part.
 template <class Builder, class Part, class... More>
 void build_all(TagReader& reader, const Part& part, const Resources& resources, const Progress& progress,
                More&... more) {

@@ -33,12 +33,10 @@ struct GridResult {
   std::vector<std::string> warnings = {};  ///< what the user should know of the output
 };
 
-/// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all bricks
-/// come.
+/// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all come.
 class GridInput {
  public:
-  /// `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput and
-  /// WorldError.
+  /// `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput, WorldError.
   GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite);
 
   const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }

@@ -38,8 +38,7 @@ class IdPlanes {
   bool has_high_face(int axis) const { return position_[axis] != positions_.high[axis]; }
   Box low_face(int axis) const;
   Box high_face(int axis) const;
-  /// The id of a point of either face; on the low one until the high one overwrites it. REQUIRES: has that
-  /// face.
+  /// The id of a point of a face; on the low one until the high one overwrites it. REQUIRES: has that face.
   std::int64_t& at(int axis, Index3 p) { return planes_[axis][place(axis, p)]; }
   std::int64_t at(int axis, Index3 p) const { return planes_[axis][place(axis, p)]; }
   /// Sets all ids on the high faces to `none`.
@@ -83,11 +82,9 @@ class PointIds {
   /// The heap that it takes from the first brick on: the ids of one brick, and of one plane for each axis.
   static std::uint64_t working_bytes(const BrickGrid& bricks, const Box& positions);
 
-  /// Takes over the ids on the low faces. REQUIRES: bricks come in order, and each ends before the next
-  /// begins.
+  /// Takes over the ids on the low faces. REQUIRES: bricks come in order; each ends before the next begins.
   void begin_brick(Index3 position);
-  /// The id of a point of the brick; if it is `none`, the caller sets it. REQUIRES: the closed box contains
-  /// `p`.
+  /// The id of a point of the brick; if `none`, the caller sets it. REQUIRES: the closed box contains `p`.
   std::int64_t& of(Index3 p) { return ids_[static_cast<std::size_t>(planes_.box().offset(p))]; }
   /// Leaves the ids on the high faces for later bricks.
   void end_brick();

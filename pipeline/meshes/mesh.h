@@ -16,8 +16,7 @@ struct MeshOptions {
   /// Fills complete root cubes, instead of ending at the last samples.
   bool padded = false;
   bool overwrite = false;
-  /// Instead of the file's grid, the coarsest one within this error of all decoded voxels, in units of
-  /// values.
+  /// Instead of the file's grid, the coarsest within this error of all decoded voxels, in units of values.
   std::optional<double> coarsen = {};
   /// Only tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};

@@ -45,13 +45,11 @@ struct VerifyOrder {
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
-/// Collective. Verifies the parts; rank 0 also the totals of the index. `setup`: of this rank, if it is
-/// known.
+/// Collective. Verifies the parts; rank 0 also the totals of the index. `setup`: of this rank, if known.
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup = {},
                           const Progress& progress = {});
 
-/// Rank 0 sends an order and then calls the function itself; the other ranks carry it out. One rank sends
-/// nothing.
+/// Rank 0 sends an order, and then calls the function itself. With one rank, nothing is sent.
 void send_order(Ranks& ranks, const PartOrder& order);     ///< make_parts()
 void send_order(Ranks& ranks, const PlaceOrder& order);    ///< place_parts()
 void send_order(Ranks& ranks, const DecodeOrder& order);   ///< decode_parts()
@@ -62,9 +60,8 @@ void send_order(Ranks& ranks, const Bytes& order);         ///< an order of the 
 void dismiss(Ranks& ranks, int code);
 
 /// Called by the other ranks: carries out the orders of rank 0 until there are no more, and returns the exit
-/// code that rank 0 sent. `limit_memory` is called if a limit on memory was given. `obey` handles the orders
-/// of the program, which are only bytes here. Rank 0 reports failures: `obey` must not throw an exception
-/// that rank 0 also receives.
+/// code that it sent. `limit_memory` is called with any limit on memory. `obey` handles the orders of the
+/// program. Rank 0 reports failures: `obey` must not throw an exception that rank 0 also receives.
 int serve(Ranks& ranks, const std::function<void(std::uint64_t limit)>& limit_memory,
           const std::function<void(const Bytes&)>& obey);
 

@@ -78,9 +78,9 @@ class Ranks {
 };
 
 /// Collective: items 0 .. count - 1 are processed, each by one rank. `look` is called now and then. If it
-/// throws, or `work` fails on another rank, `stop` becomes true for the ranks that still work; they may then
-/// throw any exception. Throws the first failure on all ranks, as the same kind of exception, with the rank
-/// in its message.
+/// throws, or `work` fails on another rank, `stop` becomes true for ranks that still work; they may then
+/// throw anything. Throws the first failure on all ranks, as the same kind of exception, with the rank in its
+/// message.
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;

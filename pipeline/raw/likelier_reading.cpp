@@ -29,8 +29,7 @@ using Bytes = std::vector<std::byte>;
 /// peaks on both sides of zero lie far apart in one order, and next to each other in another.
 enum class Order { without_sign, with_sign, floats };
 
-/// The rank of a number among all with as many bits: single huge numbers, common in wrong floats, count
-/// little.
+/// The rank of a number among all with as many bits: huge numbers, common in wrong floats, count little.
 template <class Bits>
 double place_of(Bits bits, Order order) {
   const auto number = static_cast<std::make_signed_t<Bits>>(bits);
@@ -220,16 +219,14 @@ Wraps wraps_of(const std::vector<Stretch>& first, const std::vector<Stretch>& se
 }
 
 /// Detects integers whose sign was read wrongly. Values then wrap around: neighbors lie at both ends of the
-/// type. So do black and white of a mask or a clipped picture, but these are always the same two numbers; and
-/// in a picture that fills its type, edges are fewer and larger than the noise around 0 that makes values
-/// wrap.
+/// type. So do black and white of a mask or a clipped picture, but always as the same two numbers; and in a
+/// picture that fills its type, edges are fewer and larger than the noise around 0 that makes values wrap.
 std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescription& raw) {
   const auto other = with_other_sign(raw.type);
   if (!other) return std::nullopt;
   constexpr double least_part = 0.0005, least_count = 64;
   constexpr std::size_t least_values = 8;
-  // 46 and more in CT volumes with noise around 0; 9 in pictures of two parts, where every fifth sample is an
-  // edge.
+  // 46 and more in CT with noise around 0; 9 in pictures of two parts, where every fifth sample is an edge.
   constexpr double far_smoother = 20;
   const bool big = raw.big_endian.value_or(false);
   const std::size_t size = size_of(raw.type);

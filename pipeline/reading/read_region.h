@@ -68,8 +68,7 @@ void read_region(const TagBricks& file, const Region& region, std::byte* out, co
 /// Blocks that come in order.
 struct BlocksInOrder {
   std::string name;  ///< of the file, for messages
-  /// Called by one thread at a time, in the order of bricks_of(). Nothing: the brick's samples stay as they
-  /// are.
+  /// Called by one thread at a time, in the order of bricks_of(). Nothing: samples of the brick stay as is.
   std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
   /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of
   /// ending with an error, and its samples stay as they are.

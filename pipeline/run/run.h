@@ -22,7 +22,7 @@ namespace tagrid {
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run);
 
 /// Decodes a .tag file, or a region of it. Permissions and time are kept. All ranks share the work for an
-/// entire volume from a file to a file, but not to OpenVDB, whose leaves have no places that are known
+/// entire volume from file to file, but not to OpenVDB, whose leaves have no places that are known
 /// beforehand.
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 

@@ -15,8 +15,7 @@
 
 namespace tagrid {
 
-// What a thread of the pool does once: it waits in the arena of a Threads object, and carries out tasks
-// meanwhile.
+// What a thread of the pool does once: it waits in the arena of a Threads object, and does tasks meanwhile.
 struct Threads::Others {
   explicit Others(oneapi::tbb::task_arena& of_threads) : arena(of_threads) {}
   ~Others() {
@@ -50,8 +49,7 @@ struct Threads::Others {
   }
 
   oneapi::tbb::task_arena& arena;
-  /// Without nodes: waiting for one ends with this object. Each thread has its own, since a wait writes to
-  /// it.
+  /// Without nodes: waiting ends with this object. Each thread has its own, since a wait writes to it.
   std::deque<oneapi::tbb::flow::graph> waits;
   std::mutex mutex;
   std::condition_variable left;
@@ -126,8 +124,7 @@ void* Threads::Pool::wait_and_work(void* given) {
 
 namespace {
 
-// As much as oneTBB gives its own threads, and assumes that others have. The guard below it is not
-// accessible.
+// As much as oneTBB gives its threads, and assumes that others have. The guard below is not accessible.
 constexpr std::size_t stack_bytes = std::size_t{4} << 20, guard_bytes = std::size_t{1} << 16;
 
 // Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead
@@ -141,8 +138,7 @@ void* map_stack() {
   return nullptr;
 }
 
-// The limit for all objects of this process. A run may have threads in two arenas, of which one works at a
-// time.
+// The limit for all objects of a process. A run may have threads in two arenas; one works at a time.
 int most_others() {
   using Control = oneapi::tbb::global_control;
   const std::size_t allowed = Control::active_value(Control::max_allowed_parallelism);

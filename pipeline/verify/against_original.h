@@ -13,8 +13,7 @@
 
 namespace tagrid {
 
-/// Compares decoded rows with the original: in any order if the original can be read so, else in raster
-/// order.
+/// Compares decoded rows with the original: in any order if it can be read so, else in raster order.
 class AgainstOriginal {
  public:
   /// `name` (for messages) and `parameters` are those of the file. REQUIRES: the original's size and type.
@@ -31,8 +30,7 @@ class AgainstOriginal {
   }
   /// Adds errors to `errors`, also that of the mesh. Throws BrokenInput at the first voxel beyond its bound.
   void compare(const DecodedRows& rows, Statistics& errors);
-  /// Called when everything has been compared, here or elsewhere. Throws BrokenInput if the original
-  /// continues.
+  /// Called when everything was compared, here or elsewhere. Throws BrokenInput if the original continues.
   void finish();
 
  private:

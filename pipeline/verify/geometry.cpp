@@ -81,8 +81,7 @@ class GeometryOfBoth {
     return geometry.has_spacing || geometry.has_origin || geometry.has_directions || !geometry.space.empty();
   }
 
-  /// Without a slope and an intercept, values are the samples: then those of the other side say something
-  /// else.
+  /// Without a slope and an intercept, values are the samples: the other side then says something else.
   void compare_scale() {
     struct Pair {
       const char* key;
