@@ -12,6 +12,7 @@
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 namespace {
@@ -60,9 +61,7 @@ class Psnr {
       watch.done(bytes_per_row);
     }
     if (all.finite == 0 || all.max_error == 0) return INFINITY;
-    const double squares =
-        is_float_type(parameters_.type) ? all.sum_squared_real : static_cast<double>(all.sum_squared_error);
-    const double rmse = std::sqrt(squares / static_cast<double>(all.finite));
+    const double rmse = achieved_of(all).rmse;
     // Squares of very small errors are 0.
     return 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
   }

@@ -214,7 +214,7 @@ class PartsStore : public BrickStore {
     run_.goes_on(there, parts_->count());
   }
 
-  // All ranks write the parts into the file. It is in their directory, so that a crash leaves only that.
+  // All ranks write the parts into the file. After a crash it is removed with the incomplete parts.
   void place(const std::optional<FileAttributes>& like) {
     PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
     position_ = record_.header.size();
