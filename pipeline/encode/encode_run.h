@@ -15,6 +15,7 @@
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
 #include "pipeline/job/settle.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 
@@ -59,12 +60,6 @@ struct EncodeResult {
 
 using FinishedEncode = Finished<EncodeResult>;
 
-/// How a store reads the source.
-struct Reading {
-  bool any_rows = true;      ///< rows of slices in any order
-  std::uint64_t memory = 0;  ///< that reading takes, besides the samples of the plan
-};
-
 /// Encodes the bricks of a job and makes a file of them: one stream by this process, or parts by many. The
 /// functions are called in this order; see encode_into(). Without commit(), the destructor leaves nothing,
 /// unless the run can be continued. All functions throw WorldError and BrokenInput.
@@ -75,6 +70,7 @@ class BrickStore {
   BrickStore(const BrickStore&) = delete;
   BrickStore& operator=(const BrickStore&) = delete;
 
+  /// How the store reads the source.
   virtual Reading reading(const VolumeSource& source) const = 0;
   /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
   virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;

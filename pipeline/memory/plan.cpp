@@ -114,7 +114,7 @@ std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strip
 }
 
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
-                         std::uint64_t besides, std::optional<OriginalAccess> verified) {
+                         std::uint64_t besides, std::optional<Reading> verified) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
   const EncodeLoad smallest = smallest_encoding(p, strips);
@@ -130,7 +130,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const auto with_verifying = [&](std::uint64_t encoding, bool spooled) {
     if (!then_verified) return encoding;
     return std::max(encoding,
-                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->besides));
+                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->memory));
   };
   if (const std::uint64_t needed = with_verifying(memory, !resources.spool.empty()); needed > limit) {
     const bool can_spool = !random_access || (then_verified && !verified->any_rows);

@@ -29,10 +29,10 @@ struct EncodePlan {
   std::vector<BrickRows> strips(const BrickGrid& bricks, const BrickRows& part) const;
 };
 
-/// How an original is read when a file is compared with it.
-struct OriginalAccess {
-  bool any_rows = true;       ///< in any order, without a spool
-  std::uint64_t besides = 0;  ///< memory of the reader itself
+/// How a volume is read.
+struct Reading {
+  bool any_rows = true;      ///< rows of slices in any order, without a spool
+  std::uint64_t memory = 0;  ///< that reading takes, besides the samples of a plan
 };
 
 /// The plan with the least reading, and then the most threads. It has complete layers, unless rows can be
@@ -41,7 +41,7 @@ struct OriginalAccess {
 /// original within the same limit.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
                          bool random_access = true, std::uint64_t besides = 0,
-                         std::optional<OriginalAccess> verified = {});
+                         std::optional<Reading> verified = {});
 
 /// How many slices besides those of the plan may be in memory: `most`, or what the limit leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,
