@@ -15,8 +15,7 @@
 namespace tagrid {
 namespace {
 
-// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
-// proportional to S, the number of active points would depend on S.
+// The field scale: this many voxels for the whole value range, so that active points do not depend on S.
 constexpr double voxels_per_range = 8;
 
 // The default does not depend on the data, so that files and pipes give the same bytes.

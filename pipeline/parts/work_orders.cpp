@@ -152,8 +152,7 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
       case Task::make_parts: {
         int slot = -1;
         obey<PartOrder>(bytes, limit_memory, [&](const PartOrder& order) {
-          // A run that can be continued leaves its parts. In others, each rank makes sure that nothing is
-          // left.
+          // A run that can be continued leaves its parts. In others, each rank ensures that nothing is left.
           if (order.code_after_signal < 0)
             slot = register_temporary_folder(order.folder);
           else

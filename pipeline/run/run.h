@@ -22,8 +22,7 @@ namespace tagrid {
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run);
 
 /// Decodes a .tag file, or a region of it. Permissions and time are kept. All ranks share the work for an
-/// entire volume from file to file, but not to OpenVDB, whose leaves have no places that are known
-/// beforehand.
+/// entire volume from file to file, but not to OpenVDB, whose leaves have no places known beforehand.
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 
 /// Decodes all of a .tag file and throws BrokenInput at the first error: a wrong checksum, a brick that does
