@@ -55,9 +55,7 @@ std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeO
   return smallest_memory_of_encoding(parameters, false, most_waiting * slice_bytes(parameters));
 }
 
-PushEncoder::~PushEncoder() { end_work(); }
-
-void PushEncoder::end_work() noexcept {
+PushEncoder::~PushEncoder() {
   {
     const std::lock_guard lock(mutex_);
     given_up_ = true;

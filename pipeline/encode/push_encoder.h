@@ -53,7 +53,6 @@ class PushEncoder {
   void run();
   SliceSamples take();
   void wait_for_room();
-  void end_work() noexcept;
 
   EncodeJob job_;
   Progress progress_;
