@@ -82,7 +82,7 @@ struct Call {
 
 namespace detail {
 
-/// Does the work of a callback, from which C takes no exceptions: if it throws, returns 1 and keeps the exception.
+/// Does the work of a callback, from which C takes no exception: keeps it, and returns 1.
 template <class Work>
 int without_throwing(std::exception_ptr& thrown, Work work) noexcept {
   try {
@@ -320,7 +320,7 @@ class Reader {
     }
     return std::move(taken.whole);
   }
-  // The box is checked first, so that no arithmetic overflows and no memory is taken for a box outside the volume.
+  // The box is checked first, so that nothing overflows, and no memory is taken for a box outside the volume.
   std::size_t sample_count(const Box& box, const Point& step) const {
     const Box all = this->box();
     std::size_t count = 1;
