@@ -44,7 +44,7 @@ struct DecodeStreams {
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
   std::function<void()> before_reading = {};  ///< the same, before each brick
-  /// Makes samples of `sample_bytes` bytes of a brick's. Called by several threads at once. May be empty.
+  /// Converts a brick's samples to `sample_bytes` each. Called by several threads at once. May be empty.
   std::function<void(DecodedBrick&)> change_samples = {};
   std::size_t sample_bytes = 0;  ///< 0: those of the type of the volume
 };

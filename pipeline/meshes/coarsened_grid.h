@@ -92,7 +92,7 @@ using TakeCoarsened = std::function<void(Index3 position, const LatticeBits& act
 /// Decodes a file that has not been read yet, finds the coarsest grid within `bound` of its decoded voxels,
 /// whatever grid it stores, and passes the bricks at `positions` in order. Memory: that of decoding, a second
 /// copy of a layer of slices, and a few bricks for each thread. Nameless files beside `path` take the bytes
-/// of the samples. Throws BrokenInput, WorldError, MemoryLimit, and what `take` and `progress` do.
+/// of the samples. Throws BrokenInput, WorldError, MemoryLimit, and those of `take` and `progress`.
 void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& positions, const std::string& path,
                   std::uint64_t taker_bytes, const Resources& resources, const TakeCoarsened& take,
                   const Progress& progress = {});

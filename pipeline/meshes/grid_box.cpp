@@ -88,7 +88,7 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
 }
 
 // The parameters of the volume that `bricks` of a larger one make, from the low corner of their closed boxes
-// on. Only near its border is its grid another one.
+// on. Its grid differs only near its border.
 CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
   const BrickGrid grid = parameters.bricks();
   const Index3 low = grid.closed_box(bricks.low).low;

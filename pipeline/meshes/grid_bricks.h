@@ -45,7 +45,8 @@ DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_b
                        const Resources& resources);
 
 /// Passes all bricks of a file that has not been read yet. Memory: that of decoding, the activity of a layer
-/// of bricks, and the taker's. Throws BrokenInput, WorldError, MemoryLimit, and as `taker` and `progress` do.
+/// of bricks, and the taker's. Throws BrokenInput, WorldError, MemoryLimit, and those of `taker` and
+/// `progress`.
 void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
               const Progress& progress = {});
 

@@ -74,7 +74,7 @@ struct BlocksInOrder {
   /// ending with an error, and its samples stay as they are.
   std::function<bool(const DecodedBrick& brick)> accepts = {};
   std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
-  /// Makes the samples of a brick those of `type`. Called by several threads at once. May be empty.
+  /// Converts the samples of a brick to `type`. Called by several threads at once. May be empty.
   std::function<void(DecodedBrick& brick)> change_samples = {};
   SampleType type = SampleType::uint8;  ///< without an effect if change_samples is empty
 };

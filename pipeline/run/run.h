@@ -16,9 +16,9 @@ namespace tagrid {
 
 // Rank 0 calls these functions, the others serve(). If one throws, no output is left under its name.
 
-/// Encodes a volume. Keeps the permissions and the time of the samples from file to file; then, too, all
-/// ranks share the work. Throws BrokenInput, WorldError, and UsageError; also if a run cannot be continued:
-/// different settings, a different input, or another process that is working on it.
+/// Encodes a volume. From file to file, permissions and time are kept, and all ranks share the work. Throws
+/// BrokenInput, WorldError, and UsageError; also if a run cannot be continued: different settings, a
+/// different input, or another process that is working on it.
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run);
 
 /// Decodes a .tag file, or a region of it. Permissions and time are kept. All ranks share the work for an
