@@ -114,7 +114,7 @@ typedef struct tagrid_box {
  *     origin + x * directions[0] + y * directions[1] + z * directions[2].
  * If the source gave only spacings, the directions are those of the axes. */
 typedef struct tagrid_geometry {
-  double spacing[3];       /* distance of neighbouring samples along each axis; NaN if unknown */
+  double spacing[3];       /* distance of neighboring samples along each axis; NaN if unknown */
   double origin[3];        /* position of sample (0, 0, 0) */
   double directions[3][3]; /* directions[axis]: from a sample to the next one along that axis */
   int has_spacing, has_origin, has_directions; /* 1 if the source gave it, otherwise 0 */
@@ -242,7 +242,7 @@ TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_
  * each axis. `step` has three numbers of at least 1; NULL stands for 1, 1, 1. So there are
  * (high - low + step - 1) / step samples along each axis.
  *
- * `strides` gives the distances in bytes of neighbouring samples in `samples` along x, y and z; NULL stands
+ * `strides` gives the distances in bytes of neighboring samples in `samples` along x, y and z; NULL stands
  * for samples without gaps, x fastest. Strides may be negative; even then, `samples` points to the first
  * sample.
  *

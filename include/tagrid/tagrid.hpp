@@ -82,6 +82,18 @@ struct Call {
 
 namespace detail {
 
+/// Does the work of a callback, from which C takes no exception: keeps it, and returns 1.
+template <class Work>
+int without_throwing(std::exception_ptr& thrown, Work work) noexcept {
+  try {
+    work();
+    return 0;
+  } catch (...) {
+    thrown = std::current_exception();
+    return 1;
+  }
+}
+
 /// A Call in the form of the C interface, and the exception of its callback.
 class CallForC {
  public:
@@ -104,12 +116,9 @@ class CallForC {
 
  private:
   int tell(std::uint64_t done, std::uint64_t total) noexcept {
-    try {
-      return call_.progress(done, total) ? 0 : 1;
-    } catch (...) {
-      thrown_ = std::current_exception();
-      return 1;
-    }
+    bool goes_on = false;
+    without_throwing(thrown_, [&] { goes_on = call_.progress(done, total); });
+    return goes_on ? 0 : 1;
   }
 
   Call call_;
@@ -122,13 +131,7 @@ template <class Whole>
 struct Taken {
   template <class Add>
   int add(Add more) noexcept {
-    try {
-      more(whole);
-      return 0;
-    } catch (...) {
-      thrown = std::current_exception();
-      return 1;
-    }
+    return without_throwing(thrown, [&] { more(whole); });
   }
 
   Whole whole;
@@ -176,20 +179,14 @@ class Reader {
     c.user = &input;
     c.name = name.c_str();
     c.size = [](void* user, std::uint64_t* bytes) noexcept {
-      try {
-        *bytes = static_cast<Input*>(user)->size();
-        return 0;
-      } catch (...) {
-        return 1;
-      }
+      std::exception_ptr thrown;
+      return detail::without_throwing(thrown, [&] { *bytes = static_cast<Input*>(user)->size(); });
     };
     c.read_at = [](void* user, std::uint64_t offset, void* buffer, std::size_t count) noexcept {
-      try {
+      std::exception_ptr thrown;
+      return detail::without_throwing(thrown, [&] {
         static_cast<Input*>(user)->read_at(offset, {static_cast<std::byte*>(buffer), count});
-        return 0;
-      } catch (...) {
-        return 1;
-      }
+      });
     };
     own(tagrid_reader_open(&c, &reader_));
   }
@@ -323,7 +320,7 @@ class Reader {
     }
     return std::move(taken.whole);
   }
-  // The box is checked first, so that no arithmetic overflows and no memory is taken for a box outside the volume.
+  // The box is checked first, so that nothing overflows, and no memory is taken for a box outside the volume.
   std::size_t sample_count(const Box& box, const Point& step) const {
     const Box all = this->box();
     std::size_t count = 1;
@@ -402,13 +399,9 @@ class Encoder {
 
     static int write(void* self, const void* bytes, std::size_t count) noexcept {
       auto* state = static_cast<State*>(self);
-      try {
+      return detail::without_throwing(state->thrown, [&] {
         state->output({static_cast<const std::byte*>(bytes), count});
-        return 0;
-      } catch (...) {
-        state->thrown = std::current_exception();
-        return 1;
-      }
+      });
     }
 
     Output output;

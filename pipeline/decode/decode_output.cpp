@@ -1,10 +1,9 @@
-#include "pipeline/decode/decode_output.h"
+#include "pipeline/decode/decode_run.h"
 
 #include <fmt/format.h>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "pipeline/memory/of_writer.h"
 
 namespace tagrid {
 
@@ -34,20 +33,36 @@ std::uint64_t DecodeOutput::memory_of_program() {
   return sink_->memory();
 }
 
-std::uint64_t DecodeOutput::memory() { return run_.format.memory(info_) + memory_of_program(); }
-
 bool DecodeOutput::any_order() const { return run_.format.any_order && is_regular_output(run_.output); }
-
-void DecodeOutput::refuse(const MemoryLimit& limit) {
-  const std::uint64_t bytes = memory_of_program();
-  if (bytes == 0) throw limit;
-  throw_for_writer(limit, program(), bytes);
-}
 
 std::shared_ptr<VolumeSink> DecodeOutput::begin() {
   require_memory_of_writer(program(), memory_of_program(), run_.resources);
   open();
   return sink_;
+}
+
+RowOutput::RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name)
+    : sink_(sink) {
+  if (!spool_folder.empty()) spool_.emplace(SpoolFile::in(spool_folder, name));
+}
+
+void RowOutput::write(const DecodedRows& rows) {
+  if (spool_) return through_spool(rows, *spool_);
+  rows.for_each_part(
+      [&](std::int64_t first, std::span<const std::byte> samples) { sink_.write_samples(first, samples); });
+}
+
+void RowOutput::through_spool(const DecodedRows& rows, SpoolFile& spool) {
+  const VolumeInfo& info = sink_.info();
+  const Box volume = Box::of_size(info.dims);
+  const std::size_t size = size_of(info.type);
+  const std::int64_t layer_start = volume.offset({0, 0, rows.box().low.z});
+  rows.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
+    spool.write_at(static_cast<std::uint64_t>(first - layer_start) * size, samples);
+  });
+  if (rows.box().high.y < volume.high.y) return;
+  spool.read_back([&](std::span<std::byte> part) { sink_.write_slices(part); });
+  spool.clear();
 }
 
 }  // namespace tagrid

@@ -1,13 +1,15 @@
 #include "pipeline/decode/decoded_rows.h"
 
-#include <cassert>
 #include <cstring>
 
 namespace tagrid {
 
 DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
                          std::size_t size)
-    : bricks_(parameters.bricks()), all_(all), together_(together), size_(size) {
+    : bricks_(parameters.bricks()),
+      all_(all),
+      together_(together),
+      size_(size > 0 ? size : size_of(parameters.type)) {
   begin(all.y_low, all.z_low);
 }
 

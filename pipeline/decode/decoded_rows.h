@@ -19,12 +19,10 @@ namespace tagrid {
 /// memory grows with the decoded bricks, not with the width that a header claims.
 class DecodedRows {
  public:
-  /// Goes through `all`, `together` rows at a time, or fewer at the end of a layer.
-  DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together)
-      : DecodedRows(parameters, all, together, size_of(parameters.type)) {}
-  /// The same for values of `size` bytes, which samples have become.
+  /// Goes through `all`, `together` rows at a time, or fewer at the end of a layer. `size`: bytes of the
+  /// values that samples have become; 0: they are as in the file.
   DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
-              std::size_t size);
+              std::size_t size = 0);
 
   /// Adds the samples that the next brick owns, x fastest.
   void add(std::vector<std::byte> samples) { samples_.push_back(std::move(samples)); }

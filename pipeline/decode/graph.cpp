@@ -3,10 +3,8 @@
 #include <oneapi/tbb/flow_graph.h>
 
 #include <memory>
-#include <vector>
 
-#include "pipeline/decode/block.h"
-#include "pipeline/threads/run_graph.h"
+#include "io/errors/errors.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -22,8 +20,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   const bool keep = static_cast<bool>(streams.inspect_brick);
   const std::int64_t first_brick = rows.first_brick(parameters.bricks());
   std::int64_t bricks_left = rows.count(parameters.bricks());
-  DecodedRows gathered(parameters, rows, budget.rows,
-                       streams.sample_bytes > 0 ? streams.sample_bytes : size_of(parameters.type));
+  DecodedRows gathered(parameters, rows, budget.rows, streams.sample_bytes);
 
   using Write = flow::multifunction_node<Brick, std::tuple<int>>;
 
@@ -53,7 +50,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
     gathered.add(std::move(brick->samples));
     std::get<0>(out).try_put(1);
     if (!gathered.complete()) return;
-    streams.write_rows(gathered);
+    if (streams.write_rows) streams.write_rows(gathered);
     gathered.begin_next();
   });
 
@@ -71,6 +68,47 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {
   Threads(budget.threads).run([&] { build_and_run(parameters, rows, budget, streams); });
+}
+
+void RowDecoder::decode(const BrickRows& rows, const BrickStream& bricks,
+                        const std::function<void(const DecodedRows&)>& write, const Watch& watch) {
+  DecodeStreams streams;
+  streams.bricks = bricks;
+  streams.before_reading = watch.before_reading;
+  if (numbers_.are_values()) {
+    streams.sample_bytes = numbers_.value_bytes();
+    streams.change_samples = [&](DecodedBrick& brick) {
+      change_brick(numbers_, parameters_.bricks(), bricks.name, brick);
+    };
+  }
+  streams.write_rows = [&](const DecodedRows& decoded) {
+    try {
+      write(decoded);
+    } catch (...) {
+      failure_ = std::current_exception();
+      failed_ = true;
+      throw;
+    }
+    watch.done(decoded.bytes());
+  };
+  try {
+    run_decode_graph(parameters_, rows, budget_, streams);
+  } catch (...) {
+    // A reader that gave up because of the output may have thrown first.
+    if (failed_) std::rethrow_exception(failure_);
+    throw;
+  }
+}
+
+DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
+                          const std::string& name, Wanted wanted, std::int64_t slices) {
+  DecodedBrick brick;
+  const Status status =
+      decode_brick({block.activity, block.values}, parameters, {block.id, wanted, slices}, brick);
+  if (!status.ok())
+    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id) + ": " +
+                      status.what());
+  return brick;
 }
 
 }  // namespace tagrid

@@ -43,15 +43,14 @@ struct WrittenNumbers {
   VolumeInfo info(const VolumeInfo& samples) const;
 };
 
-/// Throws UsageError if header lines say that it is unknown how values follow from samples. `of_values` is what needs them.
+/// Throws UsageError if header lines leave the scale of values in doubt. `of_values` is what needs it.
 void require_scale(const std::string& nrrd_fields, const Setting& of_values);
 
 /// True if the choice below depends on the range of samples, so on the index: values may be written.
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header);
 
-/// The choice for a file. `index`: nullptr if it is not known before the bricks are decoded; then all values
-/// that its type can have are possible. Throws UsageError if values are wanted, and the scale is
-/// in doubt or the slopes of slices are not one number per slice.
+/// The choice for a file. `index`: nullptr if it is not known yet; then all values of the type are possible.
+/// Throws UsageError if values are wanted, but their scale is in doubt or not every slice has a slope.
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index);
 

@@ -1,18 +1,22 @@
-// The request for the encoding of a volume, and its result.
+// The request for the encoding of a volume, the store of its bricks, and its result.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "io/envelope/envelope.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
+#include "pipeline/job/settle.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {
@@ -30,8 +34,7 @@ struct EncodeRun {
 
   /// Also keeps what the source files have besides samples, unless options.strip; see io/envelope.
   bool keep_files = false;
-  /// Continues the run recorded in `.NAME.parts/` beside the output, or begins a run that can be continued.
-  /// If false, a run that fails leaves nothing.
+  /// Continues or begins a run that is recorded in `.NAME.parts/`. If false, a run that fails leaves nothing.
   bool resume = false;
   /// The file will be compared with the input, with the same limit on memory: see plan_encoding().
   bool verified = false;
@@ -56,5 +59,32 @@ struct EncodeResult {
 };
 
 using FinishedEncode = Finished<EncodeResult>;
+
+/// Encodes the bricks of a job and makes a file of them: one stream by this process, or parts by many. The
+/// functions are called in this order; see encode_into(). Without commit(), the destructor leaves nothing,
+/// unless the run can be continued. All functions throw WorldError and BrokenInput.
+class BrickStore {
+ public:
+  BrickStore() = default;
+  virtual ~BrickStore() = default;
+  BrickStore(const BrickStore&) = delete;
+  BrickStore& operator=(const BrickStore&) = delete;
+
+  /// How the store reads the source.
+  virtual Reading reading(const VolumeSource& source) const = 0;
+  /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
+  virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
+  /// Returns false if an earlier run has made the file. Throws UsageError if an earlier run had another job.
+  virtual bool take(const EncodeJob& job, const VolumeSource& source) = 0;
+  /// Encodes all bricks. Adds what that took to `result`: memory, bytes_in, times_read.
+  virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;
+  /// As look_at_contents() in pipeline/restore.
+  virtual void look_at(SourceFiles& files, bool exact) = 0;
+  virtual void write_envelope(std::span<const std::byte> bytes) = 0;
+  /// Writes the end of the file. Sets index, file_bytes and temporary of `result`.
+  virtual void finish(EncodeResult& result) = 0;
+  /// Gives the file its name.
+  virtual void commit() = 0;
+};
 
 }  // namespace tagrid

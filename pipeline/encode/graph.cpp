@@ -2,21 +2,60 @@
 
 #include <oneapi/tbb/flow_graph.h>
 
+#include <cstddef>
+#include <memory>
 #include <optional>
-#include <utility>
 #include <variant>
 
-#include "pipeline/encode/brick_work.h"
-#include "pipeline/grid/schedule.h"
-#include "pipeline/threads/run_graph.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/criterion/tile.h"
+#include "stages/mesh/mesh_error.h"
 
 namespace tagrid {
 namespace {
 
 namespace flow = oneapi::tbb::flow;
+
+// The input for measuring the error of the mesh in a brick.
+struct MeshedBrick {
+  SubdividedBrick of;
+  std::vector<std::byte> values;  // of the mesh, in the brick's closed box; empty: the original samples
+};
+
+struct EncodedBrick {
+  std::int64_t id = 0;
+  std::shared_ptr<BrickCode> code;
+  std::shared_ptr<MeshedBrick> mesh;  // only if its error has to be measured
+};
+
+EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {
+  EncodedBrick encoded{parameters.bricks().id(brick.brick), std::make_shared<BrickCode>(), {}};
+  const BrickSamples samples =
+      gather(brick.slices, parameters.dims, parameters.type, samples_to_encode(parameters, brick.brick));
+  encode_brick(samples, brick.active, parameters, brick.brick, *encoded.code);
+  if (parameters.mesh_error >= 0)
+    encoded.mesh = std::make_shared<MeshedBrick>(MeshedBrick{std::move(brick), {}});
+  return encoded;
+}
+
+// Moves the decoded values to the mesh, completed from the bricks below if `closed`. Bricks come in order.
+void take_mesh_values(EncodedBrick& encoded, const CodingParameters& parameters, ClosedSamples* closed) {
+  if (closed)
+    encoded.mesh->values = closed->complete(encoded.mesh->of.brick, encoded.code->decoded);
+  else if (parameters.mode == FileMode::grid)
+    encoded.mesh->values = std::move(encoded.code->decoded);
+  encoded.code->decoded = {};
+}
+
+// Sets the error of the mesh, and frees the input for it.
+void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
+  const SubdividedBrick& brick = encoded.mesh->of;
+  const BrickSamples original = gather(brick.slices, parameters.dims, parameters.type, brick.active.box());
+  encoded.code->statistics.mesh_error =
+      measure_mesh(original, encoded.mesh->values, brick.active, parameters, brick.brick);
+  encoded.mesh.reset();
+}
 
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                    const EncodeStreams& streams, ClosedSamples* closed, bool measure) {
@@ -67,11 +106,11 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   };
   flow::sequencer_node<EncodedBrick> in_order(graph, place);
   flow::function_node<EncodedBrick, EncodedBrick> complete(graph, flow::serial, [&](EncodedBrick brick) {
-    if (brick.mesh) take_mesh_values(brick, parameters, closed);
+    take_mesh_values(brick, parameters, closed);
     return brick;
   });
   flow::function_node<EncodedBrick, EncodedBrick> measure_node(graph, workers, [&](EncodedBrick brick) {
-    if (measure && brick.mesh) measure_mesh(brick, parameters);
+    if (measure) measure_mesh(brick, parameters);
     return brick;
   });
   flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
@@ -93,10 +132,14 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::make_edge(bricks, subdivide_node);
   flow::make_edge(subdivide_node, encode_node);
   flow::make_edge(encode_node, in_order);
-  flow::make_edge(in_order, complete);
-  flow::make_edge(complete, measure_node);
-  flow::make_edge(measure_node, in_order_again);
-  flow::make_edge(in_order_again, write);
+  if (parameters.mesh_error >= 0) {
+    flow::make_edge(in_order, complete);
+    flow::make_edge(complete, measure_node);
+    flow::make_edge(measure_node, in_order_again);
+    flow::make_edge(in_order_again, write);
+  } else {
+    flow::make_edge(in_order, write);
+  }
   flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
   flow::make_edge(flow::output_port<1>(write), slices.decrementer());
 
@@ -128,6 +171,48 @@ void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows,
       build_and_run(parameters, r, budget, r == rows ? streams : unwritten, closed ? &*closed : nullptr,
                     r == rows);
   });
+}
+
+void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& watch) {
+  EncodeStreams streams;
+  streams.before_reading = watch.before_reading;
+  streams.read_slice = read_slice_;
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    try {
+      sink.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    } catch (...) {
+      failure_ = std::current_exception();
+      failed_ = true;
+      throw;
+    }
+    watch.done(code.statistics.samples * size_of(parameters_.type));
+  };
+  try {
+    for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
+      run_encode_graph(parameters_, strip, plan_.budget, streams);
+  } catch (...) {
+    // A source that gave up because of the sink may have thrown first.
+    if (failed_) std::rethrow_exception(failure_);
+    throw;
+  }
+}
+
+std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,
+                                  const BrickRows& rows) {
+  std::vector<Box> boxes;
+  for (const BrickRows& strip : plan.strips(parameters.bricks(), rows))
+    for (const BrickRows& encoded : rows_to_encode(parameters, strip))
+      boxes.push_back(schedule_of_encoding(parameters, encoded).samples());
+  return boxes;
+}
+
+double times_read(const CodingParameters& parameters, const EncodePlan& plan,
+                  const std::vector<BrickRows>& parts) {
+  double samples = 0;
+  for (const BrickRows& part : parts)
+    for (const Box& box : samples_in_order(parameters, plan, part))
+      samples += static_cast<double>(box.count());
+  return samples / static_cast<double>(parameters.domain().volume().count());
 }
 
 }  // namespace tagrid

@@ -1,14 +1,21 @@
 // The flow graph that turns slices into bricks.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
+#include <utility>
 #include <vector>
 
+#include "io/tag/blocks.h"
 #include "pipeline/grid/schedule.h"
 #include "pipeline/grid/slices.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 #include "stages/brick/codec.h"
+#include "stages/grid/box.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/sample/coding_parameters.h"
 
@@ -38,5 +45,36 @@ struct EncodeStreams {
 /// in a stream ends the run and is rethrown.
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams);
+
+/// Encodes the bricks of a volume according to a plan: all at once, or one part after the other.
+class RowEncoder {
+ public:
+  /// Reads complete rows of one slice. Slices come in the order of z.
+  using ReadSlice = std::function<SliceSamples(const Box& rows)>;
+
+  /// `parameters` must outlive the encoder.
+  RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice)
+      : parameters_(parameters), plan_(std::move(plan)), read_slice_(std::move(read_slice)) {}
+
+  /// Encodes `rows`. Throws the exceptions of reading, `sink` and `watch`; that of `sink` if several fail.
+  void encode(const BrickRows& rows, BrickSink& sink, const Watch& watch);
+  /// Becomes true when a sink fails. A source that waits for samples may then give up.
+  const std::atomic<bool>& failed() const { return failed_; }
+
+ private:
+  const CodingParameters& parameters_;
+  EncodePlan plan_;
+  ReadSlice read_slice_;
+  std::exception_ptr failure_;  ///< of a sink
+  std::atomic<bool> failed_{false};
+};
+
+/// The samples that are read to encode `rows`, box after box; of each box, slice after slice.
+std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,
+                                  const BrickRows& rows);
+
+/// How often a sample of a volume is read, on average, to encode all `parts`.
+double times_read(const CodingParameters& parameters, const EncodePlan& plan,
+                  const std::vector<BrickRows>& parts);
 
 }  // namespace tagrid

@@ -6,7 +6,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/encode/row_encoder.h"
+#include "pipeline/encode/graph.h"
 
 namespace tagrid {
 namespace {
@@ -55,9 +55,7 @@ std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeO
   return smallest_memory_of_encoding(parameters, false, most_waiting * slice_bytes(parameters));
 }
 
-PushEncoder::~PushEncoder() { end_work(); }
-
-void PushEncoder::end_work() noexcept {
+PushEncoder::~PushEncoder() {
   {
     const std::lock_guard lock(mutex_);
     given_up_ = true;
@@ -100,8 +98,7 @@ SliceSamples PushEncoder::take() {
   return slice;
 }
 
-// Only this thread adds slices, so the room remains until it adds one. A slice that was copied before the
-// wait would be one more than the plan counts.
+// Only this thread adds slices. A slice copied before the wait would be one more than the plan counts.
 void PushEncoder::wait_for_room() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });

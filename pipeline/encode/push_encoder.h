@@ -20,13 +20,12 @@
 
 namespace tagrid {
 
-/// Encodes, on its own threads, the slices that one thread feeds. The bytes of the file go to a sink, which
-/// is called by one thread at a time.
+/// Encodes, on its own threads, the slices that one thread feeds. One thread at a time calls the sink.
 class PushEncoder {
  public:
   /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. `samples`: the
-  /// volume, where some options follow from its samples; it is read only here. Throws UsageError if the volume
-  /// does not allow the options, or if the limit on memory cannot be kept.
+  /// volume, where some options follow from its samples; it is read only here. Throws UsageError if the
+  /// volume does not allow the options, or if the limit on memory cannot be kept.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
               Progress progress, VolumeSource* samples = nullptr);
   /// Ends the work, whether it is complete or not.
@@ -37,9 +36,8 @@ class PushEncoder {
   /// The smallest limit on memory that can be kept.
   static std::uint64_t smallest_memory(const VolumeInfo& info, const EncodeOptions& options);
 
-  /// Takes the next slices, whose samples are laid out according to `strides`, and copies them. Waits while
-  /// enough slices are queued. Throws the failure of the encoding, and UsageError for more slices than the
-  /// volume has.
+  /// Copies the next slices, which are laid out by `strides`. Waits while enough slices are queued. Throws
+  /// the failure of the encoding, and UsageError for too many slices.
   void write(const std::byte* samples, std::int64_t slices, const Strides& strides);
   /// Waits for the end of the file. Throws the failure of the encoding, and UsageError if slices are missing.
   void finish();
@@ -55,7 +53,6 @@ class PushEncoder {
   void run();
   SliceSamples take();
   void wait_for_room();
-  void end_work() noexcept;
 
   EncodeJob job_;
   Progress progress_;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "pipeline/job/input_slices.h"
+#include "pipeline/job/source_survey.h"
 
 namespace tagrid {
 

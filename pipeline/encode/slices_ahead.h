@@ -1,5 +1,4 @@
-// Reads slices ahead of those that are encoded, if another process decodes them: it then works while bricks
-// are encoded, however many threads do that.
+// Reads slices ahead of the encoder if another process decodes them, so that both work at once.
 #pragma once
 
 #include <atomic>
@@ -15,8 +14,7 @@
 
 namespace tagrid {
 
-/// Gives the slices of a source, one after the other. A thread of its own, which waits for the other process
-/// most of the time, reads them.
+/// Gives the slices of a source in order. Its own thread, which mostly waits, reads them.
 class SlicesAhead {
  public:
   /// At most `count` slices wait in memory. With 0 there is no thread: rows are read when they are asked for.
@@ -28,8 +26,7 @@ class SlicesAhead {
 
   /// As read_input_slice(). REQUIRES: count = 0, or `rows` are the next slice.
   SliceSamples read(const Box& rows);
-  /// From now on, a read that waits throws WorldError as soon as `stop` is true. `stop` must outlive the
-  /// reads, and those of the source after end().
+  /// Makes reads throw WorldError once `stop` is true. It must outlive them, and the source's after end().
   void stop_when(const std::atomic<bool>& stop);
   /// Ends the thread; from now on, the source belongs to the caller again.
   void end();

@@ -21,7 +21,7 @@
 #include "pipeline/estimate/sample.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
@@ -63,8 +63,8 @@ class Estimator {
     encode();
     EstimateResult result;
     result.parameters = of_bounds_[0];
-    result.low = sample_.low;
-    result.high = sample_.high;
+    result.low = sample_.range.low;
+    result.high = sample_.range.high;
     result.bricks = bricks_.count();
     result.encoded = static_cast<std::int64_t>(sample_.chosen.size());
     for (std::size_t bound = 0; bound < of_bounds_.size(); ++bound)
@@ -196,7 +196,7 @@ class Estimator {
     e.max_error = of_bounds_[bound].max_error;
     e.file_bytes = whole * bytes + bytes_around_bricks(bound);
     e.rmse = finite > 0 ? std::sqrt(squared_error / finite) : 0;
-    e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.high - sample_.low) / e.rmse) : NAN;
+    e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.range.high - sample_.range.low) / e.rmse) : NAN;
     e.encoding_seconds = whole * encoding / threads;
     e.decoding_seconds = whole * decoding / threads;
     return e;
@@ -234,21 +234,6 @@ std::vector<std::optional<double>> usual_errors(double noise, const EncodeOption
   return errors;
 }
 
-// The most threads that fit into the limit.
-int threads_for(const CodingParameters& p, const VolumeSource& source, std::size_t bounds,
-                const Resources& resources) {
-  const auto memory = [&](int threads) {
-    return memory_of_estimating(p, threads, static_cast<std::int64_t>(bounds), most_chosen(p.bricks())) +
-           source.traits().memory;
-  };
-  int threads = std::max(resources.threads, 1);
-  if (!resources.memory) return threads;
-  while (threads > 1 && memory(threads) > *resources.memory) --threads;
-  if (memory(threads) > *resources.memory)
-    throw MemoryLimit("estimating this volume", *resources.memory, memory(threads), {});
-  return threads;
-}
-
 }  // namespace
 
 EstimateResult estimate_encoding(const EstimateRun& run) {
@@ -266,9 +251,12 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     any.max_error = 0;
   const ResolvedOptions options = in_samples(any, source->facts());
   // Checked before anything is read.
-  const int threads =
-      threads_for(options.parameters, *source, run.max_errors.empty() ? usual_bounds : run.max_errors.size(),
-                  run.resources);
+  const auto bounds =
+      static_cast<std::int64_t>(run.max_errors.empty() ? usual_bounds : run.max_errors.size());
+  const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
+    const CodingParameters& p = options.parameters;
+    return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;
+  });
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
       throw UsageError(

@@ -26,8 +26,7 @@ struct Estimate {
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
-  double encoding_seconds = 0,
-         decoding_seconds = 0;  ///< with the threads of the run, without reading and writing
+  double encoding_seconds = 0, decoding_seconds = 0;  ///< with the threads of the run, without I/O
 };
 
 struct EstimateResult {
@@ -39,9 +38,8 @@ struct EstimateResult {
   std::vector<Estimate> estimates;  ///< in the order of max_errors
 };
 
-/// Encodes and decodes a sample of the bricks with every bound, and infers the rest from the roughness of the
-/// other bricks. A small volume is encoded entirely. Throws UsageError, BrokenInput, WorldError and
-/// MemoryLimit.
+/// Encodes and decodes a sample of the bricks, or all of a small volume, with every bound. Infers the rest
+/// from roughness. Throws UsageError, BrokenInput, WorldError and MemoryLimit.
 EstimateResult estimate_encoding(const EstimateRun& run);
 
 }  // namespace tagrid

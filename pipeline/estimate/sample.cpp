@@ -13,17 +13,6 @@ namespace {
 constexpr double most_bytes_surveyed = 1 << 30;
 constexpr std::int64_t most_samples_chosen = std::int64_t{1} << 24;
 
-template <class T>
-std::pair<double, double> range_of(const Samples<T>& samples) {
-  double low = INFINITY, high = -INFINITY;
-  for (const T v : std::span(samples.data, static_cast<std::size_t>(samples.box.count()))) {
-    if (!std::isfinite(static_cast<double>(v))) continue;
-    low = std::min(low, static_cast<double>(v));
-    high = std::max(high, static_cast<double>(v));
-  }
-  return {low, high};
-}
-
 void look_at_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps,
                     BrickSample& sample) {
   const std::int64_t rows = grid.bricks(1) * grid.bricks(2);
@@ -39,11 +28,10 @@ void look_at_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const
             using T = decltype(type);
             const Samples<T> samples{brick.box, reinterpret_cast<const T*>(brick.bytes.data())};
             SurveyedBrick surveyed{id, roughness(samples, steps)};
-            const auto [low, high] = range_of(samples);
+            const ValueRange range = value_range(brick.bytes, source.info().type);
             const std::lock_guard lock(mutex);
             sample.bricks.push_back(std::move(surveyed));
-            sample.low = std::min(sample.low, low);
-            sample.high = std::max(sample.high, high);
+            sample.range.add(range);
           });
         });
 }

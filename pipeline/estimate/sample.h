@@ -1,12 +1,12 @@
 // A sample of the bricks of a volume, of which the others can be inferred.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "io/volume/volume_source.h"
+#include "pipeline/grid/slices.h"
 #include "stages/grid/domain.h"
 
 namespace tagrid {
@@ -19,17 +19,16 @@ struct SurveyedBrick {
 };
 
 struct BrickSample {
-  std::vector<SurveyedBrick> bricks;        ///< in the order of their shares
-  std::vector<std::size_t> chosen;          ///< places in `bricks`
-  double low = INFINITY, high = -INFINITY;  ///< of the samples of all bricks that were looked at
+  std::vector<SurveyedBrick> bricks;  ///< in the order of their shares
+  std::vector<std::size_t> chosen;    ///< places in `bricks`
+  ValueRange range;                   ///< of the samples of all bricks that were looked at
 };
 
-/// The largest number of bricks that are chosen: 16 million samples, or all of a smaller volume, but no more than 4096.
+/// The most bricks that are chosen: 16 million samples or all of the volume, but at most 4096 bricks.
 std::int64_t most_chosen(const BrickGrid& grid);
 
-/// Looks at all bricks or, in a volume of more than a GiB, at rows of them that are spread over it; chooses some, more of
-/// them where bricks are rough. Works on the threads of the arena. REQUIRES:
-/// source.traits().any_rows; steps > 0.
+/// Looks at all bricks, or at rows spread over a volume of more than a GiB; chooses more of the rough ones.
+/// Works on the threads of the arena. REQUIRES: source.traits().any_rows; steps > 0.
 BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps);
 
 }  // namespace tagrid

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -45,8 +46,7 @@ struct BrickJob {
 
 class GridSchedule {
  public:
-  /// For the bricks of `rows`. `mark_halo`: number of samples beyond the surrounding root cubes on which
-  /// marks depend; if it is not given, nothing is marked.
+  /// For the bricks of `rows`. `mark_halo`: the samples beyond root cubes that marks need; empty: no marks.
   GridSchedule(const CodingParameters& parameters, const BrickRows& rows, std::optional<int> mark_halo);
 
   /// The samples that must be read: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
@@ -62,8 +62,7 @@ class GridSchedule {
 
   /// The complete root cubes of a tile.
   Box tile_box(Index3 tile) const;
-  /// The points whose marks a tile owns: [low, high) of its box; the last tile along an axis also owns its
-  /// high face.
+  /// The points whose marks a tile owns: [low, high) of its box, at the end of an axis also the high face.
   Box mark_box(Index3 tile) const;
   /// Number of slices that must be in memory at once so that every layer can be encoded.
   std::int64_t slices_needed() const;
@@ -96,6 +95,40 @@ class GridSchedule {
     std::vector<std::shared_ptr<const LatticeBits>> tiles;
   };
   std::map<std::int64_t, RootLayer> root_layers_;
+};
+
+struct SubdividedBrick {
+  Index3 brick;
+  SliceRange slices;
+  LatticeBits active;
+};
+
+MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule);
+/// Without marks around the brick: no grid, and an empty activity.
+SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
+
+/// Computes the activity of bricks from slices, which come in the order of z. Marks and bricks are computed
+/// on the threads of the arena that adds the slices; the result does not depend on their number.
+class DerivedGrid {
+ public:
+  /// Takes the bricks one at a time, in order. `slices` hold the closed box within the volume.
+  using Take = std::function<void(const SubdividedBrick& brick)>;
+
+  /// For the bricks of `rows`. `parameters` must outlive the object.
+  DerivedGrid(const CodingParameters& parameters, const BrickRows& rows, Take take);
+
+  /// The samples that must be added: slices low.z .. high.z, and of each slice the rows low.y .. high.y.
+  const Box& samples() const { return schedule_.samples(); }
+  /// The stretches of rows of bricks that own these samples, in the order in which samples must come.
+  std::vector<BrickRows> stretches() const;
+  void add_slice(SliceSamples slice);
+
+ private:
+  void subdivide_all(const std::vector<BrickJob>& jobs);
+
+  const CodingParameters& parameters_;
+  GridSchedule schedule_;
+  Take take_;
 };
 
 }  // namespace tagrid

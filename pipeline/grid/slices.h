@@ -1,13 +1,16 @@
-// Slices of a volume in memory, and boxes of samples copied from them.
+// Slices of a volume in memory, boxes of samples copied from them, and the range of samples.
 #pragma once
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <deque>
 #include <memory>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "stages/grid/box.h"
@@ -19,15 +22,13 @@ namespace tagrid {
 /// Samples of one z: complete rows, x fastest. All readers share them; the last reader frees them.
 using SliceSamples = std::shared_ptr<const std::byte[]>;
 
-/// Slices first, first + 1, ...; each holds the rows from first_row on. Cheap to copy: all jobs of a layer
-/// share the slices.
+/// Slices first, first + 1, ..., each with the rows from first_row on. Copies share the slices.
 struct SliceRange {
   std::int64_t first = 0, first_row = 0;
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
-/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes each. REQUIRES: `range` holds
-/// it.
+/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes. REQUIRES: `range` holds it.
 inline const std::byte* sample_at(const SliceRange& range, Index3 dims, std::size_t size, Index3 point) {
   const Index3 p = Box::of_size(dims).nearest(point);
   assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
@@ -87,5 +88,37 @@ class SliceWindow {
   std::int64_t first_ = 0, first_row_ = 0;
   std::deque<SliceSamples> slices_;
 };
+
+struct ValueRange {
+  double low = INFINITY, high = -INFINITY;
+  std::uint64_t finite = 0;  ///< how many samples are finite
+
+  void add(const ValueRange& other) {
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+    finite += other.finite;
+  }
+};
+
+inline ValueRange value_range(std::span<const std::byte> samples, SampleType type) {
+  return with_sample_type(type, [&](auto sample) {
+    using T = decltype(sample);
+    const std::span all(reinterpret_cast<const T*>(samples.data()), samples.size() / sizeof(T));
+    ValueRange range;
+    if constexpr (std::is_integral_v<T>) {
+      if (all.empty()) return range;
+      const auto [low, high] = std::minmax_element(all.begin(), all.end());
+      range = {static_cast<double>(*low), static_cast<double>(*high), all.size()};
+    } else {
+      for (const T v : all) {
+        if (!std::isfinite(v)) continue;
+        ++range.finite;
+        range.low = std::min(range.low, static_cast<double>(v));
+        range.high = std::max(range.high, static_cast<double>(v));
+      }
+    }
+    return range;
+  });
+}
 
 }  // namespace tagrid

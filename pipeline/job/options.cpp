@@ -4,8 +4,8 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 
-#include "io/errors/errors.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
 
@@ -36,12 +36,8 @@ void validate_rule(const EncodeOptions& options) {
 }  // namespace
 
 std::string text_of(const ErrorRule& rule) {
-  using Kind = ErrorRule::Kind;
-  return fmt::format("{} {}",
-                     rule.kind == Kind::noise      ? "noise"
-                     : rule.kind == Kind::relative ? "relative"
-                                                   : "psnr",
-                     rule.value);
+  constexpr const char* kinds[] = {"noise", "relative", "psnr"};
+  return fmt::format("{} {}", kinds[static_cast<std::size_t>(rule.kind)], rule.value);
 }
 
 void EncodeOptions::validate() const {

@@ -15,8 +15,7 @@
 namespace tagrid {
 namespace {
 
-// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
-// proportional to S, the number of active points would depend on S.
+// The field scale: this many voxels for the whole value range, so that active points do not depend on S.
 constexpr double voxels_per_range = 8;
 
 // The default does not depend on the data, so that files and pipes give the same bytes.
@@ -40,8 +39,7 @@ void set_range(std::pair<double, double> range, CodingParameters& p) {
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
-  // Ranges of floats may be so wide that their width is not a number, or so narrow that its reciprocal is
-  // not.
+  // The width of a range of floats may overflow, and so may its reciprocal.
   if (!std::isfinite(high - low)) p.field_scale = 1 / (high / voxels_per_range - low / voxels_per_range);
   if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
 }
@@ -85,8 +83,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   p.max_error = whole(max_error);
   if (p.max_error < 0) return;
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points). Rounding once keeps a number
-  // within E of an integer if it was within E before. For floats, the mesh criterion subtracts the rounding
-  // errors.
+  // within E of an integer. For floats, the mesh criterion subtracts the rounding errors.
   const double tighter = p.mesh_error < 0 ? p.max_error : std::min(p.mesh_error, p.max_error);
   p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
@@ -107,7 +104,7 @@ bool bounds_values(const EncodeOptions& options) {
          options.mesh_error.value_or(0) > 0;
 }
 
-// Turns what is given for values into what it is for samples. Returns how a bound follows from that of values.
+// Turns what is given for values into what it is for samples. Returns how bounds follow from those of values.
 std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& o) {
   const double slope = std::abs(rescale.slope);
   std::string reason;

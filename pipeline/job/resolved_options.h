@@ -12,9 +12,8 @@
 
 namespace tagrid {
 
-/// The options of an encoding, resolved for one volume before a sample is read. Two encodings of a volume are
-/// the same if these are: nothing else can tell, since an error of 0.9 and one of 0.1 are both none where a
-/// step of the samples is 1.
+/// The options of an encoding, resolved for one volume before a sample is read. Two encodings are the same if
+/// these are: where a step of the samples is 1, errors of 0.9 and of 0.1 are both none.
 struct ResolvedOptions {
   EncodeOptions options;  ///< bounds, range and scale are those of samples, not of values
   /// Complete, unless `range_from_data` or options.error_rule say what only the samples tell.
@@ -25,20 +24,16 @@ struct ResolvedOptions {
   std::string volume;            ///< its name, for messages
 };
 
-/// Throws UsageError if the volume does not allow the options, or if they bound errors of values and it is
-/// unknown which values the samples stand for.
+/// Throws UsageError if the volume does not allow the options, or if the scale of bounded values is unknown.
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
 
-/// The settings of an encoding by their names, and their values as text. Users read them in messages, and two
-/// runs are compared by them.
+/// The settings of an encoding by name, as text, for messages and to compare two runs.
 std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& parameters);
 
-/// The options with this largest error of samples instead of any that they have. Throws UsageError if the
-/// other options do not allow it.
+/// The options with this largest error of samples. Throws UsageError if the other options do not allow it.
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error);
 
-/// The parameters with the scale that follows from this range of the samples. Throws UsageError if the volume
-/// does not allow it.
+/// The parameters for this range of the samples. Throws UsageError if the volume does not allow it.
 CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range);
 
 }  // namespace tagrid

@@ -1,11 +1,179 @@
 #include "pipeline/job/settle.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
 #include "io/errors/errors.h"
-#include "pipeline/job/bound_of_rule.h"
 #include "pipeline/job/source_survey.h"
+#include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 namespace {
+
+struct FoundBound {
+  double max_error = 0;  ///< of samples; an integer if they are integers
+  std::string reason;    ///< how it follows from the samples
+};
+
+double width(const std::optional<std::pair<double, double>>& range) {
+  return range ? range->second - range->first : 0;
+}
+
+// The PSNR of encodings of a volume.
+class Psnr {
+ public:
+  Psnr(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
+      : source_(source), parameters_(parameters), peak_(peak), progress_(progress) {
+    // Of the voxels alone: a grid changes no decoded sample.
+    parameters_.mesh_error = -1;
+    parameters_.grid = GridOrigin::derived;
+  }
+
+  /// In dB; infinite if nothing is lost. `sampled`: of a part of the rows of bricks, spread over the volume.
+  double of(double max_error, bool sampled) {
+    constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
+    parameters_.max_error = max_error;
+    const BrickGrid bricks = parameters_.bricks();
+    const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
+                       per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
+                       wanted = sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, rows) : rows;
+    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
+    const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
+    Statistics all;
+    for (std::int64_t i = 0; i < wanted; ++i) {
+      std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
+      for_each_brick_of_row(source_, bricks, spread_row(i, wanted, rows),
+                            [&](std::int64_t id, const BrickSamples& samples) {
+                              const Index3 position = bricks.position(id);
+                              BrickCode code;
+                              encode_brick(samples, {}, parameters_, position, code);
+                              of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
+                            });
+      // In the order of bricks: sums of floats depend on it.
+      for (const Statistics& s : of_brick) all.add(s);
+      watch.done(bytes_per_row);
+    }
+    if (all.finite == 0 || all.max_error == 0) return INFINITY;
+    const double rmse = achieved_of(all).rmse;
+    // Squares of very small errors are 0.
+    return 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
+  }
+
+ private:
+  VolumeSource& source_;
+  CodingParameters parameters_;
+  double peak_;
+  const Progress& progress_;
+};
+
+// The number up to which `reaches` holds, but for the next one it does not; searched from `start` on in steps
+// that grow, and then between the last two. `least` needs no test, and `most` is the largest there is.
+std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
+                               const std::function<bool(std::int64_t)>& reaches) {
+  std::int64_t low = std::clamp(start, least, most), high = low;
+  if (low == least || reaches(low)) {
+    for (;; step *= 2) {
+      if (low == most) return most;
+      high = step < most - low ? low + step : most;
+      if (!reaches(high)) break;
+      low = high;
+    }
+  } else {
+    for (;; step *= 2) {
+      low = step < high - least ? high - step : least;
+      if (low == least || reaches(low)) break;
+      high = low;
+    }
+  }
+  while (high - low > 1) {
+    const std::int64_t middle = low + (high - low) / 2;
+    (reaches(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
+  // Errors that are spread evenly within a bound have a root mean square of its part 1 / sqrt(3).
+  const double guess = std::sqrt(3.0) * peak * std::pow(10, -wanted / 20);
+  if (!(guess > 0)) return 0;
+  // Bounds of floats are tried in steps of half a per cent, from 1e-8 of the guess on.
+  constexpr double step = 1.005;
+  const std::int64_t tiny = -3700;
+  const auto bound = [&](std::int64_t n) {
+    return whole ? static_cast<double>(n) : n == tiny ? 0 : guess * std::pow(step, static_cast<double>(n));
+  };
+  const std::int64_t least = whole ? 0 : tiny, start = whole ? static_cast<std::int64_t>(guess) : 0,
+                     most = whole
+                                ? static_cast<std::int64_t>(std::max(peak, 1.0))
+                                : std::max<std::int64_t>(
+                                      static_cast<std::int64_t>(std::log(peak / guess) / std::log(step)), 0);
+  const auto search = [&](std::int64_t from, std::int64_t first_step, bool sampled) {
+    return last_that_reaches(from, first_step, least, most,
+                             [&](std::int64_t n) { return psnr.of(bound(n), sampled) >= wanted; });
+  };
+  // A sample tells nearly where it is; all of the volume, where exactly.
+  const std::int64_t nearly = search(start, whole ? std::max<std::int64_t>(start / 2, 1) : 64, true);
+  return bound(search(nearly, 1, false));
+}
+
+[[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
+  throw UsageError(Sentence{
+      "{}: {} {}, which is not possible here; give {} a number, or {} for a copy",
+      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a folder"}}});
+}
+
+FoundBound by_noise(VolumeSource& source, double times) {
+  if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
+  const double noise = noise_of(source);
+  return {times * noise, fmt::format("the noise is {:.4g} (standard deviation)", noise)};
+}
+
+FoundBound by_range(VolumeSource& source, double part) {
+  if (!source.traits().again) refuse(source, setting::relative_error, "reads the volume twice");
+  const auto range = range_of_data(source);
+  return {part * width(range),
+          range ? fmt::format("the samples lie between {} and {}", range->first, range->second)
+                : "no sample is finite"};
+}
+
+FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, double wanted,
+                   const Progress& progress) {
+  if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
+  const double peak = width(range_of_data(source));
+  require(std::isfinite(peak),
+          {"{}: {} is undefined for samples whose range is not finite", {source.name(), setting::psnr}});
+  Psnr psnr(parameters, source, peak, progress);
+  const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
+  source.rewind();
+  return {bound, fmt::format("{} dB are reached", wanted)};
+}
+
+// The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
+// of it for its range. For a PSNR, a sample is coded some ten times, and all of it three times or a few more:
+// the next larger bound, by one or by half a percent, does not reach it. Throws UsageError if the volume
+// cannot be read like that, or if the bound cannot be combined with the other options.
+FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, int threads,
+                         const Progress& progress) {
+  const auto [kind, value] = options.options.error_rule.value();
+  FoundBound found;
+  Threads(std::max(threads, 1)).run([&, kind = kind, value = value] {
+    found = kind == ErrorRule::Kind::noise      ? by_noise(source, value)
+            : kind == ErrorRule::Kind::relative ? by_range(source, value)
+                                                : by_psnr(options.parameters, source, value, progress);
+  });
+  found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
+  if (!is_float_type(source.info().type)) found.max_error = std::floor(found.max_error);
+  found.reason += fmt::format("{} the largest error is {}", kind == ErrorRule::Kind::psnr ? " if" : ", so",
+                              found.max_error);
+  return found;
+}
 
 std::pair<double, double> range_for(VolumeSource& source) {
   auto range = range_of_data(source).value_or(std::pair(0.0, 0.0));

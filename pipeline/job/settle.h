@@ -13,8 +13,7 @@
 
 namespace tagrid {
 
-/// What an encoding will do. Every way of encoding carries out such a job: in one process or many, in parts,
-/// from a file or from slices that a caller gives.
+/// What an encoding will do, in one process or many, from a file or from slices that a caller gives.
 struct EncodeJob {
   TagHeader header;  ///< of the file
   EncodePlan plan;
@@ -31,9 +30,8 @@ struct EarlierFindings {
   std::optional<std::pair<double, double>> range = {};
 };
 
-/// Reads the samples of the volume as far as the options need it, and rewinds it. `searching` is told how far
-/// each try of a bound has come. Throws UsageError if that is not possible, or if the volume does not allow
-/// what was found.
+/// Reads the samples as far as the options need it, and rewinds the volume. `searching` is told of each try
+/// of a bound. Throws UsageError if that is impossible, or if the volume does not allow the result.
 EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                  const Progress& searching = {}, const EarlierFindings& earlier = {});
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/job/input_slices.h"
 #include "pipeline/job/options.h"
 #include "stages/survey/survey.h"
 
@@ -21,6 +21,16 @@ constexpr std::int64_t band = 48;
 constexpr std::int64_t most_blocks = std::int64_t{1} << 18;
 
 }  // namespace
+
+SliceSamples read_input_slice(VolumeSource& source, const Box& rows) {
+  const Index3 dims = source.info().dims;
+  const std::size_t size =
+      memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(source.info().type));
+  auto samples = std::make_shared_for_overwrite<std::byte[]>(size);
+  source.read_rows(samples.get(), rows);
+  if (rows.high.y == dims.y - 1 && rows.high.z == dims.z - 1) source.finish();
+  return samples;
+}
 
 double noise_of(VolumeSource& source) {
   const Index3 dims = source.info().dims;
@@ -47,27 +57,12 @@ std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
   require(source.traits().again,
           {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
            {setting::range, setting::range}});
-  double low = INFINITY, high = -INFINITY;
-  with_sample_type(source.info().type, [&](auto type) {
-    using T = decltype(type);
-    read_to_end(source, [&](std::span<const std::byte> bytes) {
-      const std::span part(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
-      if constexpr (std::is_integral_v<T>) {
-        const auto [least, most] = std::minmax_element(part.begin(), part.end());
-        low = std::min(low, static_cast<double>(*least));
-        high = std::max(high, static_cast<double>(*most));
-      } else {
-        for (const T v : part) {
-          if (!std::isfinite(v)) continue;
-          low = std::min(low, static_cast<double>(v));
-          high = std::max(high, static_cast<double>(v));
-        }
-      }
-    });
-  });
+  ValueRange range;
+  read_to_end(source,
+              [&](std::span<const std::byte> bytes) { range.add(value_range(bytes, source.info().type)); });
   source.rewind();
-  if (low > high) return std::nullopt;
-  return std::pair(low, high);
+  if (range.finite == 0) return std::nullopt;
+  return std::pair(range.low, range.high);
 }
 
 SliceRange slices_of_box(VolumeSource& source, const Box& box) {

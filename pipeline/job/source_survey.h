@@ -1,4 +1,4 @@
-// What a look at the samples of a volume tells before it is encoded: its noise, its range, and single bricks.
+// Reads slices of the input, and looks at samples before encoding: noise, range, and single bricks.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,27 @@
 
 namespace tagrid {
 
-/// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks, where most
-/// blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million blocks. 0 if no block is
-/// noisy. REQUIRES: source.traits().any_rows.
+/// Reads `rows`, complete rows of one slice; see VolumeSource. Bytes after the last sample make the entire
+/// input wrong, so they are checked before anything is finished.
+SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
+
+/// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks,
+/// where most blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million
+/// blocks. 0 if no block is noisy. REQUIRES: source.traits().any_rows.
 double noise_of(VolumeSource& source);
 
-/// The lowest and the highest finite sample; nothing if none is finite. Reads the whole volume and rewinds it.
-/// Throws UsageError if that is not possible.
+/// The range of finite samples, if there are any. Reads and rewinds the volume; UsageError if it cannot.
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
 
-/// The slices of a box, as far as the volume reaches: of each, the rows of the box. Throws as VolumeSource does.
-/// REQUIRES: source.traits().any_rows.
+/// The rows of a box from its slices, within the volume. REQUIRES: source.traits().any_rows.
 SliceRange slices_of_box(VolumeSource& source, const Box& box);
 
-/// Calls work(brick number, samples that it owns) for every brick of a row along x, on the threads of the arena. `row` is
-/// the number of the row: y + z * bricks(1).
+/// Calls work(brick number, samples that it owns) for every brick of a row along x, on the threads of the
+/// arena. `row` is the number of the row: y + z * bricks(1).
 void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,
                            const std::function<void(std::int64_t, const BrickSamples&)>& work);
 
-/// The i-th of `wanted` rows out of `rows`: spread over all of them, but not at equal distances, which could be those of
-/// the volume itself.
+/// The i-th of `wanted` rows out of `rows`: spread over all, but not evenly, as the volume may be periodic.
 std::int64_t spread_row(std::int64_t i, std::int64_t wanted, std::int64_t rows);
 
 }  // namespace tagrid

@@ -2,11 +2,49 @@
 
 #include <oneapi/tbb/global_control.h>
 
-#include <algorithm>
+#include <atomic>
+#include <exception>
 
-#include "pipeline/memory/of_bricks.h"
+#include "io/errors/error_kinds.h"
+#include "pipeline/memory/plan.h"
 
 namespace tagrid::library {
+namespace {
+
+struct Message {
+  std::uint64_t handle = 0;
+  std::string text;
+};
+thread_local Message last_of_thread;
+
+tagrid_status status_of(const SortedError& error) {
+  if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
+  if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
+  switch (error.kind) {
+    case ErrorKind::usage:
+      return TAGRID_INVALID_ARGUMENT;
+    case ErrorKind::broken_input:
+      return TAGRID_BROKEN_INPUT;
+    case ErrorKind::closed_pipe:
+    case ErrorKind::world:
+      return TAGRID_IO_ERROR;
+    case ErrorKind::memory:
+      return TAGRID_OUT_OF_MEMORY;
+    case ErrorKind::bug:
+      break;
+  }
+  return TAGRID_BUG;
+}
+
+std::string message_of(const SortedError& error) {
+  if (error.kind == ErrorKind::memory) return "out of memory";
+  if (error.detail.problem != Problem::memory_limit || error.detail.sentence.terms.empty())
+    return error.message;
+  // The plan counts the whole process; a caller's limit is for the work of the call.
+  return MemoryLimit(error.message, error.detail).but_for(memory_of_program).what();
+}
+
+}  // namespace
 
 tagrid_call settings_of(const tagrid_call* call) {
   return taken_over(call, tagrid_call_init, sizeof(tagrid_call));
@@ -47,6 +85,28 @@ Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t
   if (strides != nullptr) return {strides[0], strides[1], strides[2]};
   const auto size = static_cast<std::int64_t>(sample_size);
   return {size, size * shape.x, size * shape.x * shape.y};
+}
+
+MessageOfEachThread::MessageOfEachThread() {
+  static std::atomic<std::uint64_t> handles = 0;
+  handle_ = ++handles;
+}
+
+void MessageOfEachThread::set(std::string text) noexcept { last_of_thread = {handle_, std::move(text)}; }
+
+const char* MessageOfEachThread::get() const {
+  return last_of_thread.handle == handle_ ? last_of_thread.text.c_str() : "";
+}
+
+tagrid_status sorted_failure(std::string& message) noexcept {
+  try {
+    const SortedError error = sorted_error(std::current_exception());
+    message = message_of(error);
+    return status_of(error);
+  } catch (...) {
+    message.clear();
+    return TAGRID_OUT_OF_MEMORY;
+  }
 }
 
 }  // namespace tagrid::library

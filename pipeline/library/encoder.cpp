@@ -6,8 +6,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/library/calls.h"
-#include "pipeline/library/volume.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 
 using namespace tagrid;
 using namespace tagrid::library;

@@ -23,25 +23,15 @@ bool set_up(Struct* given) {
 const char* tagrid_version(void) { return TAGRID_VERSION; }
 
 const char* tagrid_status_text(tagrid_status status) {
-  switch (status) {
-    case TAGRID_OK:
-      return "ok";
-    case TAGRID_INVALID_ARGUMENT:
-      return "invalid argument";
-    case TAGRID_BROKEN_INPUT:
-      return "broken input";
-    case TAGRID_IO_ERROR:
-      return "input or output failed";
-    case TAGRID_MEMORY_LIMIT:
-      return "the memory limit cannot be kept";
-    case TAGRID_OUT_OF_MEMORY:
-      return "out of memory";
-    case TAGRID_CANCELLED:
-      return "cancelled";
-    case TAGRID_BUG:
-      return "a bug in the library";
-  }
-  return "unknown status";
+  constexpr const char* texts[] = {"ok",
+                                   "invalid argument",
+                                   "broken input",
+                                   "input or output failed",
+                                   "the memory limit cannot be kept",
+                                   "out of memory",
+                                   "cancelled",
+                                   "a bug in the library"};
+  return status >= TAGRID_OK && status <= TAGRID_BUG ? texts[status] : "unknown status";
 }
 
 size_t tagrid_sample_size(tagrid_type type) {

@@ -8,9 +8,8 @@
 #include "io/meshes/mesh_sink.h"
 #include "io/meshes/surface_sink.h"
 #include "pipeline/library/calls.h"
-#include "pipeline/library/open_reader.h"
-#include "pipeline/meshes/mesh_bricks.h"
-#include "pipeline/meshes/surface_bricks.h"
+#include "pipeline/meshes/mesh_builder.h"
+#include "pipeline/meshes/surface_builder.h"
 #include "stages/grid/lattice.h"
 
 using namespace tagrid;
@@ -87,6 +86,16 @@ MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& param
   return part;
 }
 
+// Builds a part from the bricks that it needs, or all from front to back.
+template <class Builder, class Part, class... More>
+void build(const tagrid_reader& reader, const Part& part, const tagrid_call* given, More&... more) {
+  const tagrid_call settings = settings_of(given);
+  if (part.box)
+    return build_box<Builder>(*reader.file, part, resources_of(settings), progress_of(settings), more...);
+  TagReader stream(std::make_unique<SourceStream>(reader.source));
+  build_all<Builder>(stream, part, resources_of(settings), progress_of(settings), more...);
+}
+
 }  // namespace
 
 tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
@@ -97,14 +106,8 @@ tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_
     require(functions.points != nullptr && functions.tetrahedra != nullptr,
             "the sink of a mesh needs functions for points and for tetrahedra");
     const MeshPart part = part_of(options, file.parameters());
-    const tagrid_call settings = settings_of(given);
     CallbackMesh sink(functions, size_of(file.parameters().type));
-    if (part.box) {
-      mesh_box(file, part, resources_of(settings), sink, progress_of(settings));
-    } else {
-      TagReader stream(std::make_unique<SourceStream>(reader->source));
-      mesh_all(stream, part, resources_of(settings), sink, progress_of(settings));
-    }
+    build<MeshBuilder>(*reader, part, given, sink);
   });
 }
 
@@ -123,13 +126,7 @@ tagrid_status tagrid_reader_surface(const tagrid_reader* reader, double iso,
     const SurfacePart part = part_of_surface(options, file.parameters());
     const SurfaceLevel level =
         options.rescaled != 0 ? surface_level(iso, file.header(), file.name()) : SurfaceLevel{iso, false};
-    const tagrid_call settings = settings_of(given);
     CallbackSurface sink(functions);
-    if (part.box) {
-      surface_of_box(file, part, level, resources_of(settings), sink, progress_of(settings));
-    } else {
-      TagReader stream(std::make_unique<SourceStream>(reader->source));
-      surface_of_all(stream, part, level, resources_of(settings), sink, progress_of(settings));
-    }
+    build<SurfaceBuilder>(*reader, part, given, level, sink);
   });
 }

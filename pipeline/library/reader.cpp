@@ -4,9 +4,6 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/library/calls.h"
-#include "pipeline/library/open_reader.h"
-#include "pipeline/library/volume.h"
-#include "pipeline/verify/active_points.h"
 #include "pipeline/verify/verify.h"
 #include "stages/grid/lattice.h"
 

@@ -1,4 +1,4 @@
-#include "pipeline/library/volume.h"
+#include "pipeline/library/calls.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -151,8 +151,7 @@ ByteCount marks_and_jobs(const Sizes& z, ByteCount rows, bool strips, ByteCount 
   return marks + jobs;
 }
 
-// A grid that is derived from decoded samples: slices, marks, and the work of the threads with some bricks
-// for each.
+// A grid derived from decoded samples: slices, marks, and the work of the threads with some bricks each.
 ByteCount derived_grid(const Sizes& z, ByteCount threads) {
   const CodingParameters& p = z.parameters;
   const ByteCount slices = std::min(z.edge + z.cube + mark_halo(p) + 2, ByteCount(p.dims.z));
@@ -162,6 +161,10 @@ ByteCount derived_grid(const Sizes& z, ByteCount threads) {
 }
 
 }  // namespace
+
+std::uint64_t with_heap_overhead(double bytes) {
+  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
+}
 
 std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
   const Sizes z(p);
@@ -226,8 +229,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
 }
 
 std::uint64_t memory_of_deriving(const CodingParameters& p, std::int64_t threads) {
-  return static_cast<std::uint64_t>(
-      std::min(derived_grid(Sizes(p), ByteCount(threads)) * heap_overhead, 4e18));
+  return with_heap_overhead(derived_grid(Sizes(p), ByteCount(threads)));
 }
 
 std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads, bool with_grid) {

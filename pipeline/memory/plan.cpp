@@ -4,18 +4,14 @@
 
 #include <algorithm>
 #include <functional>
-#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
-#include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/within.h"
 
 namespace tagrid {
 namespace {
 
-// The smallest load that can be in memory. A strip needs more slices than whole layers, so of low layers it
-// may need more.
+// The smallest possible load. Strips need more slices than whole layers, so they may need more memory.
 EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
   const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
@@ -37,8 +33,7 @@ std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>
   return low;
 }
 
-// Strips come before fewer threads: a strip reads some rows twice and marks their tiles twice, but with fewer
-// threads everything takes longer.
+// Strips come before fewer threads: they read and mark some rows twice, but fewer threads slow everything.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
                                         std::uint64_t limit) {
   const std::int64_t all = p.bricks().bricks(1), edge = p.bricks().length();
@@ -119,7 +114,7 @@ std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strip
 }
 
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
-                         std::uint64_t besides, std::optional<OriginalAccess> verified) {
+                         std::uint64_t besides, std::optional<Reading> verified) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
   const EncodeLoad smallest = smallest_encoding(p, strips);
@@ -135,7 +130,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const auto with_verifying = [&](std::uint64_t encoding, bool spooled) {
     if (!then_verified) return encoding;
     return std::max(encoding,
-                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->besides));
+                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->memory));
   };
   if (const std::uint64_t needed = with_verifying(memory, !resources.spool.empty()); needed > limit) {
     const bool can_spool = !random_access || (then_verified && !verified->any_rows);

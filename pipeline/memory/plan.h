@@ -17,8 +17,7 @@ namespace tagrid {
 
 struct EncodePlan {
   EncodeBudget budget;
-  /// Rows of bricks that are encoded together. With all rows of a layer, complete layers follow one another,
-  /// and no sample is read twice.
+  /// Rows of bricks that are encoded together. With all rows of a layer, no sample is read twice.
   std::int64_t rows = 1;
   /// The largest amount of memory that the process takes.
   std::uint64_t memory = 0;
@@ -30,33 +29,29 @@ struct EncodePlan {
   std::vector<BrickRows> strips(const BrickGrid& bricks, const BrickRows& part) const;
 };
 
-/// How an original is read when a file is compared with it.
-struct OriginalAccess {
-  bool any_rows = true;       ///< in any order, without a spool
-  std::uint64_t besides = 0;  ///< memory of the reader itself
+/// How a volume is read.
+struct Reading {
+  bool any_rows = true;      ///< rows of slices in any order, without a spool
+  std::uint64_t memory = 0;  ///< that reading takes, besides the samples of a plan
 };
 
-/// The plan that needs the least reading, with the largest number of threads that then fit. It has complete
-/// layers, unless rows of a slice can be read in any order: with `random_access`, or if they may be spooled.
-/// Throws UsageError, which names a sufficient limit, if the limit cannot be kept. `besides`: memory of the
-/// reader itself. `verified`: with the same limit, the file will be compared with its original, so a limit
-/// that is too small for that is refused, too.
+/// The plan with the least reading, and then the most threads. It has complete layers, unless rows can be
+/// read in any order (`random_access`) or be spooled. Throws UsageError, which names a sufficient limit, if
+/// the limit cannot be kept. `besides`: memory of the reader. `verified`: the file will be compared with its
+/// original within the same limit.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
                          bool random_access = true, std::uint64_t besides = 0,
-                         std::optional<OriginalAccess> verified = {});
+                         std::optional<Reading> verified = {});
 
-/// How many slices may be in memory besides those of the plan: `most`, or as many as the limit on memory
-/// leaves room for.
+/// How many slices besides those of the plan may be in memory: `most`, or what the limit leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,
                            const Resources& resources, std::int64_t most);
 
-/// The smallest limit on memory that plan_encoding() can keep. `strips`: rows of a slice can be read in any
-/// order.
+/// The smallest limit that plan_encoding() can keep. `strips`: rows of slices can be read in any order.
 std::uint64_t smallest_memory_of_encoding(const CodingParameters& parameters, bool strips,
                                           std::uint64_t besides = 0);
 
-/// The smallest limit on memory with which a file can be compared with an original. `strips`: rows of the
-/// original can be read in any order, or spooled.
+/// The same for comparing a file. `strips`: rows of the original can be read in any order, or spooled.
 std::uint64_t smallest_memory_of_verifying(const CodingParameters& parameters, bool strips,
                                            std::uint64_t besides = 0);
 
@@ -76,11 +71,43 @@ struct DecodePlan {
   bool spooled = false;
 };
 
-/// The plan that writes the largest pieces, with the largest number of threads that then fit. Throws as
-/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original. `value_bytes`: see
-/// DecodeLoad.
+/// The plan with the largest pieces, and then the most threads. Throws as plan_encoding() does. `besides`:
+/// memory of the writer, or of the reader of an original. `value_bytes`: see DecodeLoad.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
                          DecodeUse use = DecodeUse::write, std::uint64_t besides = 0,
                          std::size_t value_bytes = 0);
+
+/// Memory of the program and its libraries, and unused parts of the heap.
+inline constexpr std::uint64_t memory_of_program = std::uint64_t{12} << 20;
+/// A heap loses a little memory between its blocks.
+inline constexpr double heap_overhead = 1.03;
+/// `bytes` on the heap, of which the header of a damaged file may make any number, with that loss.
+std::uint64_t with_heap_overhead(double bytes);
+
+/// The amount of work that is in memory while rows of bricks are encoded.
+struct EncodeLoad {
+  std::int64_t threads = 1, rows = 1, slices_ahead = 0, bricks_in_flight = 1;
+};
+std::uint64_t memory_of_encoding(const CodingParameters& parameters, const EncodeLoad& load);
+
+/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: the caller gets grids.
+struct DecodeLoad {
+  std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
+  bool inspect = false, with_grid = false;
+  std::size_t value_bytes = 0;  ///< of each value that samples become; 0: they stay as they are
+};
+std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
+
+/// The memory, besides that of the program, of deriving the grid of complete layers of bricks.
+std::uint64_t memory_of_deriving(const CodingParameters& parameters, std::int64_t threads);
+
+/// The same for bricks that are read one by one, by threads that store samples and grids elsewhere.
+std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads,
+                                bool with_grid = false);
+
+/// The same for estimating: each thread encodes and decodes bricks by themselves, with all that is around
+/// them. `bounds` are tried on `chosen` bricks; all bricks are looked at.
+std::uint64_t memory_of_estimating(const CodingParameters& parameters, std::int64_t threads,
+                                   std::int64_t bounds, std::int64_t chosen);
 
 }  // namespace tagrid

@@ -1,9 +1,13 @@
 // The threads and memory that a run may use.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+
+#include "io/errors/errors.h"
 
 namespace tagrid {
 
@@ -14,8 +18,7 @@ struct Resources {
   std::optional<std::uint64_t> memory = std::nullopt;
   /// Number of such processes that share the machine.
   int processes = 1;
-  /// The folder for a temporary file of samples, if a stream must be read or written in a different order;
-  /// "": no such folder.
+  /// The directory for a temporary file of samples whose order must change; "": none.
   std::string spool = {};
 
   explicit Resources(int thread_count) : threads(thread_count) {}
@@ -47,5 +50,49 @@ struct DecodeBudget {
   /// Rows of bricks that are collected and then written; all rows of a layer make complete slices.
   std::int64_t rows = 1;
 };
+
+/// Bytes of memory of the machine, or of the control group (version 2 or 1, or a group that contains it) if
+/// that allows less. `root` is where /proc and /sys are, for tests.
+std::uint64_t available_memory(const std::string& root = "");
+
+/// The memory available to each of the processes that share the machine.
+inline std::uint64_t share_of_memory(const Resources& resources) {
+  return available_memory() / static_cast<std::uint64_t>(resources.processes);
+}
+
+/// Returns best(limit). Without a limit, tries a quarter of this process's share of memory, then half of it.
+/// Returns `smallest` if `best`, which returns a std::optional<Load>, finds nothing.
+template <class Load, class Best>
+Load within(const Resources& resources, Best best, const Load& smallest) {
+  if (resources.memory) return best(*resources.memory).value_or(smallest);
+  const std::uint64_t share = share_of_memory(resources);
+  for (const std::uint64_t part : {4, 2})
+    if (const auto found = best(share / part)) return *found;
+  return smallest;
+}
+
+/// The most threads whose needed(threads) bytes fit into the limit on memory. Throws MemoryLimit for `what`.
+template <class Needed>
+int threads_within(const Resources& resources, const char* what, Needed needed) {
+  int threads = std::max(resources.threads, 1);
+  if (!resources.memory) return threads;
+  while (threads > 1 && needed(threads) > *resources.memory) --threads;
+  if (const std::uint64_t least = needed(threads); least > *resources.memory)
+    throw MemoryLimit(what, *resources.memory, least, {});
+  return threads;
+}
+
+/// The program tagrid-write-NAME.
+struct WriterProgram {
+  std::string_view name;
+  bool keeps_volume = false;  ///< the entire volume in memory
+};
+
+/// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program.
+[[noreturn]] void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer,
+                                   std::uint64_t bytes);
+
+/// Throws UsageError if the machine lacks the memory that the program needs, and there is no other limit.
+void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
 }  // namespace tagrid

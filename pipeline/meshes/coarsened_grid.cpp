@@ -3,16 +3,17 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
-#include "stages/coarsen/coarsen.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/meshes/grid_bricks.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
 
-constexpr int neighbours = 27;  // a brick is in the middle of them
-constexpr int opposite(int direction) { return neighbours - 1 - direction; }
+constexpr int neighbors = 27;  // a brick is in the middle of them
+constexpr int opposite(int direction) { return neighbors - 1 - direction; }
 constexpr Index3 step_of(int direction) {
   return {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
 }
@@ -35,20 +36,18 @@ void add_shared(const LatticeBits& from, LatticeBits& to) {
   });
 }
 
-// The points that are always active.
-LatticeBits root_corners(const Box& box, int cube_size) {
-  LatticeBits bits(box);
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) bits.set({x, y, z});
-  return bits;
-}
-
 std::uint64_t largest_brick_samples(const CodingParameters& p) {
   return static_cast<std::uint64_t>(p.bricks().closed_box({0, 0, 0}).count()) * size_of(p.type);
 }
 std::uint64_t largest_brick_bits(const CodingParameters& p) {
   return LatticeBits::working_bytes(p.bricks().closed_box({0, 0, 0}).size());
+}
+
+std::uint64_t bytes_beside_decoding(const CodingParameters& parameters, std::uint64_t taker_bytes,
+                                    int threads) {
+  return with_heap_overhead(static_cast<double>(CoarsenedGrid::working_bytes(parameters, threads)) +
+                            static_cast<double>(CoarsenedGrid::bytes_of_brick(parameters)) +
+                            static_cast<double>(taker_bytes));
 }
 
 }  // namespace
@@ -79,7 +78,7 @@ std::uint64_t CoarsenedGrid::working_bytes(const CodingParameters& p, std::int64
   const double all = static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) *
                      static_cast<double>(bricks.bricks(2));
   constexpr double buffers = 2 << 20;  // of the two files
-  // Samples; what is active, what is known, what is expanded, and what is active in a neighbour.
+  // Samples; what is active, what is known, what is expanded, and what is active in a neighbor.
   const auto work = static_cast<double>(largest_brick_samples(p) + 4 * largest_brick_bits(p) +
                                         working_bytes_of_refining(bricks.closed_box({0, 0, 0}).size()));
   return static_cast<std::uint64_t>(
@@ -102,7 +101,8 @@ void CoarsenedGrid::add_layer(const DecodedRows& layer) {
 
 void CoarsenedGrid::add_brick(std::int64_t id, const SliceRange& slices) {
   const Samples samples = gather(slices, parameters_.dims, parameters_.type, box_of(id)).bytes;
-  LatticeBits active = root_corners(box_of(id), parameters_.cube_size);
+  LatticeBits active(box_of(id));
+  set_root_corners(active, parameters_.cube_size);
   {
     const std::scoped_lock lock(mutex_);
     samples_.write_at(static_cast<std::uint64_t>(id) * largest_brick_samples(parameters_), samples);
@@ -136,10 +136,10 @@ void CoarsenedGrid::refine_again(std::int64_t id) {
   refine(id, samples, std::move(before), std::move(active));
 }
 
-// Adds the points that neighbours have announced. REQUIRES: the mutex is locked.
+// Adds the points that neighbors have announced. REQUIRES: the mutex is locked.
 LatticeBits CoarsenedGrid::with_news(std::int64_t id, LatticeBits active) {
   const std::uint32_t news = std::exchange(news_[static_cast<std::size_t>(id)], 0);
-  for (int direction = 0; direction < neighbours; ++direction)
+  for (int direction = 0; direction < neighbors; ++direction)
     if (news >> direction & 1)
       add_shared(read_bits(bricks_.id(bricks_.position(id) + step_of(direction))), active);
   return active;
@@ -152,20 +152,19 @@ void CoarsenedGrid::refine(std::int64_t id, const Samples& samples, LatticeBits 
   const std::uint32_t directions = concerned(id, known, active);
   const std::scoped_lock lock(mutex_);
   write_bits(id, active);
-  for (int direction = 0; direction < neighbours; ++direction)
+  for (int direction = 0; direction < neighbors; ++direction)
     if (directions >> direction & 1) {
       const Index3 other = bricks_.position(id) + step_of(direction);
       news_[static_cast<std::size_t>(bricks_.id(other))] |= std::uint32_t{1} << opposite(direction);
     }
 }
 
-// The directions of the neighbours that contain a point which is new. One that came from a neighbour is known to all that
-// contain it: this neighbour told them.
+// The directions of the neighbors that contain a new point. One from a neighbor is not new to the others.
 std::uint32_t CoarsenedGrid::concerned(std::int64_t id, const LatticeBits& known,
                                        const LatticeBits& active) const {
   const Index3 position = bricks_.position(id);
   std::uint32_t directions = 0;
-  for (int direction = 0; direction < neighbours; ++direction) {
+  for (int direction = 0; direction < neighbors; ++direction) {
     const Index3 other = position + step_of(direction);
     if (other == position || !all_.contains(other)) continue;
     const Box shared = intersection(active.box(), bricks_.closed_box(other));
@@ -193,6 +192,57 @@ LatticeBits CoarsenedGrid::read_bits(std::int64_t id) {
 void CoarsenedGrid::write_bits(std::int64_t id, const LatticeBits& bits) {
   bits_.write_at(static_cast<std::uint64_t>(id) * largest_brick_bits(parameters_),
                  std::as_bytes(bits.words()));
+}
+
+CoarseningPlan plan_coarsening(const CodingParameters& parameters, std::uint64_t taker_bytes,
+                               const Resources& resources) {
+  const std::uint64_t least = bytes_beside_decoding(parameters, taker_bytes, 1);
+  CoarseningPlan plan{plan_decoding(parameters, resources, DecodeUse::mesh, least), resources.threads};
+  if (!resources.memory) return plan;
+  const std::uint64_t decoding = plan.decoding.memory - least;
+  while (plan.threads > 1 &&
+         decoding + bytes_beside_decoding(parameters, taker_bytes, plan.threads) > *resources.memory)
+    --plan.threads;
+  plan.decoding.memory = decoding + bytes_beside_decoding(parameters, taker_bytes, plan.threads);
+  return plan;
+}
+
+void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& positions, const std::string& path,
+                  std::uint64_t taker_bytes, const Resources& resources, const TakeCoarsened& take,
+                  const Progress& progress) {
+  const CodingParameters& parameters = reader.parameters();
+  const CoarseningPlan plan = plan_coarsening(parameters, taker_bytes, resources);
+  const BrickGrid bricks = parameters.bricks();
+  // Half of the work is done when all samples are decoded.
+  const std::uint64_t bytes =
+      static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
+  const Watch watch = watch_for(progress, 2 * bytes);
+  Threads threads(plan.threads);
+  CoarsenedGrid grid(parameters, bound, path);
+  DecodeStreams streams;
+  streams.bricks = reader.bricks();
+  streams.write_rows = [&](const DecodedRows& layer) {
+    threads.run([&] { grid.add_layer(layer); });
+    watch.done(layer.bytes());
+  };
+  run_decode_graph(parameters, BrickRows::all(bricks), plan.decoding.budget, streams);
+  threads.run([&] { grid.settle(); });
+
+  std::uint64_t left = bytes;
+  for (std::int64_t id = 0; id < bricks.count(); ++id) {
+    const Index3 position = bricks.position(id);
+    if (!positions.contains(position)) continue;
+    const CoarsenedBrick brick = grid.brick(position);
+    const Box& box = brick.active.box();
+    take(position, brick.active, [&](Index3 p) {
+      return brick.samples.data() + static_cast<std::size_t>(box.offset(p)) * size_of(parameters.type);
+    });
+    const auto done =
+        static_cast<std::uint64_t>(bricks.owned_box(position).count()) * size_of(parameters.type);
+    watch.done(done);
+    left -= done;
+  }
+  watch.done(left);
 }
 
 }  // namespace tagrid

@@ -8,14 +8,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "io/files/spool_file.h"
+#include "io/tag/file.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/grid/slices.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/progress/progress.h"
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
@@ -24,15 +28,13 @@ namespace tagrid {
 
 /// A brick of the coarsened grid.
 struct CoarsenedBrick {
-  LatticeBits active;  ///< of its closed box
-  std::vector<std::byte>
-      samples;  ///< at all points of this box, x fastest; outside the volume those of the nearest voxel
+  LatticeBits active;              ///< of its closed box
+  std::vector<std::byte> samples;  ///< at the points of this box, outside the volume of the nearest voxel
 };
 
 class CoarsenedGrid {
  public:
-  /// `parameters` must outlive the object. `path`: the temporary files are in its folder, and messages name
-  /// it.
+  /// `parameters` must outlive the object. `path`: for messages, and the directory of temporary files.
   CoarsenedGrid(const CodingParameters& parameters, const MeshBound& bound, const std::string& path);
 
   /// The heap that it takes with a number of threads: slices of a layer of bricks, a few bytes for each
@@ -44,8 +46,7 @@ class CoarsenedGrid {
   /// Takes the samples of the next layer of bricks, and refines each of them, on the threads of the caller's
   /// arena. REQUIRES: layer.complete(), with all rows of bricks of the layer.
   void add_layer(const DecodedRows& layer);
-  /// Refines bricks again until nothing changes, on the threads of the caller's arena. Call it once, after
-  /// the last layer.
+  /// Refines bricks on the threads of the caller's arena until nothing changes. Call it after the last layer.
   void settle();
   /// REQUIRES: settle() was called.
   CoarsenedBrick brick(Index3 position);
@@ -71,8 +72,29 @@ class CoarsenedGrid {
   std::int64_t next_layer_ = 0;
   std::mutex mutex_;  ///< for all below
   SpoolFile samples_, bits_;
-  std::vector<std::uint32_t>
-      news_;  ///< for each brick, a bit for every neighbor that has points that are new to it
+  std::vector<std::uint32_t> news_;  ///< by brick, a bit for each neighbor with points new to it
 };
+
+struct CoarseningPlan {
+  DecodePlan decoding;
+  int threads = 1;  ///< that refine bricks
+};
+
+/// The plan of coarsen_file() with a taker that has up to `taker_bytes` on the heap. Throws MemoryLimit.
+CoarseningPlan plan_coarsening(const CodingParameters& parameters, std::uint64_t taker_bytes,
+                               const Resources& resources);
+
+/// Takes a brick of the grid. `value_of` returns a pointer to the decoded sample at a lattice point of the
+/// brick's closed box, as its type lies in memory; outside the volume, to the nearest one.
+using TakeCoarsened = std::function<void(Index3 position, const LatticeBits& active,
+                                         const std::function<const std::byte*(Index3)>& value_of)>;
+
+/// Decodes a file that has not been read yet, finds the coarsest grid within `bound` of its decoded voxels,
+/// whatever grid it stores, and passes the bricks at `positions` in order. Memory: that of decoding, a second
+/// copy of a layer of slices, and a few bricks for each thread. Nameless files beside `path` take the bytes
+/// of the samples. Throws BrokenInput, WorldError, MemoryLimit, and those of `take` and `progress`.
+void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& positions, const std::string& path,
+                  std::uint64_t taker_bytes, const Resources& resources, const TakeCoarsened& take,
+                  const Progress& progress = {});
 
 }  // namespace tagrid

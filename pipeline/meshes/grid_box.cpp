@@ -10,9 +10,9 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "pipeline/decode/block.h"
-#include "pipeline/grid/derived_grid.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/grid/schedule.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 #include "stages/criterion/tile.h"
@@ -87,9 +87,8 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
   return needed;
 }
 
-// The parameters of the volume that `bricks` of a larger one make, from the lowest point of their closed
-// boxes on. Its grid is that of the larger volume, except for the bricks on which the samples around it have
-// an influence.
+// The parameters of the volume that `bricks` of a larger one make, from the low corner of their closed boxes
+// on. Its grid differs only near its border.
 CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
   const BrickGrid grid = parameters.bricks();
   const Index3 low = grid.closed_box(bricks.low).low;
@@ -105,8 +104,7 @@ Box bricks_that_meet(const std::optional<Box>& box, const BrickGrid& bricks) {
   if (!box) return positions;
   const std::int64_t length = bricks.length();
   for (int axis = 0; axis < 3; ++axis) {
-    // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
-    // both.
+    // A brick includes its last point: a box that touches a face between two bricks meets both.
     positions.low[axis] = bricks.owner(box->low[axis]);
     positions.high[axis] = std::min(box->high[axis] / length, positions.high[axis]);
   }
@@ -128,17 +126,14 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
   const double kept = bricks * static_cast<double>(brick) + static_cast<double>(taker_bytes);
   const std::uint64_t derived =
       parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
-  return memory_of_reading(parameters, threads, true) + derived +
-         static_cast<std::uint64_t>(std::min(kept * heap_overhead, 4e18));
+  return memory_of_reading(parameters, threads, true) + derived + with_heap_overhead(kept);
 }
 
 int threads_for_taking(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
                        const Resources& resources) {
-  if (!resources.memory) return resources.threads;
-  for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_taking(parameters, taken, taker_bytes, threads) <= *resources.memory) return threads;
-  throw MemoryLimit("meshing a part of the volume", *resources.memory,
-                    memory_of_taking(parameters, taken, taker_bytes, 1), {});
+  return threads_within(resources, "meshing a part of the volume", [&](int threads) {
+    return memory_of_taking(parameters, taken, taker_bytes, threads);
+  });
 }
 
 namespace {

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "pipeline/decode/graph.h"
-#include "pipeline/grid/derived_grid.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
@@ -53,7 +51,8 @@ class LayerSamples {
   std::vector<std::byte> below_;
 };
 
-// The memory besides that of decoding: the taker, the bricks of a layer, and the slice below it. The header of a file may be wrong: sums over a layer need more than 64 bits.
+// The memory besides that of decoding: the taker, the bricks of a layer, and the slice below it. The header
+// of a file may be wrong: sums over a layer need more than 64 bits.
 std::uint64_t memory_beside_decoding(const CodingParameters& p, std::uint64_t taker_bytes) {
   const BrickGrid bricks = p.bricks();
   const Index3 size = bricks.closed_box({0, 0, 0}).size();
@@ -66,8 +65,7 @@ std::uint64_t memory_beside_decoding(const CodingParameters& p, std::uint64_t ta
       static_cast<double>(p.dims.x) * static_cast<double>(p.dims.y) * static_cast<double>(size_of(p.type));
   // A grid that is derived keeps slices, which memory_of_decoding() counts, and no bricks.
   const double kept = p.stores_grid() ? layer * static_cast<double>(brick) + slice : 0;
-  const double bytes = kept + static_cast<double>(taker_bytes);
-  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
+  return with_heap_overhead(kept + static_cast<double>(taker_bytes));
 }
 
 }  // namespace
@@ -78,6 +76,13 @@ int checked_level(std::optional<int> wanted, int cube_size) {
   require(level >= 0 && level <= deepest, {"{} must be from 0 to {}, because root cubes have an edge of {}",
                                            {Setting{"level", "the level"}, deepest, cube_size}});
   return level;
+}
+
+void set_root_corners(LatticeBits& bits, int cube_size) {
+  const Box& box = bits.box();
+  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
+    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
+      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) bits.set({x, y, z});
 }
 
 bool is_flat(const CodingParameters& parameters) {

@@ -1,5 +1,4 @@
-// Passes the bricks of a .tag file's grid, with the values of their points, to a consumer: a
-// mesh, or a surface.
+// Passes the bricks of a .tag file's grid, with the values of points, to a consumer: a mesh or a surface.
 #pragma once
 
 #include <cstddef>
@@ -18,17 +17,20 @@
 
 namespace tagrid {
 
-/// Returns a pointer to the value of a lattice point of a brick, as the sample type lies in memory; valid until the
-/// next call. A point outside the volume has the value of the nearest decoded sample, or the stored value.
+/// A pointer to the value of a lattice point of a brick, in the sample type; valid until the next call.
+/// Outside the volume, it is that of the nearest decoded sample, or the stored value.
 using ValueOf = std::function<const std::byte*(Index3)>;
 
-/// The level up to which the grid is used: `wanted`, or all levels. Throws UsageError if the grid cannot have it.
+/// The level up to which the grid is used: `wanted`, or all. Throws UsageError if the grid cannot have it.
 int checked_level(std::optional<int> wanted, int cube_size);
 
 /// True if the volume is at most one slice, so that it fills no space.
 bool is_flat(const CodingParameters& parameters);
 /// Throws UsageError, with this code, if the volume of the file `name` is flat.
 void refuse_flat(const CodingParameters& parameters, const std::string& name, Problem problem);
+
+/// Makes the corners of root cubes active, as they always are.
+void set_root_corners(LatticeBits& bits, int cube_size);
 
 class GridTaker {
  public:
@@ -42,14 +44,13 @@ class GridTaker {
 DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_bytes,
                        const Resources& resources);
 
-/// Passes all bricks of a file that has not been read yet, front to back. Memory: that of decoding, the activity of one
-/// layer of bricks, and that of the taker. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of `taker`
-/// and `progress`.
+/// Passes all bricks of a file that has not been read yet. Memory: that of decoding, the activity of a layer
+/// of bricks, and the taker's. Throws BrokenInput, WorldError, MemoryLimit, and those of `taker` and
+/// `progress`.
 void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
               const Progress& progress = {});
 
-/// The bricks whose closed boxes contain a point of `box`, as a box of their positions; without a box, all
-/// bricks.
+/// The bricks whose closed boxes meet `box`, as a box of positions; without a box, all bricks.
 Box bricks_that_meet(const std::optional<Box>& box, const BrickGrid& bricks);
 
 /// The memory of take_some() with a number of threads.
@@ -60,10 +61,30 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& po
 int threads_for_taking(const CodingParameters& parameters, const Box& positions, std::uint64_t taker_bytes,
                        const Resources& resources);
 
-/// Passes the bricks at `positions`. Reads them and the bricks below them, which own the samples on their low faces.
-/// Memory: these bricks of two layers, and that of the taker. Progress counts layers of bricks. Throws as take_all()
-/// does.
+/// Passes the bricks at `positions`. Also reads those below, which own samples on their low faces. Memory:
+/// two layers of these bricks, and the taker's. Progress counts layers. Throws as take_all() does.
 void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_bytes,
                const Resources& resources, GridTaker& taker, const Progress& progress = {});
+
+/// Builds `part` with a MeshBuilder or a SurfaceBuilder, made of the file's header, positions, `part` and
+/// `more`. Memory and exceptions: as take_all(). REQUIRES: no box; the grid has the level of the part.
+template <class Builder, class Part, class... More>
+void build_all(TagReader& reader, const Part& part, const Resources& resources, const Progress& progress,
+               More&... more) {
+  const CodingParameters& parameters = reader.parameters();
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
+  Builder builder(reader.header(), positions, part, more...);
+  take_all(reader, Builder::working_bytes(parameters, positions), resources, builder, progress);
+}
+
+/// The same with take_some(), for a part with a box. REQUIRES: the box is within the volume.
+template <class Builder, class Part, class... More>
+void build_box(const TagBricks& file, const Part& part, const Resources& resources, const Progress& progress,
+               More&... more) {
+  const CodingParameters& parameters = file.parameters();
+  const Box positions = bricks_that_meet(part.box, parameters.bricks());
+  Builder builder(file.header(), positions, part, more...);
+  take_some(file, positions, Builder::working_bytes(parameters, positions), resources, builder, progress);
+}
 
 }  // namespace tagrid

@@ -1,24 +1,42 @@
-// What write_mesh() and write_surface() have in common: the .tag file whose grid is passed on, whole or in
-// part.
+// What write_mesh() and write_surface() share: the request, and the .tag file whose grid is passed on.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/meshes/mesh_notes.h"
 #include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/meshes/grid_bricks.h"
-#include "pipeline/meshes/grid_run.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
-/// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all bricks come.
+template <class Options>
+struct GridRun {
+  std::string input;   ///< the .tag file; "-": the standard input
+  std::string output;  ///< its name chooses the format; "-": the standard output, in the first of the formats
+  Options options = {};
+  Resources resources{1};
+  Progress progress = {};
+};
+
+struct GridResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;              ///< of the .tag file
+  std::uint64_t bytes_out = 0;             ///< of the output
+  std::vector<std::string> warnings = {};  ///< what the user should know of the output
+};
+
+/// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all come.
 class GridInput {
  public:
-  /// `is_part`: a region is wanted. Throws UsageError if the output is the input, or exists and is not to be
-  /// overwritten; BrokenInput and WorldError.
+  /// `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput, WorldError.
   GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite);
 
   const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }
@@ -26,8 +44,7 @@ class GridInput {
   const TagIndex& index() const { return bricks_ ? bricks_->index() : stream_->index(); }
   std::uint64_t bytes() const { return bricks_ ? bricks_->sizes().file : stream_->sizes().file; }
 
-  /// What a file made of it says besides its arrays: the space of the coordinates and the meaning of values,
-  /// as far as the header says them.
+  /// The space of the coordinates and the meaning of values, as far as the header has them.
   MeshNotes notes() const;
   /// The result of a run that made `output`, a MeshFile or a SurfaceFile.
   template <class File>

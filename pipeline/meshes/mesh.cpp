@@ -4,11 +4,10 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/meshes/mesh_formats.h"
 #include "pipeline/decode/values.h"
-#include "pipeline/memory/of_writer.h"
-#include "pipeline/meshes/coarsen_file.h"
-#include "pipeline/meshes/grid_input.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/meshes/coarsened_grid.h"
 #include "pipeline/meshes/mesh_builder.h"
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/reading/read_region.h"
 
 namespace tagrid {
 namespace {

@@ -24,13 +24,11 @@ std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters&
     const Box& box = grid.box();
     std::vector<T> points;
     points.reserve(static_cast<std::size_t>(box.count()));
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-          T value;
-          std::memcpy(&value, value_of({x, y, z}), sizeof value);
-          points.push_back(value);
-        }
+    for_each_point_of(box, [&](Index3 p) {
+      T value;
+      std::memcpy(&value, value_of(p), sizeof value);
+      points.push_back(value);
+    });
     const auto field = interpolate_points<T>(points, grid, parameters.cube_size);
     const std::vector<T> samples = rounded_field<T>(field, points, grid, parameters.cube_size);
     const auto all = std::as_bytes(std::span(samples));
@@ -76,16 +74,12 @@ std::uint64_t MeshBuilder::working_bytes(const CodingParameters& parameters, con
 void MeshBuilder::add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) {
   ids_.begin_brick(position);
   if (part_.padded || parameters_.domain().volume().contains(active.box()))
-    add_leaves(active, value_of);
+    for_each_leaf_tetrahedron(active, active.box(), parameters_.cube_size, part_.level,
+                              [&](const Tetrahedron& t) { add_tetrahedron(t.vertices, t.level, value_of); });
   else
     add_cut_leaves(active, value_of);
   ids_.end_brick();
   flush();
-}
-
-void MeshBuilder::add_leaves(const LatticeBits& active, const ValueOf& value_of) {
-  for_each_leaf_tetrahedron(active, active.box(), parameters_.cube_size, part_.level,
-                            [&](const Tetrahedron& t) { add_tetrahedron(t.vertices, t.level, value_of); });
 }
 
 void MeshBuilder::add_cut_leaves(const LatticeBits& active, const ValueOf& value_of) {

@@ -10,7 +10,7 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/meshes/grid_bricks.h"
-#include "pipeline/meshes/point_ids.h"
+#include "pipeline/meshes/id_planes.h"
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
@@ -28,8 +28,7 @@ struct MeshPart {
 /// Builds the tetrahedra of bricks, in the order of bricks.
 class MeshBuilder : public GridTaker {
  public:
-  /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come, with all that
-  /// meet the box of the part.
+  /// `header` and `sink` must outlive the builder. `positions`: of all bricks that will come.
   MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink);
 
   /// The peak of the heap that a builder takes for the bricks at `positions`: the ids of points, what waits
@@ -45,7 +44,6 @@ class MeshBuilder : public GridTaker {
   // The points that wait: four for each tetrahedron, and each point of a brick once.
   static std::size_t most_points(const CodingParameters& parameters, const Box& positions);
 
-  void add_leaves(const LatticeBits& active, const ValueOf& value_of);
   void add_cut_leaves(const LatticeBits& active, const ValueOf& value_of);
   void add_tetrahedron(const std::array<Index3, 4>& vertices, int level, const ValueOf& value_of);
   std::int64_t id_of(Index3 p, const ValueOf& value_of);

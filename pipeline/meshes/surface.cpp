@@ -3,9 +3,7 @@
 #include <memory>
 
 #include "io/meshes/surface_file.h"
-#include "pipeline/meshes/grid_input.h"
-#include "pipeline/meshes/surface_bricks.h"
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/reading/read_region.h"
 
 namespace tagrid {
 

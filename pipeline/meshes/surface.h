@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "pipeline/decode/decode_run.h"
-#include "pipeline/meshes/grid_run.h"
+#include "pipeline/meshes/grid_input.h"
 #include "pipeline/meshes/surface_builder.h"
-#include "pipeline/progress/finished.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
@@ -19,8 +19,7 @@ struct SurfaceOptions {
   std::optional<int> level = std::nullopt;
   /// Only the surface in tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};
-  /// Closes the surface at the border of the volume, as if values outside were below `iso`; likewise around
-  /// NaN.
+  /// Closes the surface at the border of the volume and around NaN, as if values there were below `iso`.
   bool close = false;
   /// Measures the area, which takes some time.
   bool area = false;
@@ -31,24 +30,20 @@ using SurfaceRun = GridRun<SurfaceOptions>;
 
 struct SurfaceResult : GridResult {
   SurfaceCounts counts;
-  /// Edges with one triangle alone; nothing if the surface has borders that are not counted, at a region or
-  /// around NaN.
+  /// Edges with one triangle alone; nothing if a region or NaN make borders that are not counted.
   std::optional<std::int64_t> boundary_edges;
 };
 
-/// Writes the isosurface of the piecewise linear field of the mesh that write_mesh() writes: it passes
-/// between the points with at least the value `iso`, which are inside, and all others. Triangles are
-/// counterclockwise if seen from outside, so that normals point towards lower values, in a mirrored volume,
-/// too.
+/// Writes the isosurface of the field of the mesh that write_mesh() writes. Points with at least the value
+/// `iso` are inside. Triangles are counterclockwise if seen from outside, also in a mirrored volume.
 ///
-/// Within the volume, every edge has exactly two triangles, one in each direction, whatever the bricks are. A
-/// vertex lies on an edge of the mesh (see SurfaceVertex), and exists once. Memory: that of decoding, and of
-/// the surface in one brick.
+/// Within the volume, every edge has exactly two triangles, one in each direction. A vertex lies on an edge
+/// of the mesh (see SurfaceVertex), and exists once. Memory: that of decoding, and of the surface in one
+/// brick.
 ///
-/// Throws UsageError for a level that the grid cannot have, for a region that is not in the volume, for a
-/// name that does not say a format, for a volume of one slice, and for a value if the scale of values is in
-/// doubt or each slice has a slope of its own; MemoryLimit, BrokenInput, WorldError; then nothing is left
-/// under the name of the output.
+/// Throws UsageError for an impossible level, a region outside the volume, a name without a format, a volume
+/// of one slice, and a value whose scale is in doubt or differs between slices; MemoryLimit, BrokenInput,
+/// WorldError. Then nothing is left under the name of the output.
 Finished<SurfaceResult> write_surface(const SurfaceRun& run);
 
 }  // namespace tagrid

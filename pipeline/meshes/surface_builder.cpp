@@ -1,12 +1,18 @@
 #include "pipeline/meshes/surface_builder.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstring>
 #include <utility>
 
+#include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "io/volume/world.h"
+#include "pipeline/decode/values.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/values/points/field.h"
@@ -17,10 +23,7 @@ namespace {
 // The grid that is marched: the prefix, and root corners, which are vertices whatever a damaged file says.
 LatticeBits grid_of(const LatticeBits& active, int cube_size, int level) {
   LatticeBits grid = level < max_level(cube_size) ? prefix_of(active, cube_size, level) : active;
-  const Box& box = active.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) grid.set(Index3{x, y, z});
+  set_root_corners(grid, cube_size);
   return grid;
 }
 
@@ -118,6 +121,23 @@ void SurfaceBuilder::add_area(const SurfacePiece& piece) {
     const double n[] = {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
     counts_.area += std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
   }
+}
+
+SurfaceLevel surface_level(double iso, const TagHeader& header, const std::string& name) {
+  if (has_slopes_of_slices(header.nrrd_fields))
+    throw UsageError(fmt::format(
+        "{}: each slice has its own slope (slice_slopes), so a value is a different sample in each", name));
+  require_scale(header.nrrd_fields, {"iso", "the level of a surface"});
+  for (const auto& [key, value] : key_values_of(header.nrrd_fields))
+    if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
+      throw BrokenInput(fmt::format("{}: the header: rescale_slope is {}, which is not a slope", name,
+                                    quoted(std::string_view(value))));
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const SurfaceLevel level{(iso - rescale.intercept) / rescale.slope, rescale.slope < 0};
+  if (!std::isfinite(level.value))
+    throw UsageError(fmt::format("{}: the value {} has no finite sample with the slope {} of this file", name,
+                                 iso, rescale.slope));
+  return level;
 }
 
 }  // namespace tagrid

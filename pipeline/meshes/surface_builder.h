@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/meshes/surface_sink.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
-#include "pipeline/meshes/edge_ids.h"
 #include "pipeline/meshes/grid_bricks.h"
+#include "pipeline/meshes/id_planes.h"
 #include "stages/surface/surface.h"
 
 namespace tagrid {
@@ -36,8 +37,8 @@ struct SurfaceCounts {
   bool has_gaps = false;
 };
 
-/// Builds the surface of bricks, in the order of bricks. Vertices are numbered in the order of the bricks and, in a
-/// brick, in the raster order of the midpoints of their edges.
+/// Builds the surface of bricks, in the order of bricks. Vertices are numbered in the order of the bricks
+/// and, in a brick, in the raster order of the midpoints of their edges.
 class SurfaceBuilder : public GridTaker {
  public:
   /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come.
@@ -68,5 +69,9 @@ class SurfaceBuilder : public GridTaker {
   std::vector<std::int64_t> ids_;  // of the vertices of a brick
   SurfaceCounts counts_;
 };
+
+/// The level in samples of a value, if the file has a slope and an intercept. Throws UsageError if slices
+/// have their own slopes or no sample has the value, BrokenInput if the slope is 0. `name`: of the file.
+SurfaceLevel surface_level(double value, const TagHeader& header, const std::string& name);
 
 }  // namespace tagrid

@@ -1,10 +1,8 @@
 // The members of the structs that ranks send each other; see messages.h.
 #pragma once
 
-#include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/part_work.h"
-#include "pipeline/parts/source_contents.h"
-#include "pipeline/parts/verify_parts.h"
+#include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {

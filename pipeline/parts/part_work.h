@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +11,7 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/encode/encode_run.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
@@ -23,7 +24,7 @@ namespace tagrid {
 struct PartOrder {
   std::string input;
   SourceDescription source;
-  std::string folder;          ///< the folder of the parts
+  std::string folder;          ///< the directory of the parts
   Bytes record;                ///< of the run, see RunRecord
   Resources resources{0};      ///< per rank; 0 threads: all that the rank may use
   int code_after_signal = -1;  ///< if not negative, the run can be continued; see io/files/temporaries.h
@@ -45,9 +46,8 @@ struct PlaceOrder {
 /// This rank's share of `given`, which are the resources of each rank.
 Resources of_this_rank(const Ranks& ranks, Resources given);
 
-/// The memory that reading a volume in parts takes, not counting the samples of a part. The volume is open
-/// twice: once to read the parts, and once to control the run. If its rows cannot be read in any order, one
-/// slice is buffered.
+/// The memory for reading a volume in parts besides samples: the volume is open twice, to read parts and to
+/// control the run. If rows cannot be read in any order, a slice is buffered.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.
@@ -84,9 +84,21 @@ class PartsOfRun {
   std::vector<BrickRows> rows_;
 };
 
-/// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in any order: those that
-/// a part needs, as far as the limit on memory allows.
+/// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in
+/// any order: those that a part needs, as far as the limit on memory allows.
 std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
                                    const EncodePlan& plan, const Resources& resources);
+
+/// No part has more samples, unless a single row of bricks has.
+inline constexpr std::int64_t largest_part = std::int64_t{1} << 29;
+
+/// The bricks in the order of their numbers, cut into stretches: complete layers if a sixteenth of the volume
+/// (and largest_part) is at least a layer; otherwise equal stretches of the rows of a layer, at least one row
+/// each. The result depends on the geometry alone, so that any number of processes can continue a run. The
+/// encoded bytes do not depend on parts. See docs/decisions/0016-parts.md.
+std::vector<BrickRows> parts_of(const BrickGrid& bricks);
+
+/// A store of parts, on which all ranks work together. Both arguments must outlive all calls but commit().
+std::unique_ptr<BrickStore> store_of_parts(Ranks& ranks, const EncodeRun& run);
 
 }  // namespace tagrid

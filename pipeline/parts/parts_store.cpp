@@ -1,5 +1,3 @@
-#include "pipeline/parts/parts_store.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,11 +11,10 @@
 #include "io/files/temporaries.h"
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
-#include "pipeline/encode/row_encoder.h"
+#include "pipeline/encode/graph.h"
+#include "pipeline/job/resolved_options.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
-#include "pipeline/parts/run_settings.h"
-#include "pipeline/parts/source_contents.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 
@@ -44,6 +41,25 @@ void remove_record(PartFolder& folder) {
   folder.remove_parts();
   end_signals_with(-1, "");
   folder.remove();
+}
+
+std::string given(const std::string& value) { return value.empty() ? "not given" : value; }
+
+// All settings that affect the output, as text, so that a resumed run can be compared with the original one.
+std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,
+                                                             const SourceDescription& source) {
+  std::vector<std::pair<std::string, std::string>> all = {
+      {"dims", fmt::format("{},{},{}", p.dims.x, p.dims.y, p.dims.z)},
+      {"type", std::string(name_of(p.type))},
+      {"endian", source.raw && source.raw->big_endian.value_or(false) ? "big" : "little"},
+      {"offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
+      {"vdb-grid", given(source.vdb_grid)},
+      {"from", given(source.from)},
+      {"series", given(source.series)},
+      {"dataset", given(source.dataset)},
+  };
+  for (auto& words : in_words(p)) all.push_back(std::move(words));
+  return all;
 }
 
 class PartsStore : public BrickStore {
@@ -198,8 +214,7 @@ class PartsStore : public BrickStore {
     run_.goes_on(there, parts_->count());
   }
 
-  // All ranks write the parts into the file. It is created in the folder, so that after a crash it is removed
-  // together with the incomplete parts.
+  // All ranks write the parts into the file. After a crash it is removed with the incomplete parts.
   void place(const std::optional<FileAttributes>& like) {
     PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
     position_ = record_.header.size();
@@ -234,7 +249,7 @@ class PartsStore : public BrickStore {
   RunRecord record_, earlier_;
   Bytes record_bytes_;
   bool goes_on_ = false;  // from an earlier run
-  // The file is in the folder until it gets its name.
+  // The file is in that directory until it gets its name.
   std::unique_ptr<PartFolder> folder_;
   std::unique_ptr<PartsOfRun> parts_;
   std::unique_ptr<OutputFile> file_;  // none if an earlier run has already given it its name

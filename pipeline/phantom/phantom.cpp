@@ -9,24 +9,12 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
-#include "pipeline/memory/of_writer.h"
+#include "pipeline/memory/resources.h"
 #include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"
 
 namespace tagrid {
 namespace {
-
-template <class T>
-void make_slice(const PhantomOptions& options, std::int64_t z, std::byte* out) {
-  const auto count = static_cast<std::size_t>(options.dims.x * options.dims.y);
-  phantom_slice<T>(options.dims, options.seed, z, {reinterpret_cast<T*>(out), count});
-}
-
-using MakeSlice = void (*)(const PhantomOptions&, std::int64_t, std::byte*);
-
-MakeSlice slice_maker(SampleType type) {
-  return with_sample_type(type, [](auto sample) -> MakeSlice { return make_slice<decltype(sample)>; });
-}
 
 VolumeInfo info_of(const PhantomOptions& options) {
   const Index3 n = options.dims;
@@ -45,7 +33,6 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
       create_volume(run.format, run.output, info, {.files = {.overwrite = run.overwrite}});
   require_memory_of_writer({run.format.writer, run.format.writer_keeps_volume}, sink->memory(),
                            Resources(run.threads));
-  const MakeSlice make = slice_maker(options.type);
   const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(run.threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
   const std::size_t slice_bytes = memory_size(total / static_cast<std::uint64_t>(nz));
@@ -56,7 +43,11 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
     const std::int64_t count = std::min(batch, nz - z);
     threads.run([&] {
       oneapi::tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) {
-        make(options, z + i, slices.data() + static_cast<std::size_t>(i) * slice_bytes);
+        with_sample_type(options.type, [&](auto sample) {
+          using T = decltype(sample);
+          auto* out = reinterpret_cast<T*>(slices.data() + static_cast<std::size_t>(i) * slice_bytes);
+          phantom_slice<T>(options.dims, options.seed, z + i, {out, slice_bytes / sizeof(T)});
+        });
       });
     });
     sink->write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "io/formats/table/formats.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {
@@ -25,9 +24,8 @@ struct PhantomRun {
   Progress progress = {};
 };
 
-/// Writes the phantom of stages/phantom/phantom.h, `threads` slices at a time in memory. The samples depend on
-/// the options alone. Returns the bytes written. Throws UsageError and WorldError; then nothing is left under
-/// the name of the output.
+/// Writes the phantom of stages/phantom/phantom.h, `threads` slices at a time. Returns the bytes written.
+/// Throws UsageError and WorldError; then nothing is left under the name of the output.
 Finished<std::uint64_t> write_phantom(const PhantomRun& run);
 
 }  // namespace tagrid

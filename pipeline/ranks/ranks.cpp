@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <condition_variable>
-#include <exception>
 #include <mutex>
-#include <string>
 #include <thread>
 
 #include "io/errors/error_kinds.h"

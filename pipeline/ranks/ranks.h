@@ -62,9 +62,8 @@ class Ranks {
   /// Collective: rank 0 hears the other ranks until all of them call this.
   virtual void listen_to_the_end(const Hear&) {}
 
-  /// Runs `work`, which must not call any member, in a separate thread, and calls `look` now and then
-  /// meanwhile. When the work has ended, throws the exception of `look`, which is not called again after one,
-  /// or that of `work`.
+  /// Runs `work`, which must not call any member, in a thread, and calls `look` now and then meanwhile. Then
+  /// throws the exception of `look`, which ends its calls, or that of `work`.
   void attend(const std::function<void()>& work, const std::function<void()>& look);
 
  protected:
@@ -79,9 +78,9 @@ class Ranks {
 };
 
 /// Collective: items 0 .. count - 1 are processed, each by one rank. `look` is called now and then. If it
-/// throws, or `work` fails on another rank, `stop` becomes true for the ranks that still work; they may then
-/// throw any exception. Throws the first failure on all ranks, as the same kind of exception, with the rank
-/// in its message.
+/// throws, or `work` fails on another rank, `stop` becomes true for ranks that still work; they may then
+/// throw anything. Throws the first failure on all ranks, as the same kind of exception, with the rank in its
+/// message.
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;
@@ -89,8 +88,7 @@ struct SharedWork {
   /// after the other as they come, before the rank starts its next item.
   Bytes account;
   std::function<void(const Bytes& account)> take = {};
-  /// Called now and then by the thread that called share_out(). With one process, add_done() calls it, as the
-  /// work runs in that thread.
+  /// Called now and then by the thread of share_out(); with one process, by add_done() in that thread.
   std::function<void(const SharedNumbers&)> look = {};
   std::atomic<bool> stop{false};
 
@@ -102,8 +100,7 @@ struct SharedWork {
 };
 void share_out(Ranks& ranks, SharedWork& work);
 
-/// Collective: throws on all ranks if `failure`, which is an exception of this rank or null, is set on any of
-/// them.
+/// Collective: throws on all ranks if `failure`, an exception of this rank or null, is set on any.
 void agree(Ranks& ranks, std::exception_ptr failure);
 
 /// Collective: does the work, and throws on all ranks if it fails on any of them.

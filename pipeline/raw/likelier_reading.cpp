@@ -12,16 +12,14 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
-#include "pipeline/raw/dims_order.h"
 
 namespace tagrid {
 namespace {
 
 constexpr std::uint64_t most_stretches = 64, stretch_bytes = 4096, least_stretches = 4;
-// Clean data are at least as smooth as any wrong reading of them; a false alarm would need far more than
-// that.
+// Clean data are as smooth as any wrong reading, or smoother; a false alarm would need far more.
 constexpr double far_better = 2;
-// If fewer neighbours differ, a few jumps would decide everything.
+// If fewer neighbors differ, a few jumps would decide everything.
 constexpr double least_changes = 0.01;
 
 using Stretch = std::vector<double>;
@@ -31,8 +29,7 @@ using Bytes = std::vector<std::byte>;
 /// peaks on both sides of zero lie far apart in one order, and next to each other in another.
 enum class Order { without_sign, with_sign, floats };
 
-/// The rank of a number among all numbers with as many bits. Ranks keep a single huge number, which is common
-/// in wrong floats, from outweighing all others.
+/// The rank of a number among all with as many bits: huge numbers, common in wrong floats, count little.
 template <class Bits>
 double place_of(Bits bits, Order order) {
   const auto number = static_cast<std::make_signed_t<Bits>>(bits);
@@ -152,8 +149,7 @@ std::optional<LikelierReading> smoother_reading(const Sample& sample, const RawD
   return best;
 }
 
-/// Detects smaller samples that were read as larger ones. These are smooth, too; but their parts continue
-/// from one to the next as if no sample ended there.
+/// Detects smaller samples read as larger ones: smooth, too, but as if no sample ended between the parts.
 std::optional<LikelierReading> smaller_samples(const Sample& sample, const RawDescription& raw) {
   for (const std::size_t size : sizes)
     for (const bool big_endian : {false, true})
@@ -176,9 +172,8 @@ std::optional<LikelierReading> smaller_samples(const Sample& sample, const RawDe
   return std::nullopt;
 }
 
-/// Detects samples of 16 bits that are small in the other byte order: from -8192 to 8191, and not only
-/// multiples of 256. If most samples are below 256, their swapped bytes are as smooth; but no instrument
-/// measures in steps of 256 with a small remainder.
+/// Detects samples of 16 bits that are small in the other byte order, and not only multiples of 256. Swapped
+/// bytes of samples below 256 are as smooth; but no instrument measures in steps of 256 plus a little.
 std::optional<LikelierReading> small_if_swapped(const Sample& sample, const RawDescription& raw) {
   if (size_of(raw.type) != 2) return std::nullopt;
   const bool given = raw.big_endian.value_or(false);
@@ -203,7 +198,7 @@ std::optional<SampleType> with_other_sign(SampleType type) {
   return std::nullopt;
 }
 
-/// Neighbours that are far apart in one reading, at its two ends, and close in the other one.
+/// Neighbors that are far apart in one reading, at its two ends, and close in the other one.
 struct Wraps {
   double count = 0;
   std::set<double> low, high;  ///< their values in the first reading, of which a few are enough
@@ -223,16 +218,15 @@ Wraps wraps_of(const std::vector<Stretch>& first, const std::vector<Stretch>& se
   return wraps;
 }
 
-/// Detects integers with a sign that were read without one, and the reverse. Values then wrap around: neighbours lie at
-/// both ends of the type. So do black and white of a mask, or of a picture whose brightest part is cut off; but these are
-/// always the same two numbers. Dark and bright parts of a picture that fills its type have noise, but edges between them are
-/// fewer and larger than the noise around 0 that makes values wrap.
+/// Detects integers whose sign was read wrongly. Values then wrap around: neighbors lie at both ends of the
+/// type. So do black and white of a mask or a clipped picture, but always as the same two numbers; and in a
+/// picture that fills its type, edges are fewer and larger than the noise around 0 that makes values wrap.
 std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescription& raw) {
   const auto other = with_other_sign(raw.type);
   if (!other) return std::nullopt;
   constexpr double least_part = 0.0005, least_count = 64;
   constexpr std::size_t least_values = 8;
-  // 46 and more in CT volumes with noise around 0; 9 in pictures of two parts, where every fifth sample is an edge.
+  // 46 and more in CT with noise around 0; 9 in pictures of two parts, where every fifth sample is an edge.
   constexpr double far_smoother = 20;
   const bool big = raw.big_endian.value_or(false);
   const std::size_t size = size_of(raw.type);
@@ -243,9 +237,9 @@ std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescrip
                                  sample.read(size, big, has_sign ? Order::without_sign : Order::with_sign);
   const double span = std::exp2(8 * static_cast<double>(size));
   const Wraps wraps = wraps_of(given, likelier, span), reverse = wraps_of(likelier, given, span);
-  double neighbours = 0;
-  for (const Stretch& s : given) neighbours += static_cast<double>(s.size() - 1);
-  const bool is_suspect = wraps.count >= std::max(least_count, least_part * neighbours) &&
+  double neighbors = 0;
+  for (const Stretch& s : given) neighbors += static_cast<double>(s.size() - 1);
+  const bool is_suspect = wraps.count >= std::max(least_count, least_part * neighbors) &&
                           wraps.count > 10 * reverse.count && wraps.low.size() >= least_values &&
                           wraps.high.size() >= least_values &&
                           near_difference(given, 1) > far_smoother * near_difference(likelier, 1);
@@ -253,8 +247,7 @@ std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescrip
   return LikelierReading{size, *other, big};
 }
 
-/// True if nearly all samples other than 0 are smaller than any measured value: small integers look like
-/// this.
+/// True if nearly all samples other than 0 are smaller than measured values: small integers look like this.
 template <class T>
 bool is_tiny(const Sample& sample, bool big_endian) {
   double tiny = 0, count = 0;
@@ -266,8 +259,7 @@ bool is_tiny(const Sample& sample, bool big_endian) {
   return count >= 64 && tiny > 0.9 * count;
 }
 
-/// True if nearly all samples other than 0 are floats of a plausible size, with many different sizes:
-/// integers would have to lie between 9e8 and 1.3e9.
+/// True if nearly all samples but 0 are floats of plausible and different sizes: as integers, 9e8 to 1.3e9.
 bool looks_like_floats(const Sample& sample, bool big_endian) {
   double usual = 0, count = 0;
   std::vector<double> of_exponent(41);

@@ -1,4 +1,4 @@
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/reading/read_region.h"
 
 #include <fmt/format.h>
 
@@ -17,113 +17,99 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
-#include "pipeline/decode/decode_output.h"
-#include "pipeline/decode/value_range.h"
-#include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/within.h"
+#include "pipeline/decode/decode_run.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/memory/resources.h"
 #include "stages/sample/value_rule.h"
 
 namespace tagrid {
 namespace {
 
 // The blocks of bricks with increasing numbers.
-class Blocks {
- public:
-  virtual ~Blocks() = default;
-  virtual const TagHeader& header() const = 0;
-  // nullptr if it is not known before all blocks were read.
-  virtual const TagIndex* index() const { return nullptr; }
-  virtual BlocksInOrder in_order() = 0;
-  // What is known when all blocks were read.
-  virtual void finish(DecodeResult& result, const Region& region) = 0;
+struct Blocks {
+  TagHeader header;
+  const TagIndex* index;  // nullptr if it is not known before all blocks were read
+  BlocksInOrder in_order;
+  // Adds what is known when all blocks were read.
+  std::function<void(DecodeResult& result, const Region& region)> finish;
 };
 
 // From a file, by its index.
-class IndexedBlocks final : public Blocks {
- public:
-  explicit IndexedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {}
-  const TagHeader& header() const override { return file_.header(); }
-  const TagIndex* index() const override { return &file_.index(); }
-  BlocksInOrder in_order() override {
-    return {file_.name(), [this](std::int64_t id) { return file_.read(id); }};
-  }
-  void finish(DecodeResult& result, const Region&) override {
-    result.index = file_.index();
-    result.bytes_in = file_.sizes().file;
-  }
+Blocks indexed_blocks(const std::string& input) {
+  const auto file = std::make_shared<TagBricks>(std::make_shared<FileSource>(input));
+  return {file->header(),
+          &file->index(),
+          {file->name(), [file](std::int64_t id) { return file->read(id); }},
+          [file](DecodeResult& result, const Region&) {
+            result.index = file->index();
+            result.bytes_in = file->sizes().file;
+          }};
+}
 
- private:
-  TagBricks file_;
-};
+// From a pipe, as they come. It is read to its end, so that its writer does not fail, and damage is found.
+Blocks blocks_of_pipe(const std::string& input) {
+  const auto stream = std::make_shared<TagReader>(input);
+  const auto next = [stream](std::int64_t id) {
+    BrickBytes brick;
+    do {
+      if (!stream->read_brick(brick)) throw BrokenInput(stream->name() + ": a brick is missing");
+    } while (brick.id < id);
+    return brick;
+  };
+  return {stream->header(), nullptr, {stream->name(), next}, [stream](DecodeResult& result, const Region&) {
+            stream->read_to_end();
+            result.index = stream->index();
+            result.bytes_in = stream->sizes().file;
+          }};
+}
 
-// From a pipe, as they come.
-class BlocksOfPipe final : public Blocks {
- public:
-  explicit BlocksOfPipe(const std::string& input) : stream_(input) {}
-  const TagHeader& header() const override { return stream_.header(); }
-  BlocksInOrder in_order() override {
-    return {stream_.name(), [this](std::int64_t id) {
-              BrickBytes brick;
-              do {
-                if (!stream_.read_brick(brick)) throw BrokenInput(stream_.name() + ": a brick is missing");
-              } while (brick.id < id);
-              return brick;
-            }};
-  }
-  // A pipe is read to its end, so that its writer does not fail, and damage is found.
-  void finish(DecodeResult& result, const Region&) override {
-    stream_.read_to_end();
-    result.index = stream_.index();
-    result.bytes_in = stream_.sizes().file;
-  }
-
- private:
-  TagReader stream_;
-};
-
-// Those of a damaged file that are whole.
-class SalvagedBlocks final : public Blocks {
+// Those of a damaged file that are intact.
+class SalvagedBlocks {
  public:
   explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {
     if (file_.whole_count() == 0)
       throw BrokenInput(input + ": none of its bricks is intact, so nothing can be decoded");
   }
-  const TagHeader& header() const override { return file_.header(); }
-  const TagIndex* index() const override { return file_.index() ? &*file_.index() : nullptr; }
-  BlocksInOrder in_order() override {
+  static Blocks blocks(const std::string& input) {
+    const auto self = std::make_shared<SalvagedBlocks>(input);
+    const WholeBricks& file = self->file_;
+    const auto next = [&file](std::int64_t id) {
+      return file.is_whole(id) ? std::optional(file.read(id)) : std::nullopt;
+    };
     return {
-        file_.name(),
-        [this](std::int64_t id) { return file_.is_whole(id) ? std::optional(file_.read(id)) : std::nullopt; },
-        [this](const DecodedBrick& brick) { return can_be_of_this_file(brick); },
-        [this](std::int64_t id) { broken_.insert(id); }};
+        file.header(),
+        file.index() ? &*file.index() : nullptr,
+        {file.name(), next, [self](const DecodedBrick& brick) { return self->can_be_of_this_file(brick); },
+         [self](std::int64_t id) { self->broken_.insert(id); }},
+        [self](DecodeResult& result, const Region& region) { self->finish(result, region); }};
   }
-  void finish(DecodeResult& result, const Region& region) override {
+
+ private:
+  void finish(DecodeResult& result, const Region& region) const {
     if (file_.index()) result.index = *file_.index();
     result.bytes_in = file_.file_bytes();
     Salvage& salvage = result.salvage.emplace();
     salvage.has_index = file_.index().has_value();
     salvage.is_damaged_elsewhere = file_.is_damaged_elsewhere();
-    for (const std::int64_t id : bricks_of(region, header().parameters.bricks()))
+    for (const std::int64_t id : bricks_of(region, file_.header().parameters.bricks()))
       if (!file_.is_whole(id) || broken_.contains(id)) append(salvage.lost, {id, id});
   }
-
- private:
   // A block of another file can fit between two that are lost. The index knows the values of its own.
   bool can_be_of_this_file(const DecodedBrick& brick) const {
     if (!file_.index()) return true;
     const IndexEntry& entry = file_.index()->bricks[static_cast<std::size_t>(brick.id)];
-    return can_be_of(value_range(brick.samples, header().parameters.type), entry,
+    return can_be_of(value_range(brick.samples, file_.header().parameters.type), entry,
                      file_.index()->total.max_error);
   }
 
   WholeBricks file_;
-  std::set<std::int64_t> broken_;  // whole, but not decodable, or not of this file
+  std::set<std::int64_t> broken_;  // intact, but not decodable, or not of this file
 };
 
-std::unique_ptr<Blocks> blocks_of(const DecodeRun& run) {
-  if (run.fill) return std::make_unique<SalvagedBlocks>(run.input);
-  if (is_regular_input(run.input)) return std::make_unique<IndexedBlocks>(run.input);
-  return std::make_unique<BlocksOfPipe>(run.input);
+Blocks blocks_of(const DecodeRun& run) {
+  if (run.fill) return SalvagedBlocks::blocks(run.input);
+  return is_regular_input(run.input) ? indexed_blocks(run.input) : blocks_of_pipe(run.input);
 }
 
 // Sets every sample to the value that stands for those of lost bricks.
@@ -232,15 +218,6 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
                     *resources.memory, plan.memory, {});
 }
 
-RegionPlan plan_for(DecodeOutput& output, const Region& region, const CodingParameters& parameters,
-                    const WrittenNumbers& numbers, const Resources& resources) {
-  try {
-    return plan_region(region, parameters, numbers, resources, output.any_order(), output.memory());
-  } catch (const MemoryLimit& limit) {
-    output.refuse(limit);
-  }
-}
-
 }  // namespace
 
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
@@ -272,20 +249,22 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
 }
 
 FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
-  const std::unique_ptr<Blocks> blocks = blocks_of(run);
-  const CodingParameters& parameters = blocks->header().parameters;
+  Blocks blocks = blocks_of(run);
+  const CodingParameters& parameters = blocks.header.parameters;
   const Region region = region_of(run.region, parameters);
-  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, blocks->header(), blocks->index());
-  const VolumeInfo of_samples = info_of(blocks->header(), region), info = numbers.info(of_samples);
+  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, blocks.header, blocks.index);
+  const VolumeInfo of_samples = info_of(blocks.header, region), info = numbers.info(of_samples);
   if (run.fill && !is_value_of(info.type, *run.fill))
     throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
   DecodeOutput output(run, of_samples, numbers, parameters);
-  const RegionPlan plan = plan_for(output, region, parameters, numbers, resources);
+  const RegionPlan plan = output.plan([&](std::uint64_t memory) {
+    return plan_region(region, parameters, numbers, resources, output.any_order(), memory);
+  });
   const std::shared_ptr<VolumeSink> sink = output.begin();
 
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
-  BlocksInOrder in_order = blocks->in_order();
+  BlocksInOrder& in_order = blocks.in_order;
   if (numbers.are_values()) {
     in_order.type = info.type;
     in_order.change_samples = [&](DecodedBrick& brick) {
@@ -310,7 +289,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     }
     watch.done(samples.size());
   }
-  DecodeResult result = {.header = blocks->header(),
+  DecodeResult result = {.header = blocks.header,
                          .index = {},
                          .bytes_out = sink->bytes_written(),
                          .memory = plan.memory,
@@ -319,7 +298,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .numbers = numbers,
                          .dims = info.dims,
                          .nrrd_fields = info.nrrd_fields};
-  blocks->finish(result, region);
+  blocks.finish(result, region);
   return {std::move(result), sink};
 }
 

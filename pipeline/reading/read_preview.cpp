@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <mutex>
+#include <ranges>
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/lengths.h"
-#include "pipeline/decode/block.h"
-#include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/within.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"
 #include "stages/mesh/leaf_at.h"
@@ -78,8 +78,7 @@ class LeafMap {
  public:
   LeafMap(const Panel& panel, const CodingParameters& parameters, std::vector<LeafPixel>& pixels)
       : panel_(panel), bricks_(parameters.bricks()), pixels_(pixels) {
-    // Faces of tetrahedra lie in a slice, so the plane is moved a little into the bricks that own its
-    // samples.
+    // Faces of tetrahedra lie in a slice, so the plane moves a little into the bricks that own its samples.
     z_ = panel.slice * PanelAxis::parts + (panel.slice > 0 ? -1 : 1);
   }
 
@@ -104,15 +103,8 @@ class LeafMap {
   // Places do not decrease from pixel to pixel, and neither axis of the panel of z is reversed.
   static Pixels pixels_in(const PanelAxis& axis, const Box& owned) {
     const auto first_after = [&](std::int64_t place) {
-      int low = 0, high = axis.pixels;
-      while (low < high) {
-        const int middle = (low + high) / 2;
-        if (axis.place(middle) > place)
-          high = middle;
-        else
-          low = middle + 1;
-      }
-      return low;
+      return *std::ranges::partition_point(std::views::iota(0, axis.pixels),
+                                           [&](int pixel) { return axis.place(pixel) <= place; });
     };
     // The sample before the first one belongs to another brick, and so do places up to it.
     const std::int64_t low = owned.low[axis.axis];

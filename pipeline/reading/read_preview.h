@@ -1,5 +1,4 @@
-// Reads what a preview of a .tag file shows: a slice across each axis, and the levels of the grid in one of
-// them.
+// Reads what a preview of a .tag file shows: a slice across each axis, and the levels of the grid in one.
 #pragma once
 
 #include <array>
@@ -16,9 +15,8 @@
 namespace tagrid {
 
 struct PreviewWishes {
-  /// The slice across each axis (x, y, z); by default the middle one. If samples are left out, the default
-  /// slice of z is the first one of its bricks, which decodes fastest. It is at most a twentieth of all slices
-  /// away from the middle.
+  /// The slice across each axis (x, y, z); by default the middle one. If samples are left out, the default of
+  /// z is the first slice of a brick, which decodes fastest, if it is near the middle (within a twentieth).
   std::array<std::optional<std::int64_t>, 3> slices;
   int largest = 780;  ///< pixels of the longer side of a panel
   int least = 24;     ///< pixels that the shorter side has at least
@@ -51,11 +49,10 @@ struct PreviewContent {
 /// The values of the samples of a slice, x + y * width, as doubles.
 std::vector<double> values_of(const PreviewSlice& slice, SampleType type);
 
-/// Reads only the bricks that the slices meet, on several threads, and decodes them no further than needed.
-/// The leaves are those in the plane of the slice of z that lie just below it (just above it for the first
-/// slice), so that the plane cuts them. Memory: the slices, and a brick for each thread; `besides` is what
-/// the caller needs besides the values_of() all slices. Throws UsageError for a slice outside of the volume,
-/// MemoryLimit, BrokenInput, WorldError, and the exceptions of `progress`.
+/// Reads the bricks that the slices meet, and decodes them no further than needed. The leaves are those just
+/// below the slice of z (above the first slice), so that its plane cuts them. Memory: the slices, a brick for
+/// each thread, and `besides`, which the caller needs besides the values_of() all slices. Throws UsageError
+/// for a slice outside the volume, MemoryLimit, BrokenInput, WorldError, and the exceptions of `progress`.
 PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
                             std::uint64_t besides, const Progress& progress = {});
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "pipeline/decode/block.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -34,28 +34,13 @@ auto row_copier(std::size_t sample_size) {
                             : copy_row<8>;
 }
 
-// Decodes bricks, and stores the samples that belong to the region.
-struct BrickDecoder {
-  const CodingParameters& parameters;
-  const std::string& name;
-  const Region& region;
-  std::byte* out;
-  const Strides& strides;
-
-  // Returns the number of bytes of samples that were stored.
-  std::uint64_t hand_out(const BrickBytes& block) const {
-    return copy_samples(decode(block, slices_of(block)), parameters, region, out, strides);
-  }
-
-  std::int64_t slices_of(const BrickBytes& block) const {
-    const BrickGrid bricks = parameters.bricks();
-    return slices_until(region, bricks.owned_box(bricks.position(block.id)));
-  }
-
-  DecodedBrick decode(const BrickBytes& block, std::int64_t slices = all_slices) const {
-    return decode_block(block, parameters, name, Wanted::samples, slices);
-  }
-};
+// The brick of a block, decoded as far as the region needs it.
+DecodedBrick decode_for(const Region& region, const BrickBytes& block, const CodingParameters& parameters,
+                        const std::string& name) {
+  const BrickGrid bricks = parameters.bricks();
+  const std::int64_t slices = slices_until(region, bricks.owned_box(bricks.position(block.id)));
+  return decode_block(block, parameters, name, Wanted::samples, slices);
+}
 
 // Calls work(0 .. count - 1) on some threads, in any order.
 template <class Work>
@@ -106,15 +91,12 @@ std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& pa
 }
 
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources) {
-  if (!resources.memory) return resources.threads;
-  for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_reading(parameters, threads) <= *resources.memory) return threads;
-  throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
+  return threads_within(resources, "reading a part of the volume",
+                        [&](int threads) { return memory_of_reading(parameters, threads); });
 }
 
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads) {
-  const BrickDecoder decoder = {parameters, blocks.name, region, out, strides};
   CodingParameters stored = parameters;
   if (blocks.change_samples) stored.type = blocks.type;
   const auto store = [&](DecodedBrick brick) {
@@ -134,15 +116,9 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
     }
     if (!block) return;
     try {
-      if (!blocks.accepts) {
-        store(decoder.decode(*block, decoder.slices_of(*block)));
-        return;
-      }
-      DecodedBrick brick = decoder.decode(*block);
-      if (blocks.accepts(brick)) {
-        store(std::move(brick));
-        return;
-      }
+      DecodedBrick brick = blocks.accepts ? decode_block(*block, parameters, blocks.name, Wanted::samples)
+                                          : decode_for(region, *block, parameters, blocks.name);
+      if (!blocks.accepts || blocks.accepts(brick)) return store(std::move(brick));
     } catch (const BrokenInput&) {
       if (!blocks.accepts) throw;
     }
@@ -154,15 +130,16 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress) {
   assert(file.parameters().domain().volume().contains(region.box));
-  const BrickDecoder decoder = {file.parameters(), file.name(), region, out, strides};
+  const CodingParameters& parameters = file.parameters();
   const Index3 shape = region.shape();
   const std::uint64_t total =
-      static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size_of(file.parameters().type);
+      static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size_of(parameters.type);
   std::mutex telling;
   std::uint64_t done = 0;
-  const std::vector<std::int64_t> ids = bricks_of(region, file.parameters().bricks());
+  const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
   for_each_number(ids.size(), threads, [&](std::size_t i) {
-    const std::uint64_t bytes = decoder.hand_out(file.read(ids[i]));
+    const DecodedBrick brick = decode_for(region, file.read(ids[i]), parameters, file.name());
+    const std::uint64_t bytes = copy_samples(brick, parameters, region, out, strides);
     if (!progress) return;
     const std::lock_guard lock(telling);
     progress(done += bytes, total);

@@ -1,7 +1,6 @@
 // Reads samples of a part of a volume from the bricks that hold them.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "io/tag/bricks.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 #include "stages/brick/decode.h"
@@ -48,16 +48,13 @@ struct Region {
 /// The numbers of the bricks that own a sample of the region, in increasing order.
 std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks);
 
-/// How many slices of the samples that a brick owns, from its first one, reach the last one of the region in
-/// it; at least one.
+/// How many of the slices that a brick owns reach to the last one of the region in it; at least one.
 std::int64_t slices_until(const Region& region, const Box& owned);
 
-/// The number of threads, at most `resources.threads`, that fit into the limit on memory, if there is one.
-/// Throws MemoryLimit if not even one does.
+/// The most threads that fit into the limit on memory, if there is one. Throws MemoryLimit if none does.
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
 
-/// Stores the samples of the region that a brick owns, according to `out` and `strides`, and returns the
-/// number of their bytes.
+/// Stores the samples of the region that a brick owns, by `out` and `strides`. Returns the number of bytes.
 std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
                            const Region& region, std::byte* out, const Strides& strides);
 
@@ -71,15 +68,13 @@ void read_region(const TagBricks& file, const Region& region, std::byte* out, co
 /// Blocks that come in order.
 struct BlocksInOrder {
   std::string name;  ///< of the file, for messages
-  /// Called by one thread at a time, for the blocks in the order of bricks_of(). Nothing: the samples of this
-  /// brick stay as they are.
+  /// Called by one thread at a time, in the order of bricks_of(). Nothing: samples of the brick stay as is.
   std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
   /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of
   /// ending with an error, and its samples stay as they are.
   std::function<bool(const DecodedBrick& brick)> accepts = {};
   std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
-  /// Changes the samples of a brick to those of `type`, which are stored. Called by several threads at once.
-  /// May be empty.
+  /// Converts the samples of a brick to `type`. Called by several threads at once. May be empty.
   std::function<void(DecodedBrick& brick)> change_samples = {};
   SampleType type = SampleType::uint8;  ///< without an effect if change_samples is empty
 };
@@ -87,5 +82,12 @@ struct BlocksInOrder {
 /// The same for such blocks. At most `threads` of them are in memory.
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads);
+
+/// Throws UsageError if the region is empty or not in the volume, or if a root cube does not allow the step.
+Region region_of(const WantedRegion& wanted, const CodingParameters& parameters);
+
+/// Decodes the region that `run` requests; otherwise like decode_volume(). From a file, it reads only the
+/// bricks that the region meets. Memory grows with the layers of bricks of the region.
+FinishedDecode decode_region(const DecodeRun& run, const Resources& resources);
 
 }  // namespace tagrid

@@ -10,8 +10,8 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/row_decoder.h"
-#include "pipeline/decode/row_output.h"
+#include "pipeline/decode/decode_run.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 
@@ -25,28 +25,6 @@ std::uint64_t memory_of_envelope(const TagBricks& file) {
   return memory_of_files(
       envelope_size(file.name(), shape_of(file.parameters()), file.parameters().is_exact(), file.envelope()));
 }
-
-/// Compares an envelope that is being written with the one in a file.
-class EnvelopeComparison {
- public:
-  explicit EnvelopeComparison(NextBlock next) : kept_(std::move(next)) {}
-
-  void compare(std::span<const std::byte> bytes) {
-    while (is_same_ && !bytes.empty()) {
-      const auto ahead = kept_.ahead();
-      const std::size_t n = std::min(bytes.size(), ahead.size());
-      is_same_ = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
-      bytes = bytes.subspan(n);
-      kept_.skip(n);
-    }
-  }
-  bool is_same_so_far() const { return is_same_; }
-  bool is_same() { return is_same_ && kept_.ahead().empty(); }
-
- private:
-  EnvelopeBytes kept_;
-  bool is_same_ = true;
-};
 
 std::string stored_words(const std::string& compression) {
   return compression.empty() ? "not compressed" : fmt::format("compressed ({})", compression);
@@ -67,19 +45,6 @@ void look_at_contents(SourceFiles& source, bool exact, int threads) {
     oneapi::tbb::parallel_for(std::size_t{0}, source.files.size(),
                               [&](std::size_t number) { look_at_content(source, exact, number); });
   });
-}
-
-KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                               const LookAtContents& look, const PutBytes& put) {
-  if (!keep) return {"only the samples were wanted"};
-  SourceFiles files = source_files(source.facts());
-  double times_read = 0;
-  if (files.why_not.empty()) {
-    look(files, parameters.is_exact());
-    write_envelope(files, put);
-    times_read = times_read_for_envelope(files, parameters.is_exact());
-  }
-  return {files.why_not_restorable(), times_read};
 }
 
 KeptFiles source_files_of(const TagBricks& file) {
@@ -122,15 +87,24 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
     now.name = kept[i].name;  // another name is no other content
   }
   if (!result.difference.empty()) return result;
-  EnvelopeComparison comparison(file.envelope());
   look_at_contents(source, file.parameters().is_exact(), threads);
+  // The envelope of the original is compared with that in the file while it is made.
+  EnvelopeBytes kept_bytes(file.envelope());
+  result.is_same = true;
   std::size_t different = 0;
-  write_envelope(
-      source, [&](std::span<const std::byte> bytes) { comparison.compare(bytes); },
-      [&](std::size_t number) {
-        if (comparison.is_same_so_far()) different = number;
-      });
-  result.is_same = comparison.is_same();
+  const auto compare = [&](std::span<const std::byte> bytes) {
+    while (result.is_same && !bytes.empty()) {
+      const auto ahead = kept_bytes.ahead();
+      const std::size_t n = std::min(bytes.size(), ahead.size());
+      result.is_same = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
+      bytes = bytes.subspan(n);
+      kept_bytes.skip(n);
+    }
+  };
+  write_envelope(source, compare, [&](std::size_t number) {
+    if (result.is_same) different = number;
+  });
+  result.is_same = result.is_same && kept_bytes.ahead().empty();
   if (!result.is_same)
     result.difference = fmt::format("{} differs from the file that was encoded", source.names[different]);
   return result;

@@ -1,10 +1,8 @@
-// Source files in a .tag file: kept by encoding, compared by verification, and restored by `tagrid
-// restore`.
+// Source files in a .tag file: kept by encoding, compared by verification, restored by `tagrid restore`.
 #pragma once
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,25 +12,12 @@
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/progress/finished.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
 /// Looks at the content of all files, with so many threads. Throws as look_at_content() does.
 void look_at_contents(SourceFiles& source, bool exact, int threads);
-
-/// Does that in another way, such as by many processes.
-using LookAtContents = std::function<void(SourceFiles& source, bool exact)>;
-
-struct KeepingFiles {
-  /// Why the files cannot be restored byte for byte, as far as their samples are exact; "" if they can.
-  std::string why_not_restorable;
-  double times_read = 0;  ///< how often a sample was read for that, on average
-};
-/// Writes the envelope of a source if `keep`, and if the source allows it. Throws as write_envelope() does.
-KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                               const LookAtContents& look, const PutBytes& put);
 
 struct RestoreRun {
   std::string input;   ///< a .tag file; not a pipe

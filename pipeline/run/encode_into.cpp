@@ -1,5 +1,5 @@
-#include "pipeline/run/encode_into.h"
-
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "io/envelope/memory.h"
@@ -11,27 +11,29 @@
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/spooled.h"
+#include "io/tag/file.h"
+#include "pipeline/encode/graph.h"
+#include "pipeline/encode/slices_ahead.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
+#include "pipeline/run/run.h"
 
 namespace tagrid {
 namespace {
 
 bool keeps_files(const EncodeRun& run) { return run.keep_files && !run.options.strip; }
 
-// Bytes of memory that the names and places of source files take, besides the source's own: they are watched,
-// and kept.
+// Memory of the names and places of source files, which are watched and kept, besides the source's own.
 std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
   return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
          (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);
 }
 
 // How the input will be read when the file is compared with it; nothing if it will not be.
-std::optional<OriginalAccess> original_access(const EncodeRun& run, const VolumeSource& input) {
+std::optional<Reading> original_access(const EncodeRun& run, const VolumeSource& input) {
   if (!run.verified) return std::nullopt;
   const std::uint64_t compared = memory_of_files(envelope_size(input.facts()));
-  return OriginalAccess{input.traits().any_rows,
-                        input.traits().memory + memory_of_files(run, input) + compared};
+  return Reading{input.traits().any_rows, input.traits().memory + memory_of_files(run, input) + compared};
 }
 
 // A kept file may have been changed by a program that set its time back. A comparison would show that.
@@ -48,6 +50,79 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
 // written it already: a store that continues a run checks later.
 void check_early(const EncodeRun& run) {
   if (!run.resume || !status_of(part_folder_of(run.output))) check_output(run.output, run.overwrite);
+}
+
+class StreamStore : public BrickStore {
+ public:
+  StreamStore(const EncodeRun& run, const Resources& resources) : run_(run), resources_(resources) {}
+
+  Reading reading(const VolumeSource& source) const override {
+    return {source.traits().any_rows, source.traits().memory};
+  }
+
+  EarlierFindings begin(const ResolvedOptions&, const VolumeSource&) override { return {}; }
+
+  bool take(const EncodeJob& job, const VolumeSource& source) override {
+    const OutputFileOptions like = {.like = attributes_of(source.files().back())};
+    file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
+    writer_.emplace(*file_, job.header);
+    return true;
+  }
+
+  void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
+    const CodingParameters& parameters = job.parameters();
+    const bool spools = job.plan.spooled && !source->traits().any_rows;
+    if (spools) source = spooled(std::move(source), resources_.spool);
+    // Only programs give nothing but whole slices; they decode them while bricks are encoded.
+    const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
+    const std::int64_t count =
+        source->traits().whole_slices ? slices_beside(parameters, job.plan, resources_, layer) : 0;
+    result.memory += static_cast<std::uint64_t>(count) * source->slice_bytes();
+    SlicesAhead ahead(*source, count);
+    RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
+    ahead.stop_when(encoder.failed());
+    const BrickRows all = BrickRows::all(parameters.bricks());
+    encoder.encode(all, *writer_,
+                   watch_for(run_.progress, sample_bytes(parameters.dims, parameters.type).value()));
+    ahead.end();
+    result.bytes_in = source->bytes_read();
+    result.times_read += times_read(parameters, job.plan, {all}) + spools;
+  }
+
+  void look_at(SourceFiles& files, bool exact) override {
+    look_at_contents(files, exact, resources_.threads);
+  }
+
+  void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
+
+  void finish(EncodeResult& result) override {
+    writer_->finish();
+    result.index = writer_->index();
+    result.file_bytes = file_->position();
+    result.temporary = file_->temporary();
+  }
+
+  void commit() override { file_->commit(); }
+
+ private:
+  const EncodeRun& run_;
+  Resources resources_;
+  std::unique_ptr<OutputFile> file_;
+  std::optional<TagWriter> writer_;
+};
+
+// Writes the envelope of a source if `keep`, and if the source allows it.
+void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickStore& store,
+                       EncodeResult& result) {
+  result.why_not_restorable = "only the samples were wanted";
+  if (!keep) return;
+  SourceFiles files = source_files(source.facts());
+  if (files.why_not.empty()) {
+    store.look_at(files, exact);
+    write_envelope(files, [&](std::span<const std::byte> bytes) { store.write_envelope(bytes); });
+    result.times_read += times_read_for_envelope(files, exact);
+  }
+  result.why_not_restorable = files.why_not_restorable();
 }
 
 }  // namespace
@@ -78,18 +153,17 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   if (store->take(job, *volume)) {
     store->encode(job, volume, result);
-    const KeepingFiles kept = keep_source_files(
-        *volume, job.parameters(), keeps_files(run),
-        [&](SourceFiles& source, bool exact) { store->look_at(source, exact); },
-        [&](std::span<const std::byte> bytes) { store->write_envelope(bytes); });
-    result.why_not_restorable = kept.why_not_restorable;
-    result.times_read += kept.times_read;
+    keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);
   }
   store->finish(result);
   return {std::move(result), std::move(store)};
+}
+
+std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources) {
+  return std::make_unique<StreamStore>(run, resources);
 }
 
 }  // namespace tagrid

@@ -4,39 +4,31 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/unchanged_files.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/decode_output.h"
-#include "pipeline/decode/row_decoder.h"
-#include "pipeline/decode/row_output.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/parts/decode_parts.h"
-#include "pipeline/parts/parts_store.h"
-#include "pipeline/parts/verify_parts.h"
+#include "pipeline/parts/part_work.h"
 #include "pipeline/parts/work_orders.h"
-#include "pipeline/reading/decode_region.h"
+#include "pipeline/reading/read_region.h"
 #include "pipeline/restore/restore.h"
-#include "pipeline/run/encode_into.h"
 #include "pipeline/verify/verifier.h"
 
 namespace tagrid {
 namespace {
 
-// True if parts can be read and written independently: from a file or a folder to a file.
+// True if parts can be read and written independently: from a file or a directory to a file.
 bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
 }
 
 DecodePlan plan_of(DecodeOutput& output, const CodingParameters& parameters, const WrittenNumbers& numbers,
                    const Resources& resources) {
-  try {
+  return output.plan([&](std::uint64_t memory) {
     return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream,
-                         output.memory(), numbers.value_bytes());
-  } catch (const MemoryLimit& limit) {
-    output.refuse(limit);
-  }
+                         memory, numbers.value_bytes());
+  });
 }
 
 // Of a run whose samples were written.

@@ -2,6 +2,8 @@
 
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
+#include <pthread.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -9,25 +11,14 @@
 #include <deque>
 #include <mutex>
 #include <new>
-
-#include "pipeline/threads/pool.h"
+#include <vector>
 
 namespace tagrid {
-namespace {
 
-// The limit for all objects of this process. A run may have threads in two arenas, of which one works at a
-// time.
-int most_others() {
-  using Control = oneapi::tbb::global_control;
-  const std::size_t allowed = Control::active_value(Control::max_allowed_parallelism);
-  return 2 * static_cast<int>(std::min(allowed, std::size_t{1} << 16)) - 2;
-}
-
-}  // namespace
-
-struct Threads::Others final : PoolWork {
+// What a thread of the pool does once: it waits in the arena of a Threads object, and does tasks meanwhile.
+struct Threads::Others {
   explicit Others(oneapi::tbb::task_arena& of_threads) : arena(of_threads) {}
-  ~Others() override {
+  ~Others() {
     std::unique_lock lock(mutex);
     for (oneapi::tbb::flow::graph& open : waits) open.release_wait();
     left.wait(lock, [&] { return inside == 0; });
@@ -35,32 +26,18 @@ struct Threads::Others final : PoolWork {
   Others(const Others&) = delete;
   Others& operator=(const Others&) = delete;
 
-  bool add() {
-    const std::lock_guard lock(mutex);
-    try {
-      // A graph waits in the arena in which it was made.
-      arena.execute([&] { waits.emplace_back(); });
-    } catch (const std::bad_alloc&) {
-      return false;
-    }
-    waits.back().reserve_wait();
-    if (!run_in_pool(*this, most_others())) {
-      waits.back().release_wait();
-      waits.pop_back();
-      return false;
-    }
-    ++inside;
-    return true;
-  }
+  bool add();
 
-  void run() noexcept override {
+  // Called by a thread of the pool.
+  void run() noexcept {
     try {
       arena.execute([&, &open = next_wait()] { open.wait_for_all(); });
     } catch (...) {
       // There is no memory for a thread to enter the arena: the other threads do its work.
     }
   }
-  void leave() noexcept override {
+  // Called by the same thread when it can already be given other work. It then leaves the object alone.
+  void leave() noexcept {
     const std::lock_guard lock(mutex);
     --inside;
     left.notify_all();
@@ -72,13 +49,159 @@ struct Threads::Others final : PoolWork {
   }
 
   oneapi::tbb::task_arena& arena;
-  /// Without nodes: waiting for one ends with this object. Each thread has its own, since a wait writes to it.
+  /// Without nodes: waiting ends with this object. Each thread has its own, since a wait writes to it.
   std::deque<oneapi::tbb::flow::graph> waits;
   std::mutex mutex;
   std::condition_variable left;
   std::size_t taken = 0;
   int inside = 0;
 };
+
+// A pool of threads that wait for work. They never end, because a program that a thread has started ends with
+// it (see io/programs/format_program.h). A forked process starts without threads.
+struct Threads::Pool {
+  struct Waiter {
+    std::mutex mutex;
+    std::condition_variable called;
+    Others* work = nullptr;
+
+    void call(Others& next) {
+      const std::lock_guard lock(mutex);
+      work = &next;
+      called.notify_one();
+    }
+  };
+
+  // Runs `work` on a thread. Returns false if `most` threads work, or if the system gives no more.
+  bool run(Others& work, int most);
+
+  static Pool& instance();
+  static bool start(Waiter& waiter);
+  static void* wait_and_work(void* waiter);
+
+  std::mutex mutex;
+  std::vector<Waiter*> waiting;
+  std::size_t all = 0;
+  int busy = 0;
+
+  // Never destroyed, as its threads wait in it until the process ends.
+  static Pool* the_pool;
+};
+
+Threads::Pool* Threads::Pool::the_pool = nullptr;
+
+Threads::Pool& Threads::Pool::instance() {
+  static const bool is_made = [] {
+    the_pool = new Pool;
+    // Threads do not come along with a fork, and the lock may be held by one of them.
+    pthread_atfork(nullptr, nullptr, [] { the_pool = new Pool; });
+    return true;
+  }();
+  static_cast<void>(is_made);
+  return *the_pool;
+}
+
+void* Threads::Pool::wait_and_work(void* given) {
+  auto* self = static_cast<Waiter*>(given);
+  for (;;) {
+    Others* work = nullptr;
+    {
+      std::unique_lock lock(self->mutex);
+      self->called.wait(lock, [&] { return self->work != nullptr; });
+      work = self->work;
+      self->work = nullptr;
+    }
+    work->run();
+    {
+      Pool& pool = instance();
+      const std::lock_guard lock(pool.mutex);
+      pool.waiting.push_back(self);  // there is room
+      --pool.busy;
+    }
+    work->leave();
+  }
+}
+
+namespace {
+
+// As much as oneTBB gives its threads, and assumes that others have. The guard below is not accessible.
+constexpr std::size_t stack_bytes = std::size_t{4} << 20, guard_bytes = std::size_t{1} << 16;
+
+// Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead
+// through the stacks of threads that slept when the process was forked.
+void* map_stack() {
+  void* mapped = mmap(nullptr, guard_bytes + stack_bytes, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0);
+  if (mapped == MAP_FAILED) return nullptr;
+  if (mprotect(mapped, guard_bytes, PROT_NONE) == 0) return mapped;
+  munmap(mapped, guard_bytes + stack_bytes);
+  return nullptr;
+}
+
+// The limit for all objects of a process. A run may have threads in two arenas; one works at a time.
+int most_others() {
+  using Control = oneapi::tbb::global_control;
+  const std::size_t allowed = Control::active_value(Control::max_allowed_parallelism);
+  return 2 * static_cast<int>(std::min(allowed, std::size_t{1} << 16)) - 2;
+}
+
+}  // namespace
+
+bool Threads::Pool::start(Waiter& waiter) {
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return false;
+  void* const mapped = map_stack();
+  pthread_t thread;
+  const bool made =
+      mapped != nullptr &&
+      pthread_attr_setstack(&attributes, static_cast<std::byte*>(mapped) + guard_bytes, stack_bytes) == 0 &&
+      pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED) == 0 &&
+      pthread_create(&thread, &attributes, wait_and_work, &waiter) == 0;
+  pthread_attr_destroy(&attributes);
+  if (!made && mapped != nullptr) munmap(mapped, guard_bytes + stack_bytes);
+  return made;
+}
+
+bool Threads::Pool::run(Others& work, int most) {
+  const std::lock_guard lock(mutex);
+  if (busy >= most) return false;
+  if (!waiting.empty()) {
+    waiting.back()->call(work);
+    waiting.pop_back();
+    ++busy;
+    return true;
+  }
+  try {
+    waiting.reserve(all + 1);
+    auto waiter = std::make_unique<Waiter>();
+    waiter->work = &work;
+    if (!start(*waiter)) return false;
+    waiter.release();  // the thread has it
+    ++all;
+    ++busy;
+    return true;
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
+
+bool Threads::Others::add() {
+  const std::lock_guard lock(mutex);
+  try {
+    // A graph waits in the arena in which it was made.
+    arena.execute([&] { waits.emplace_back(); });
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+  waits.back().reserve_wait();
+  if (!Pool::instance().run(*this, most_others())) {
+    waits.back().release_wait();
+    waits.pop_back();
+    return false;
+  }
+  ++inside;
+  return true;
+}
 
 Threads::Threads(int count) : arena_(count, static_cast<unsigned>(count)) {
   if (count == 1) return;

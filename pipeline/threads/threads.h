@@ -1,4 +1,4 @@
-// The threads of a run.
+// The threads of a run, and the flow graphs on them.
 #pragma once
 
 #include <oneapi/tbb/task_arena.h>
@@ -7,12 +7,9 @@
 
 namespace tagrid {
 
-/// Threads that carry out tasks of oneTBB: that of the caller, and others from a pool.
-///
-/// oneTBB creates its own threads when it first needs them, while tasks run. If the system then refuses a
-/// thread, the process cannot recover: the exception leaves a thread without a handler, or half of a flow
-/// graph. Threads of oneTBB are therefore not used. Each of these threads waits in the arena until this
-/// object ends, and carries out tasks meanwhile.
+/// Threads that carry out tasks of oneTBB: that of the caller, and others from a pool, which wait in the
+/// arena until this object ends. oneTBB creates its own threads while tasks run, and a process cannot recover
+/// if the system then refuses one: it leaves a thread without a handler, or half of a flow graph.
 class Threads {
  public:
   /// `count` threads, the caller's included. They are fewer if the system gives no more, by its limits on
@@ -32,9 +29,29 @@ class Threads {
 
  private:
   struct Others;
+  struct Pool;
 
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<Others> others_;
 };
+
+/// Starts a flow graph at `first` and waits for it. Throws the exceptions of its nodes. When this returns or
+/// throws, no task of the graph runs or waits any more, so that its nodes can be destroyed.
+template <class Graph, class InputNode>
+void run_graph(Graph& graph, InputNode& first) {
+  try {
+    first.activate();
+    graph.wait_for_all();
+  } catch (...) {
+    // The exception may not be that of a node: oneTBB itself allocates memory.
+    graph.cancel();
+    try {
+      graph.wait_for_all();
+    } catch (...) {
+      // The first exception says what happened.
+    }
+    throw;
+  }
+}
 
 }  // namespace tagrid

@@ -1,10 +1,10 @@
-#include "pipeline/verify/active_points.h"
+#include "pipeline/verify/verify.h"
 
 #include <utility>
 
 #include "io/files/file_attributes.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
 

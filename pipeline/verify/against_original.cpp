@@ -18,13 +18,6 @@ std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); 
 
 }  // namespace
 
-void check_original(const std::string& name, const VolumeInfo& original, const CodingParameters& parameters) {
-  if (original.dims != parameters.dims || original.type != parameters.type)
-    throw BrokenInput(fmt::format("{}: the original is {}, but the file has {}", name,
-                                  described(original.dims, original.type),
-                                  described(parameters.dims, parameters.type)));
-}
-
 AgainstOriginal::AgainstOriginal(std::string name, const CodingParameters& parameters,
                                  std::unique_ptr<VolumeSource> original)
     : name_(std::move(name)),

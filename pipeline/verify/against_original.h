@@ -1,34 +1,37 @@
 // Compares a decoded volume, or some of its rows, with the original.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/verify/comparison.h"
+#include "pipeline/decode/decoded_rows.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/sample/statistics.h"
 
 namespace tagrid {
 
-/// Throws BrokenInput if the original, named `name`, has another size or type than the file.
-void check_original(const std::string& name, const VolumeInfo& original, const CodingParameters& parameters);
-
-/// Compares decoded rows with the original as they arrive: in any order if the original's rows can be read in
-/// any order, otherwise in raster order.
-class AgainstOriginal : public Comparison {
+/// Compares decoded rows with the original: in any order if it can be read so, else in raster order.
+class AgainstOriginal {
  public:
-  /// `name` and `parameters` are those of the file; the name is for messages. REQUIRES: check_original().
+  /// `name` (for messages) and `parameters` are those of the file. REQUIRES: the original's size and type.
   AgainstOriginal(std::string name, const CodingParameters& parameters,
                   std::unique_ptr<VolumeSource> original);
 
-  void add_activity(const LatticeBits& active) override {
+  /// Takes the activity of the next brick of the rows that will be compared next.
+  void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
-  void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) override {
+  /// Takes a brick of those rows, if the mesh has a bound. `values`: of the points of its closed box.
+  void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) {
     meshes_.push_back({position, active, std::move(values)});
   }
-  void compare(const DecodedRows& rows, Statistics& errors) override;
-  void finish() override;
+  /// Adds errors to `errors`, also that of the mesh. Throws BrokenInput at the first voxel beyond its bound.
+  void compare(const DecodedRows& rows, Statistics& errors);
+  /// Called when everything was compared, here or elsewhere. Throws BrokenInput if the original continues.
+  void finish();
 
  private:
   struct BrickMesh {

@@ -1,4 +1,4 @@
-#include "pipeline/verify/geometry.h"
+#include "pipeline/verify/verify.h"
 
 #include <fmt/format.h>
 
@@ -37,8 +37,7 @@ bool is_near(const Vector& a, const Vector& b, double tolerance) {
   return true;
 }
 
-/// By which lengths in `theirs` become those in `ours`; 1 if one of them has no units. Nothing if that is not
-/// known.
+/// What turns lengths of `theirs` into those of `ours`; 1 if one has no units. Nothing if that is unknown.
 std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& theirs) {
   const std::array<std::string, 3> none;
   if (ours.units == theirs.units || ours.units == none || theirs.units == none) return 1;
@@ -82,7 +81,7 @@ class GeometryOfBoth {
     return geometry.has_spacing || geometry.has_origin || geometry.has_directions || !geometry.space.empty();
   }
 
-  /// Without a slope and an intercept, values are the samples: then those of the other side say something else.
+  /// Without a slope and an intercept, values are the samples: the other side then says something else.
   void compare_scale() {
     struct Pair {
       const char* key;
@@ -150,8 +149,7 @@ class GeometryOfBoth {
     if (!is_near(a, b, of_places * scale)) differ("the origin", text(a), text(b));
   }
 
-  /// Compares a number, or a list of them: each of them with the tolerance of the largest.
-  /// Those of the original are multiplied by `factors` in turn.
+  /// Compares numbers with the tolerance of the largest. `factors` multiply those of the original in turn.
   void compare_numbers(std::string_view key, double tolerance, const Vector& factors) {
     const auto a = numbers_of(pairs_[0], key);
     auto b = numbers_of(pairs_[1], key);

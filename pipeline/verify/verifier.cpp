@@ -2,64 +2,123 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <cmath>
+#include <cstring>
 
+#include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
-#include "pipeline/decode/graph.h"
-#include "pipeline/decode/value_range.h"
-#include "pipeline/grid/derived_grid.h"
-#include "stages/brick/closed_samples.h"
+#include "io/tag/file.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/conformity.h"
 
 namespace tagrid {
-namespace {
 
-// The samples on the low faces of `rows`, which bricks below own.
-ClosedSamples low_faces(const CodingParameters& parameters, const BrickRows& rows,
-                        const std::function<BrickStream(const BrickRows&)>& open,
-                        const DecodeBudget& budget) {
-  ClosedSamples closed(parameters, rows);
-  const BrickGrid bricks = parameters.bricks();
+SharedFaces::Face SharedFaces::cut(const DecodedBrick& brick, const Box& face) const {
+  Face result{LatticeBits(face), {}};
+  copy_bits(brick.active, result.active);
+  if (brick.points.empty()) return result;
+  const Box& box = brick.active.box();
+  const std::size_t row = static_cast<std::size_t>(face.size().x) * size_;
+  for (std::int64_t z = face.low.z; z <= face.high.z; ++z)
+    for (std::int64_t y = face.low.y; y <= face.high.y; ++y) {
+      const std::byte* from =
+          brick.points.data() + static_cast<std::size_t>(box.offset({face.low.x, y, z})) * size_;
+      result.points.insert(result.points.end(), from, from + row);
+    }
+  return result;
+}
+
+// Values of inactive points are zero on both sides.
+std::optional<Index3> SharedFaces::compare(const Face& a, const Face& b, std::size_t sample_size) {
+  if (a.active == b.active && a.points == b.points) return std::nullopt;
+  const Box& box = a.active.box();
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
+        const Index3 p{x, y, z};
+        if (a.active.test(p) != b.active.test(p)) return p;
+        const std::size_t at = static_cast<std::size_t>(box.offset(p)) * sample_size;
+        if (!a.points.empty() && std::memcmp(a.points.data() + at, b.points.data() + at, sample_size) != 0)
+          return p;
+      }
+  return box.low;
+}
+
+std::optional<Index3> SharedFaces::first_difference(const DecodedBrick& brick) {
+  const Index3 position = bricks_.position(brick.id);
+  const Box& box = brick.active.box();
+  std::optional<Index3> different;
+  for (int axis = 0; axis < 3; ++axis) {
+    Box face = box;
+    if (position[axis] > 0) {
+      face.high[axis] = box.low[axis];
+      const auto below = high_faces_.find({bricks_.id(position - unit_vector(axis)), axis});
+      if (below == high_faces_.end()) {
+        open_low_faces_.push_back(
+            {bricks_.id(position - unit_vector(axis)), axis, checksum(cut(brick, face))});
+      } else {
+        if (!different) different = compare(below->second, cut(brick, face), size_);
+        high_faces_.erase(below);
+      }
+    }
+    if (position[axis] + 1 < bricks_.bricks(axis)) {
+      face = box;
+      face.low[axis] = box.high[axis];
+      high_faces_.emplace(std::pair{brick.id, axis}, cut(brick, face));
+    }
+  }
+  return different;
+}
+
+std::uint64_t SharedFaces::checksum(const Face& face) {
+  return checksum_of({std::as_bytes(face.active.words()), face.points});
+}
+
+std::vector<OpenFace> SharedFaces::open_faces() const {
+  std::vector<OpenFace> open = open_low_faces_;
+  for (const auto& [at, face] : high_faces_) open.push_back({at.first, at.second, checksum(face)});
+  return open;
+}
+
+void OpenFacePairs::add(const std::vector<OpenFace>& faces) {
+  for (const OpenFace& face : faces) {
+    const auto [other, is_first] = waiting_.emplace(std::pair{face.below, face.axis}, face.checksum);
+    if (is_first) continue;
+    const std::int64_t above = bricks_.id(bricks_.position(face.below) + unit_vector(face.axis));
+    // For one brick, the x face comes before the y and z faces, as when one process compares them.
+    if (other->second != face.checksum &&
+        (!first_ || above < first_->above || (above == first_->above && face.below > first_->below)))
+      first_ = {face.below, above};
+    waiting_.erase(other);
+  }
+}
+
+std::optional<Disagreement> OpenFacePairs::first_difference() const {
+  assert(waiting_.empty());
+  return first_;
+}
+
+Verifier::Verifier(const TagBricks& file, VerifySetup setup)
+    : Verifier(file.name(), file.header(), file.index(), std::move(setup), [&file](const BrickRows& rows) {
+        return file.bricks_from(rows.first_brick(file.parameters().bricks()));
+      }) {}
+
+ClosedSamples Verifier::low_faces(const BrickRows& rows) const {
+  ClosedSamples closed(parameters(), rows);
+  const BrickGrid bricks = parameters().bricks();
   for (const BrickRows& below : rows_below(rows)) {
     DecodeStreams streams;
-    streams.bricks = open(below);
-    streams.write_rows = [](const DecodedRows&) {};
+    streams.bricks = open_(below);
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       closed.complete(bricks.position(brick.id), brick.samples);
     };
-    run_decode_graph(parameters, below, budget, streams);
+    run_decode_graph(parameters(), below, setup_.plan.budget, streams);
   }
   return closed;
 }
-
-}  // namespace
-
-// The range of the finite samples of consecutive bricks.
-class Verifier::Ranges {
- public:
-  Ranges(SampleType type, std::int64_t first_brick) : type_(type), first_(first_brick) {}
-
-  /// Returns the number of finite samples.
-  std::uint64_t add(const std::vector<std::byte>& samples) {
-    ranges_.push_back(value_range(samples, type_));
-    return ranges_.back().finite;
-  }
-  /// The first brick whose range in the index is different.
-  std::optional<std::int64_t> first_wrong(const TagIndex& index) const {
-    for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      const IndexEntry& brick = index.bricks[static_cast<std::size_t>(first_) + i];
-      if (!can_be_of(ranges_[i], brick, index.total.max_error)) return first_ + static_cast<std::int64_t>(i);
-    }
-    return std::nullopt;
-  }
-
- private:
-  SampleType type_;
-  std::int64_t first_;
-  std::vector<ValueRange> ranges_;
-};
 
 void Verifier::fail_index(const std::string& what) const {
   throw BrokenInput(name_ + ": the index: " + what);
@@ -78,26 +137,27 @@ void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statist
   count_active(brick.active, parameters(), parameters().bricks().position(brick.id), counted);
 }
 
-Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
-                          const Watch& watch) {
+Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
-  const std::int64_t first_brick = rows.first_brick(bricks);
+  const DecodeBudget& budget = setup_.plan.budget;
   Findings found;
   SharedFaces faces(parameters());
-  Ranges ranges(parameters().type, first_brick);
-  Comparison* const against = setup_.against.get();
+  std::vector<ValueRange> ranges;
+  AgainstOriginal* const against = setup_.against.get();
   const bool meshed = against && parameters().mesh_error >= 0;
   std::optional<ClosedSamples> closed;
-  if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(parameters(), rows, open, budget());
+  if (meshed && parameters().mode == FileMode::voxels) closed.emplace(low_faces(rows));
 
   DecodeStreams streams;
-  streams.bricks = open(rows);
+  streams.bricks = open_(rows);
   streams.inspect_brick = [&](DecodedBrick& brick) {
     if (parameters().stores_grid()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
-    const std::uint64_t finite = ranges.add(brick.samples);
-    if (!against) found.counted.finite += finite;
-    if (against) against->add_activity(brick.active);
+    ranges.push_back(value_range(brick.samples, parameters().type));
+    if (against)
+      against->add_activity(brick.active);
+    else
+      found.counted.finite += ranges.back().finite;
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
       against->add_mesh(position, brick.active,
@@ -120,15 +180,19 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
     if (against) against->compare(decoded, found.counted);
     if (at_once) derive(decoded);
   };
-  run_decode_graph(parameters(), rows, budget(), streams);
+  run_decode_graph(parameters(), rows, budget, streams);
   for (const BrickRows& stretch : at_once ? std::vector<BrickRows>() : around) {
     DecodeStreams again;
-    again.bricks = open(stretch);
+    again.bricks = open_(stretch);
     again.write_rows = derive;
-    run_decode_graph(parameters(), stretch, budget(), again);
+    run_decode_graph(parameters(), stretch, budget, again);
   }
-  if (const auto brick = ranges.first_wrong(index_))
-    fail_index(fmt::format("the value range of brick {} does not match its voxels", *brick));
+  std::int64_t id = rows.first_brick(bricks);
+  for (const ValueRange& range : ranges) {
+    if (!can_be_of(range, index_.bricks[static_cast<std::size_t>(id)], index_.total.max_error))
+      fail_index(fmt::format("the value range of brick {} does not match its voxels", id));
+    ++id;
+  }
   found.open_faces = faces.open_faces();
   return found;
 }
@@ -139,8 +203,7 @@ void Verifier::compare_with_index(const Statistics& counted) const {
     fail_index("the number of active points does not match the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
-  // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
-  // finite.
+  // Without a bound, all samples are interpolated: only the original tells how many are finite.
   const bool all_come_back = setup_.against || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not match the bricks");
@@ -176,6 +239,42 @@ VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) 
   if (setup_.against) result.max_error = counted.max_error;
   if (setup_.against && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
   return result;
+}
+
+void Verifier::tell_difference(const Disagreement& bricks) const {
+  const BrickGrid grid = parameters().bricks();
+  SharedFaces faces(parameters());
+  for (const std::int64_t id : {bricks.below, bricks.above}) {
+    const Index3 position = grid.position(id);
+    const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
+    DecodeStreams streams;
+    streams.bricks = open_(row);
+    streams.inspect_brick = [&](const DecodedBrick& brick) {
+      if (brick.id != id) return;
+      if (const auto p = faces.first_difference(brick))
+        fail_brick(brick.id, "it disagrees with its neighbor", *p);
+    };
+    run_decode_graph(parameters(), row, setup_.plan.budget, streams);
+  }
+  throw WorldError(
+      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?", name_,
+                  bricks.below, bricks.above));
+}
+
+VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
+                          const Progress& progress) {
+  TagReader reader(std::move(input));
+  return verify_all(reader, {plan_decoding(reader.parameters(), resources, DecodeUse::verify)}, progress);
+}
+
+// All rows have none below them, so the file is opened once.
+VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress) {
+  const CodingParameters& parameters = reader.parameters();
+  Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup),
+                    [&](const BrickRows&) { return reader.bricks(); });
+  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
+  return verifier.finish(found.counted, reader.sizes());
 }
 
 }  // namespace tagrid

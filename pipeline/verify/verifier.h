@@ -1,22 +1,83 @@
 // The checks of a verification, for any rows of bricks.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/tag/blocks.h"
+#include "io/tag/bricks.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/verify/comparison.h"
-#include "pipeline/verify/shared_faces.h"
+#include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verify.h"
+#include "stages/brick/closed_samples.h"
+#include "stages/sample/coding_parameters.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
+
+/// A face of which only one brick was seen: `below`, or the brick after it along `axis`.
+struct OpenFace {
+  std::int64_t below = 0;
+  int axis = 0;
+  std::uint64_t checksum = 0;  ///< XXH3 of the content that must be equal on both sides
+};
+
+/// Compares the low faces of every brick with those of the bricks below: the activity and, in a file without
+/// voxels, the values of the active points. Holds one layer of bricks.
+class SharedFaces {
+ public:
+  explicit SharedFaces(const CodingParameters& parameters)
+      : bricks_(parameters.bricks()), size_(size_of(parameters.type)) {}
+
+  /// The first point on which `brick` disagrees with an earlier one. Bricks, all or some, come in order.
+  std::optional<Index3> first_difference(const DecodedBrick& brick);
+  /// The faces that have not been compared yet.
+  std::vector<OpenFace> open_faces() const;
+
+ private:
+  struct Face {
+    LatticeBits active;
+    std::vector<std::byte> points;  ///< of the box of `active`; empty in a file with voxels
+  };
+  Face cut(const DecodedBrick& brick, const Box& face) const;
+  static std::uint64_t checksum(const Face& face);
+  static std::optional<Index3> compare(const Face& a, const Face& b, std::size_t sample_size);
+
+  BrickGrid bricks_;
+  std::size_t size_;
+  std::map<std::pair<std::int64_t, int>, Face> high_faces_;  ///< by brick and axis
+  std::vector<OpenFace> open_low_faces_;
+};
+
+/// Two bricks that disagree on the face that they share.
+struct Disagreement {
+  std::int64_t below = 0, above = 0;
+};
+
+/// Compares the open faces of all parts of a volume.
+class OpenFacePairs {
+ public:
+  explicit OpenFacePairs(const BrickGrid& bricks) : bricks_(bricks) {}
+
+  /// Parts come in any order.
+  void add(const std::vector<OpenFace>& faces);
+  /// The first of all added bricks that disagrees with an earlier one. REQUIRES: all parts were added.
+  std::optional<Disagreement> first_difference() const;
+
+ private:
+  BrickGrid bricks_;
+  std::map<std::pair<std::int64_t, int>, std::uint64_t> waiting_;  ///< checksums, by brick and axis
+  std::optional<Disagreement> first_;
+};
 
 /// Results for some bricks that are correct by themselves.
 struct Findings {
@@ -27,57 +88,66 @@ struct Findings {
 /// What verifying a file takes besides the file.
 struct VerifySetup {
   DecodePlan plan;
-  std::unique_ptr<Comparison> against = nullptr;  ///< comparison with an original; null if there is none
-  bool any_order = true;                          ///< rows may be compared in any order
-  std::string fields_of_original = "";            ///< what the original says of itself; see VolumeInfo
-  bool is_original_headerless = false;            ///< it has no place for a scale of values
+  std::unique_ptr<AgainstOriginal> against = nullptr;  ///< comparison with an original; null if there is none
+  bool any_order = true;                               ///< rows may be compared in any order
+  std::string fields_of_original = "";                 ///< what the original says of itself; see VolumeInfo
+  bool is_original_headerless = false;                 ///< it has no place for a scale of values
 };
 
-/// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that
-/// of the file, for messages; `of_envelope` bytes of memory are for the envelope. Throws as verify_file() does.
+/// Opens the original of the file `name`, if `original` is not "", and plans how the file is verified. The
+/// envelope takes `of_envelope` bytes of memory. Throws as verify_file() does.
 VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
                          const std::string& original, const SourceDescription& source,
                          const Resources& resources, std::uint64_t of_envelope = 0);
 
-/// The checks, however the bricks are read: verify_all() reads a file front to back, and PartVerifier reads
-/// rows of bricks in any order.
+/// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every
+/// brick is checked with that of the brick before it, so that all parts together check the entire chain.
 class Verifier {
  public:
-  /// `name`, `header` and `index` are those of the file. `header` and `index` must outlive the verifier.
-  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup)
-      : name_(std::move(name)), header_(header), index_(index), setup_(std::move(setup)) {}
+  /// Gives the bricks of some rows.
+  using Open = std::function<BrickStream(const BrickRows&)>;
+
+  /// `name`, `header` and `index` are those of the file; the last two must outlive the verifier.
+  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup, Open open)
+      : name_(std::move(name)),
+        header_(header),
+        index_(index),
+        setup_(std::move(setup)),
+        open_(std::move(open)) {}
+  /// Reads rows of bricks in any order. `file` must outlive the verifier. REQUIRES: setup.any_order.
+  Verifier(const TagBricks& file, VerifySetup setup);
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 
   const CodingParameters& parameters() const { return header_.parameters; }
-  const DecodeBudget& budget() const { return setup_.plan.budget; }
 
-  /// Verifies the bricks of `rows`. `open` gives the bricks of some rows: of all of the volume it is called once; of a
-  /// part also for rows around it, if the mesh is measured or the grid is derived. The index is complete after the
-  /// bricks of `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput
-  /// at the first error.
-  Findings verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
-                  const Watch& watch);
+  /// Verifies the bricks of `rows`. Opens these and, for a part of the volume whose mesh is measured or whose
+  /// grid is derived, rows around them; of all of the volume, bricks are opened once. The index is complete
+  /// after the bricks of `rows` were read. The caller checks what depends on other bricks, using the
+  /// findings. Throws BrokenInput at the first error.
+  Findings verify(const BrickRows& rows, const Watch& watch);
 
   /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings,
   /// and `sizes` are those of the file. Throws BrokenInput if the index differs from it.
   VerifyResult finish(const Statistics& counted, const TagSizes& sizes);
 
-  /// Throws BrokenInput for what is wrong at a point of a brick.
-  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
+  /// Throws BrokenInput for two neighboring bricks whose common face differs, and says where.
+  [[noreturn]] void tell_difference(const Disagreement& bricks) const;
 
  private:
-  class Ranges;
-
+  /// The samples on the low faces of `rows`, which bricks below own.
+  ClosedSamples low_faces(const BrickRows& rows) const;
   /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
   void check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const;
   void compare_with_index(const Statistics& counted) const;
   [[noreturn]] void fail_index(const std::string& what) const;
+  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
   std::string name_;
   const TagHeader& header_;
   const TagIndex& index_;
   VerifySetup setup_;
+  Open open_;
 };
 
 }  // namespace tagrid

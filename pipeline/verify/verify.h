@@ -1,18 +1,35 @@
-// Verifies a file: every checksum, every brick by decoding it, the grid, the statistics, and the original.
+// Verifies a file: checksums, bricks, grid, statistics, and the original. Counts the points of derived grids.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "pipeline/verify/geometry.h"
 
 namespace tagrid {
+
+struct GeometryComparison {
+  std::vector<std::string> compared;     ///< what both say: "spacing", "origin", "rescale_slope"
+  bool neither_says_anything = false;    ///< of the place of samples
+  std::vector<std::string> differences;  ///< "the spacing along x is 0.5, but 0.7 in the original"
+};
+
+/// Compares NRRD header lines (see VolumeInfo) of a file with those of an original, where both have them:
+/// spacings, directions, origin, slopes, intercepts, positions of slices. Known units and spaces that differ
+/// in signs are converted; what cannot be compared is left out. Numbers may differ by 1e-5 of a spacing or a
+/// coordinate, and by 1e-6 of a slope or an intercept, as formats with float32 or six digits make them. A
+/// slope or an intercept on one side alone is a difference, unless it changes nothing or the original has no
+/// place for it (`original_has_scale`). Throws BrokenInput for an invalid line.
+GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
+                                    bool original_has_scale = true);
 
 struct VerifyRun {
   std::string input;              ///< the .tag file; "-": the standard input
@@ -41,5 +58,14 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 struct VerifySetup;
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
+
+/// The numbers of active points of each level, by the grid of the decoded samples. Decodes the file, which
+/// has not been read yet, in the memory that meshing takes. Throws BrokenInput, WorldError, MemoryLimit, and
+/// the exceptions of `progress`. REQUIRES: the file stores no grid.
+Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress = {});
+
+/// The summary of a file, as summary_of() reads it. The levels of a grid that is not stored are counted.
+TagSummary summary_with_levels(const std::string& path, const Resources& resources,
+                               const Progress& progress = {});
 
 }  // namespace tagrid

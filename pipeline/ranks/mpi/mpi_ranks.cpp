@@ -32,10 +32,10 @@ class MpiRanks : public Ranks {
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
     if (given < MPI_THREAD_FUNNELED)
       throw std::runtime_error("this MPI library does not support programs with threads");
-    MPI_Comm neighbours;
-    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
-    MPI_Comm_size(neighbours, &on_this_machine_);
-    MPI_Comm_free(&neighbours);
+    MPI_Comm neighbors;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbors);
+    MPI_Comm_size(neighbors, &on_this_machine_);
+    MPI_Comm_free(&neighbors);
   }
   ~MpiRanks() override { MPI_Finalize(); }
   MpiRanks(const MpiRanks&) = delete;
@@ -136,8 +136,7 @@ class MpiRanks : public Ranks {
     for (std::size_t at = 0; at < bytes.size(); at += largest_message)
       send(bytes.data() + at, std::min(largest_message, bytes.size() - at));
   }
-  // Waits without taking a core from working threads. Rank 0 answers the others meanwhile. `meanwhile` is
-  // called now and then.
+  // Waits without taking a core from working threads. Rank 0 answers others, and `meanwhile` is called.
   template <class Meanwhile>
   void await(MPI_Request request, Meanwhile meanwhile) {
     for (int looks = 0;; ++looks) {

@@ -49,10 +49,10 @@ struct Mesh : MeshSink {
 Mesh mesh_of(const std::string& file, const MeshPart& part, int threads) {
   Mesh mesh;
   if (part.box) {
-    mesh_box(TagBricks(std::make_shared<FileSource>(file)), part, Resources(threads), mesh);
+    build_box<MeshBuilder>(TagBricks(std::make_shared<FileSource>(file)), part, Resources(threads), {}, mesh);
   } else {
     TagReader reader(file);
-    mesh_all(reader, part, Resources(threads), mesh);
+    build_all<MeshBuilder>(reader, part, Resources(threads), {}, mesh);
   }
   return mesh;
 }
@@ -210,7 +210,7 @@ TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
   const TagBricks derived(std::make_shared<FileSource>(derived_)),
       stored(std::make_shared<FileSource>(stored_));
   const BrickGrid bricks = derived.parameters().bricks();
-  PartVerifier of_derived(derived, verify_setup("", derived.parameters(), "", {}, Resources(1))),
+  Verifier of_derived(derived, verify_setup("", derived.parameters(), "", {}, Resources(1))),
       of_stored(stored, verify_setup("", stored.parameters(), "", {}, Resources(1)));
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)

@@ -116,7 +116,7 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
   for_each_case([](const CodingParameters& p) {
     for (const bool any_rows : {false, true})
       for (const std::string spool : {"", "/tmp"}) {
-        const OriginalAccess original = {any_rows, 12345};
+        const Reading original = {any_rows, 12345};
         const auto both = [&](std::uint64_t limit) {
           return plan_encoding(p, limited(3, limit, spool), any_rows, 12345, original);
         };
@@ -133,11 +133,11 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
         EXPECT_NO_THROW(verify(least));
       }
     try {
-      plan_encoding(p, limited(3, 1), false, 0, OriginalAccess{false, 0});
+      plan_encoding(p, limited(3, 1), false, 0, Reading{false, 0});
     } catch (const MemoryLimit& error) {
       if (error.needed_with_spool()) {
         EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false, 0,
-                                      OriginalAccess{false, 0}));
+                                      Reading{false, 0}));
       }
     }
   });

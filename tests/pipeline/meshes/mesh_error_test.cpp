@@ -221,14 +221,14 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
   const TagBricks file(std::make_shared<FileSource>(tag_));
-  PartVerifier verifier(file, verify_setup(file.name(), file.parameters(), in_, {}, Resources(1)));
+  Verifier verifier(file, verify_setup(file.name(), file.parameters(), in_, {}, Resources(1)));
   const BrickGrid bricks = verifier.parameters().bricks();
   Statistics counted;
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
       counted.add(verifier.verify({y, y + 1, z, z + 1}, {[](std::uint64_t) {}}).counted);
   EXPECT_EQ(counted.mesh_error, recorded);
-  EXPECT_NO_THROW(verifier.finish(counted));
+  EXPECT_NO_THROW(verifier.finish(counted, file.sizes()));
 }
 
 TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {

@@ -71,17 +71,19 @@ TEST_F(MeshMemory, OfABoxIsWithinItsPlan) {
       const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
       MeshPart part = all_of(file.parameters());
       part.box = Box{{3, 3, 3}, {44, 49, 30}};
-      const std::uint64_t stated = memory_of_mesh_box(file.parameters(), part, 1);
+      const Box positions = bricks_that_meet(part.box, file.parameters().bricks());
+      const std::uint64_t of_builder = MeshBuilder::working_bytes(file.parameters(), positions),
+                          stated = memory_of_taking(file.parameters(), positions, of_builder, 1);
       Nowhere sink;
       const HeapPeak peak;
-      mesh_box(file, part, Resources(1), sink);
+      build_box<MeshBuilder>(file, part, Resources(1), {}, sink);
       EXPECT_LE(peak.bytes(), stated - memory_of_program) << grid_only << ", " << cube;
 
       Resources tight(4);
       tight.memory = stated - 1;
-      EXPECT_THROW(mesh_box(file, part, tight, sink), MemoryLimit);
+      EXPECT_THROW(build_box<MeshBuilder>(file, part, tight, {}, sink), MemoryLimit);
       tight.memory = stated;
-      EXPECT_NO_THROW(mesh_box(file, part, tight, sink));
+      EXPECT_NO_THROW(build_box<MeshBuilder>(file, part, tight, {}, sink));
     }
 }
 
@@ -94,10 +96,12 @@ TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
     options.grid_only = grid_only;
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
     TagReader reader(path("in.tag"));
-    const std::uint64_t stated = plan_mesh(reader.parameters(), Resources(1)).memory;
+    const CodingParameters& p = reader.parameters();
+    const std::uint64_t of_builder = MeshBuilder::working_bytes(p, bricks_that_meet({}, p.bricks())),
+                        stated = plan_taking(p, of_builder, Resources(1)).memory;
     Nowhere sink;
     const HeapPeak peak;
-    mesh_all(reader, all_of(reader.parameters()), Resources(1), sink);
+    build_all<MeshBuilder>(reader, all_of(p), Resources(1), {}, sink);
     EXPECT_LE(peak.bytes(), stated - memory_of_program) << grid_only;
   }
 }

@@ -34,7 +34,7 @@ class AgainstOriginalTest : public TemporaryFolder {
   /// brick.
   Statistics compare(std::int64_t together, std::optional<Index3> active = std::nullopt) const {
     const VerifySetup setup = opened();
-    Comparison& against = *setup.against;
+    AgainstOriginal& against = *setup.against;
     Statistics errors;
     const BrickGrid bricks = parameters_.bricks();
     // Activity comes before its rows.
@@ -122,7 +122,7 @@ TEST_F(AgainstOriginalTest, RowsOfAFileMayComeInAnyOrder) {
   const BrickGrid bricks = parameters_.bricks();
   const VerifySetup setup = opened();
   ASSERT_TRUE(setup.any_order);
-  Comparison& against = *setup.against;
+  AgainstOriginal& against = *setup.against;
   Statistics errors;
   decoded({3, 3, 3}) = static_cast<std::int16_t>(decoded({3, 3, 3}) + 4);
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)

@@ -61,7 +61,7 @@ class WaysToRead : public TemporaryFolder {
     try {
       const TagBricks file(std::make_shared<MemorySource>(bytes));
       const BrickGrid bricks = file.parameters().bricks();
-      PartVerifier verifier(file, verify_setup("", file.parameters(), "", {}, Resources(1)));
+      Verifier verifier(file, verify_setup("", file.parameters(), "", {}, Resources(1)));
       Statistics counted;
       OpenFacePairs faces(bricks);
       for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
@@ -71,7 +71,7 @@ class WaysToRead : public TemporaryFolder {
           faces.add(found.open_faces);
         }
       if (const auto two = faces.first_difference()) verifier.tell_difference(*two);
-      verifier.finish(counted);
+      verifier.finish(counted, file.sizes());
       return true;
     } catch (const BrokenInput&) {
       return false;

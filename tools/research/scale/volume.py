@@ -6,7 +6,7 @@ from functools import lru_cache
 
 SAMPLE_BYTES = {"uint8": 1, "int8": 1, "uint16": 2, "int16": 2, "uint32": 4, "int32": 4, "float32": 4, "float64": 8}
 
-# As in pipeline/parts/parts.cpp: samples that a part aims at, and into how many parts a small volume is cut.
+# As in pipeline/parts/part_work.cpp: samples that a part aims at, and into how many parts a small volume is cut.
 MOST_SAMPLES, FEWEST_PARTS = 2 ** 29, 16
 INDEX_ENTRY = 32  # bytes of a brick in the index
 MARK_HALO = 1  # samples around the root cubes that marks depend on (curvature)
