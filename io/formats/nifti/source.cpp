@@ -1,5 +1,4 @@
-#include "io/formats/nifti/source.h"
-
+// NIfTI volumes from files.
 #include <fmt/format.h>
 
 #include <filesystem>

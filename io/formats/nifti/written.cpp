@@ -1,5 +1,4 @@
-#include "io/formats/nifti/sink.h"
-
+// NIfTI headers of volumes that are written.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,18 +8,20 @@
 #include <map>
 
 #include "io/bytes/little_endian.h"
+#include "io/formats/nifti/fields.h"
 #include "io/formats/nifti/forms.h"
+#include "io/formats/nifti/header.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/lost_places.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/nrrd/spaces.h"
-#include "io/samples/file_sink.h"
-#include "io/samples/gzip_sink.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
+
+using namespace nifti;
 
 using Matrix = std::array<std::array<double, 3>, 3>;  // [axis of the volume][axis of the world]
 
@@ -29,17 +30,25 @@ class HeaderBytes {
  public:
   explicit HeaderBytes(bool is_second) : is_second_(is_second), bytes_(is_second ? 544 : 352, '\0') {}
 
-  /// `first` and `second` are the places in the versions; the number becomes the type of each.
-  template <class First, class Second>
-  void put(std::size_t first, std::size_t second, double number) {
-    if (is_second_)
-      store(second, static_cast<Second>(number));
-    else
-      store(first, static_cast<First>(number));
+  void put(const Field& field, double number, std::size_t i = 0) {
+    const Place& place = is_second_ ? field.second : field.first;
+    switch (place.type) {
+      case 'b':
+        return store(place.at + i, static_cast<std::uint8_t>(number));
+      case 's':
+        return store(place.at + i * 2, static_cast<std::int16_t>(number));
+      case 'i':
+        return store(place.at + i * 4, static_cast<std::int32_t>(number));
+      case 'l':
+        return store(place.at + i * 8, static_cast<std::int64_t>(number));
+      case 'f':
+        return store(place.at + i * 4, static_cast<float>(number));
+      default:
+        return store(place.at + i * 8, number);
+    }
   }
-  void put_text(std::size_t first, std::size_t second, std::size_t size, std::string_view text) {
-    text = text.substr(0, size);
-    std::memcpy(bytes_.data() + (is_second_ ? second : first), text.data(), text.size());
+  void put_text(const Field& field, std::string_view text) {
+    std::memcpy(bytes_.data() + (is_second_ ? field.second : field.first).at, text.data(), text.size());
   }
   const std::string& bytes() const { return bytes_; }
 
@@ -52,28 +61,6 @@ class HeaderBytes {
   bool is_second_;
   std::string bytes_;
 };
-
-std::int32_t datatype_of(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return 2;
-    case SampleType::int16:
-      return 4;
-    case SampleType::int32:
-      return 8;
-    case SampleType::float32:
-      return 16;
-    case SampleType::float64:
-      return 64;
-    case SampleType::int8:
-      return 256;
-    case SampleType::uint16:
-      return 512;
-    case SampleType::uint32:
-      return 768;
-  }
-  return 0;
-}
 
 /// Directions and origin in right-anterior-superior.
 struct Placement {
@@ -134,11 +121,6 @@ std::optional<Rotation> rotation_of(const Matrix& directions, const std::array<d
 
 using Pairs = std::map<std::string, std::string>;
 
-double number_in(const Pairs& pairs, const char* name, double otherwise) {
-  const auto found = pairs.find(name);
-  return found == pairs.end() ? otherwise : number_of(found->second).value_or(otherwise);
-}
-
 /// Codes of the standard: coordinates of the scanner, and others.
 constexpr double in_scanner = 1, aligned = 2;
 
@@ -163,51 +145,48 @@ int code_of_unit(const Geometry& geometry) {
 
 void put_sform(HeaderBytes& header, const Placement& placement, double code) {
   for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      header.put<float, double>(280 + 16 * row + 4 * axis, 400 + 32 * row + 8 * axis,
-                                placement.directions[axis][row]);
-    header.put<float, double>(292 + 16 * row, 424 + 32 * row, placement.origin[row]);
+    for (std::size_t axis = 0; axis < 3; ++axis) header.put(srow[row], placement.directions[axis][row], axis);
+    header.put(srow[row], placement.origin[row], 3);
   }
-  header.put<std::int16_t, std::int32_t>(254, 348, code);
+  header.put(sform_code, code);
 }
 
 void put_qform(HeaderBytes& header, const std::array<double, 3>& bcd, const std::array<double, 3>& origin,
                double code) {
-  header.put<std::int16_t, std::int32_t>(252, 344, code);
+  header.put(qform_code, code);
   for (std::size_t i = 0; i < 3; ++i) {
-    header.put<float, double>(256 + 4 * i, 352 + 8 * i, bcd[i]);
-    header.put<float, double>(268 + 4 * i, 376 + 8 * i, origin[i]);
+    header.put(quatern, bcd[i], i);
+    header.put(qoffset, origin[i], i);
+  }
+}
+
+/// What a NIfTI source said in a field; the others stay 0.
+void put_pair(HeaderBytes& header, const Field& field, const Pairs& pairs) {
+  const auto found = pairs.find(fmt::format("nifti_{}", field.name));
+  if (found == pairs.end()) return;
+  // A text ends with a 0.
+  if (field.first.type == 'c') return header.put_text(field, found->second.substr(0, field.count - 1));
+  for (std::size_t i = 0; const std::string_view word : words_of(found->second)) {
+    if (i == field.count) break;
+    header.put(field, number_of(word).value_or(0), i++);
   }
 }
 
 /// Fields of a NIfTI source that say nothing about its place.
 void put_other_fields(HeaderBytes& header, const Pairs& pairs, const Index3& dims) {
-  header.put<float, double>(128, 200, number_in(pairs, "nifti_cal_min", 0));
-  header.put<float, double>(124, 192, number_in(pairs, "nifti_cal_max", 0));
-  header.put<std::int16_t, std::int32_t>(68, 504, number_in(pairs, "nifti_intent_code", 0));
-  header.put<std::uint8_t, std::uint8_t>(39, 524, number_in(pairs, "nifti_dim_info", 0));
-  header.put<std::uint8_t, std::int32_t>(122, 496, number_in(pairs, "nifti_slice_code", 0));
-  header.put<float, double>(132, 208, number_in(pairs, "nifti_slice_duration", 0));
-  header.put<float, double>(136, 216, number_in(pairs, "nifti_toffset", 0));
+  for (const Field& field : {cal_min, cal_max, intent_code, dim_info, slice_code, slice_duration, toffset,
+                             intent_p, descrip, aux_file, intent_name})
+    put_pair(header, field, pairs);
   // In a part of the source, they would name slices that do not exist.
-  const double start = number_in(pairs, "nifti_slice_start", 0), end = number_in(pairs, "nifti_slice_end", 0);
-  if (start >= 0 && end < static_cast<double>(dims.z) && start <= end) {
-    header.put<std::int16_t, std::int64_t>(74, 224, start);
-    header.put<std::int16_t, std::int64_t>(120, 232, end);
-  }
-  if (const auto text = pairs.find("nifti_intent_p1_p2_p3"); text != pairs.end())
-    for (std::size_t i = 0; const std::string_view word : words_of(text->second)) {
-      if (i == 3) break;
-      header.put<float, double>(56 + 4 * i, 80 + 8 * i, number_of(word).value_or(0));
-      ++i;
-    }
-  const auto put_text = [&](const char* key, std::size_t first, std::size_t second, std::size_t size) {
-    if (const auto text = pairs.find(key); text != pairs.end())
-      header.put_text(first, second, size, text->second);
+  const auto slice_in = [&](const char* key) {
+    const auto found = pairs.find(key);
+    return found == pairs.end() ? 0 : number_of(found->second).value_or(0);
   };
-  put_text("nifti_descrip", 148, 240, 79);
-  put_text("nifti_aux_file", 228, 320, 23);
-  put_text("nifti_intent_name", 328, 508, 15);
+  const double start = slice_in("nifti_slice_start"), end = slice_in("nifti_slice_end");
+  if (start >= 0 && end < static_cast<double>(dims.z) && start <= end) {
+    header.put(slice_start, start);
+    header.put(slice_end, end);
+  }
 }
 
 /// The position of the volume. If the source had one form, it comes back. Two different forms come back for
@@ -241,39 +220,12 @@ void put_place(HeaderBytes& header, const Geometry& geometry, const FormsOfSourc
     if (!rotation || forms.has_sform() || !forms.has_qform())
       put_sform(header, placement, code_or(forms.sform_code));
   }
-  header.put<float, double>(76, 104, qfac);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    header.put<float, double>(80 + 4 * axis, 112 + 8 * axis, spacing[axis]);
+  header.put(pixdim, qfac);
+  for (std::size_t axis = 0; axis < 3; ++axis) header.put(pixdim, spacing[axis], axis + 1);
 }
 
 /// NIfTI-2 is for sizes that NIfTI-1 cannot have.
 bool is_second_version(const Index3& dims) { return std::max({dims.x, dims.y, dims.z}) > 32767; }
-
-std::string header_of(const VolumeInfo& info) {
-  const auto listed = key_values_of(info.nrrd_fields);
-  const Pairs pairs(listed.begin(), listed.end());
-  const Index3& dims = info.dims;
-  const bool is_second = is_second_version(dims);
-  HeaderBytes header(is_second);
-  header.put<std::int32_t, std::int32_t>(0, 0, is_second ? 540 : 348);
-  header.put_text(344, 4, is_second ? 8 : 4,
-                  is_second ? std::string_view("n+2\0\r\n\032\n", 8) : std::string_view("n+1\0", 4));
-  const std::array<double, 8> sizes = {
-      3, static_cast<double>(dims.x), static_cast<double>(dims.y), static_cast<double>(dims.z), 1, 1, 1, 1};
-  for (std::size_t i = 0; i < 8; ++i)
-    header.put<std::int16_t, std::int64_t>(40 + 2 * i, 16 + 8 * i, sizes[i]);
-  header.put<std::int16_t, std::int16_t>(70, 12, datatype_of(info.type));
-  header.put<std::int16_t, std::int16_t>(72, 14, 8 * static_cast<double>(size_of(info.type)));
-  header.put<float, std::int64_t>(108, 168, is_second ? 544 : 352);
-  const Rescale rescale = tagrid::rescale_of(info.nrrd_fields);
-  header.put<float, double>(112, 176, rescale.slope);
-  header.put<float, double>(116, 184, rescale.intercept);
-  put_other_fields(header, pairs, dims);
-  const Geometry geometry = geometry_in_file(info.geometry);
-  header.put<std::uint8_t, std::int32_t>(123, 500, code_of_unit(geometry));
-  put_place(header, geometry, forms_of_source(listed));
-  return header.bytes();
-}
 
 /// What a header cannot say.
 std::vector<std::string> lost_meaning(const VolumeInfo& info) {
@@ -308,16 +260,28 @@ std::string lost_by_rounding(const VolumeInfo& info) {
 
 }  // namespace
 
-std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeInfo& info,
-                                         const SinkOptions& options) {
-  return std::make_unique<AttachedSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), header_of(info));
-}
-
-std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const VolumeInfo& info,
-                                            const SinkOptions& options) {
-  return std::make_unique<GzipSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), header_of(info));
+std::string nifti_header_bytes(const VolumeInfo& info) {
+  const auto listed = key_values_of(info.nrrd_fields);
+  const Pairs pairs(listed.begin(), listed.end());
+  const Index3& dims = info.dims;
+  const bool is_second = is_second_version(dims);
+  HeaderBytes header(is_second);
+  header.put(sizeof_hdr, is_second ? 540 : 348);
+  header.put_text(magic, is_second ? std::string_view("n+2\0\r\n\032\n", 8) : std::string_view("n+1\0", 4));
+  const std::array<double, 8> sizes = {
+      3, static_cast<double>(dims.x), static_cast<double>(dims.y), static_cast<double>(dims.z), 1, 1, 1, 1};
+  for (std::size_t i = 0; i < 8; ++i) header.put(dim, sizes[i], i);
+  header.put(datatype, std::ranges::find(datatypes, info.type, &std::pair<int, SampleType>::second)->first);
+  header.put(bitpix, 8 * static_cast<double>(size_of(info.type)));
+  header.put(vox_offset, is_second ? 544 : 352);
+  const Rescale rescale = rescale_of(info.nrrd_fields);
+  header.put(scl_slope, rescale.slope);
+  header.put(scl_inter, rescale.intercept);
+  put_other_fields(header, pairs, dims);
+  const Geometry geometry = geometry_in_file(info.geometry);
+  header.put(xyzt_units, code_of_unit(geometry));
+  put_place(header, geometry, forms_of_source(listed));
+  return header.bytes();
 }
 
 std::vector<std::string> lost_in_nifti(const VolumeInfo& info) {
