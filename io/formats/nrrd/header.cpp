@@ -287,4 +287,16 @@ std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file)
   return text + fmt::format("data file: {}\n", data_file);
 }
 
+std::string detached_nrrd_header(const VolumeInfo& info, const std::string& data_file) {
+  // The name is the rest of a line, without quotes. Some names have another meaning there.
+  const std::string text = nrrd_header_text(info, data_file);
+  try {
+    if (parse_nrrd_header(text).data_files == std::vector{data_file}) return text;
+  } catch (const BrokenInput&) {
+    // The name cannot be stored in a header.
+  }
+  throw UsageError(tagrid::quoted(data_file) +
+                   ": a detached header cannot refer to a file of this name; choose another name");
+}
+
 }  // namespace tagrid

@@ -1,13 +1,16 @@
-// NRRD headers. The format: https://teem.sourceforge.net/nrrd/format.html
+// NRRD headers, and volumes that have them. The format: https://teem.sourceforge.net/nrrd/format.html
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/files/file_bytes.h"
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 
@@ -46,6 +49,20 @@ std::string plain_nrrd_header(std::string_view text);
 
 /// The header of little-endian raw samples of `info`. If they follow the header (`data_file` is empty), it
 /// ends with the blank line; otherwise it names their file.
-std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file);
+std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file = "");
+
+/// The same header in a file of its own. Throws UsageError if a header cannot name the file of the samples.
+std::string detached_nrrd_header(const VolumeInfo& info, const std::string& data_file);
+
+/// Reads a volume, attached or detached, raw, in gzip or in bzip2.
+/// `file` was opened at `path`, and is at the beginning of its NRRD header. If `source.raw` is given, it must
+/// agree with the header: a different size is BrokenInput; a different type, spacing or byte order is
+/// UsageError.
+std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
+                                        const SourceDescription& source);
+
+/// A file without a header. REQUIRES: source.raw.
+std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription& source);
 
 }  // namespace tagrid

@@ -11,20 +11,16 @@
 
 #include "io/formats/bmp/image.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/metaimage/sink.h"
-#include "io/formats/metaimage/source.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nifti/sink.h"
-#include "io/formats/nifti/source.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/sink.h"
-#include "io/formats/nrrd/source.h"
 #include "io/formats/table/other_formats.h"
-#include "io/formats/tiff/sink.h"
+#include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
-#include "io/formats/vti/sink.h"
+#include "io/formats/vti/written.h"
 #include "io/programs/find.h"
 #include "io/programs/program_sink.h"
+#include "io/samples/file_sink.h"
+#include "io/samples/gzip_sink.h"
 #include "io/text/text.h"
 #include "io/volume/vtk_geometry.h"
 
@@ -57,14 +53,14 @@ std::vector<Format> all_formats() {
        .peek = 9,
        .is_mine = begins_nrrd,
        .open = open_nrrd,
-       .create = create_nrrd,
+       .header = [](const VolumeInfo& info) { return nrrd_header_text(info); },
        .any_order = true,
        .keeps_header = true},
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, with samples in a .raw file beside it",
        .read_as = "nrrd",
-       .create_beside = create_nhdr,
+       .detached_header = detached_nrrd_header,
        .any_order = true,
        .samples_extension = ".raw",
        .keeps_header = true},
@@ -72,7 +68,7 @@ std::vector<Format> all_formats() {
        .extensions = {".raw"},
        .help = "samples alone",
        .open = open_raw,
-       .create = create_raw,
+       .header = [](const VolumeInfo&) { return std::string(); },
        .any_order = true},
       {.name = "vdb",
        .extensions = {".vdb"},
@@ -94,7 +90,7 @@ std::vector<Format> all_formats() {
        .is_mine = begins_nifti,
        .in_gzip = true,
        .open = open_nifti,
-       .create = create_nifti,
+       .header = nifti_header_bytes,
        .any_order = true,
        .slices_are_alike = true,
        .applies_rescale = true,
@@ -104,7 +100,8 @@ std::vector<Format> all_formats() {
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
        .read_as = "nifti",
-       .create = create_nifti_gz,
+       .header = nifti_header_bytes,
+       .writes_gzip = true,
        .slices_are_alike = true,
        .applies_rescale = true,
        .own_pairs = "nifti_",
@@ -116,7 +113,7 @@ std::vector<Format> all_formats() {
        .peek = 14,
        .is_mine = begins_meta_image,
        .open = open_meta_image,
-       .create = create_mha,
+       .header = meta_image_header_text,
        .any_order = true,
        .slices_are_alike = true,
        .own_pairs = "metaimage_",
@@ -125,7 +122,7 @@ std::vector<Format> all_formats() {
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",
        .read_as = "metaimage",
-       .create_beside = create_mhd,
+       .detached_header = detached_meta_image_header,
        .any_order = true,
        .samples_extension = ".raw",
        .slices_are_alike = true,
@@ -147,7 +144,7 @@ std::vector<Format> all_formats() {
        .magic = {{"II*\0"sv}, {"MM\0*"sv}, {"II+\0"sv}, {"MM\0+"sv}},
        .reader = "tiff",
        .has_folders = true,
-       .create = create_tiff,
+       .header = tiff_headers,
        .any_order = true,
        .slices_are_alike = true,
        .keeps_units = keeps_values_in_tiff,
@@ -156,7 +153,8 @@ std::vector<Format> all_formats() {
       {.name = "vti",
        .extensions = {".vti"},
        .help = "VTK image data",
-       .create = create_vti,
+       .header = vti_header,
+       .trailer = vti_trailer,
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_vti},
@@ -312,11 +310,35 @@ const Format& format_from_name(const std::string& path) {
   throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
 }
 
+namespace {
+
+std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::string& path,
+                                            const VolumeInfo& info, const SinkOptions& options) {
+  if (path == "-")
+    throw UsageError(fmt::format("a detached header ({}) needs a file name; choose {} or raw", format.name,
+                                 read_format_named(format.read_as)->extensions.front().substr(1)));
+  const std::filesystem::path samples = samples_path(path, format);
+  if (samples == std::filesystem::path(path))
+    throw UsageError(fmt::format("{}: a detached header cannot be named {}", path, format.samples_extension));
+  const std::string header = format.detached_header(info, samples.filename().string());
+  auto header_file =
+      std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});
+  auto samples_file =
+      std::make_unique<OutputFile>(samples.string(), options.overwrite, output_options(options));
+  return std::make_unique<DetachedSink>(info, std::move(header_file), std::move(samples_file), header);
+}
+
+}  // namespace
+
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
-  if (format.create != nullptr) return format.create(path, info, options.files);
-  if (format.create_beside != nullptr)
-    return format.create_beside(path, samples_path(path, format), info, options.files);
+  if (format.detached_header != nullptr) return create_detached(format, path, info, options.files);
+  if (format.header != nullptr) {
+    const std::string header = format.header(info);
+    auto file = std::make_unique<OutputFile>(path, options.files.overwrite, output_options(options.files));
+    if (format.writes_gzip) return std::make_unique<GzipSink>(info, std::move(file), header);
+    return std::make_unique<AttachedSink>(info, std::move(file), header, std::string(format.trailer));
+  }
   const std::string program = writer_for(path, format.help, format.writer);
   auto wishes = options.wishes;
   wishes["format"] = format.name;

@@ -33,7 +33,7 @@ struct Magic {
   std::size_t at = 0;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one without `create`, `create_beside` and
+/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header` and
 /// `writer` cannot be written. A format with none of them is only recognized, so that a message can say what
 /// to do with the file.
 struct Format {
@@ -67,18 +67,17 @@ struct Format {
 
   bool is_read() const { return open != nullptr || !reader.empty(); }
 
-  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if
-  /// a file exists and may not be overwritten, or if the format cannot be written there; WorldError if it
-  /// cannot be created.
-  std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
-                                        const SinkOptions& options) = nullptr;
-  /// The same for a format whose samples are in a file of their own, with `samples_extension`.
-  std::unique_ptr<VolumeSink> (*create_beside)(const std::string& path, const std::string& samples_path,
-                                               const VolumeInfo& info, const SinkOptions& options) = nullptr;
+  /// The bytes before the samples in a file that tagrid itself writes.
+  std::string (*header)(const VolumeInfo& info) = nullptr;
+  std::string_view trailer = "";  ///< The bytes after the samples.
+  bool writes_gzip = false;       ///< The whole file is written in gzip.
+  /// The header of samples in a file of their own, with `samples_extension`. Throws UsageError if it cannot name that
+  /// file.
+  std::string (*detached_header)(const VolumeInfo& info, const std::string& data_file) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";
   bool writer_keeps_volume = false;  ///< in memory, as a whole
-  bool is_written() const { return create != nullptr || create_beside != nullptr || !writer.empty(); }
+  bool is_written() const { return header != nullptr || detached_header != nullptr || !writer.empty(); }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
   bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".

@@ -1,4 +1,4 @@
-#include "io/formats/tiff/sink.h"
+#include "io/formats/tiff/written.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/samples/file_sink.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {
@@ -121,7 +120,9 @@ std::pair<std::uint32_t, std::uint32_t> resolution_of(double spacing) {
                               static_cast<std::uint32_t>(largest)};
 }
 
-std::string headers_of(const VolumeInfo& of_volume) {
+}  // namespace
+
+std::string tiff_headers(const VolumeInfo& of_volume) {
   VolumeInfo info = of_volume;
   info.geometry = in_one_unit(of_volume.geometry);
   const std::string description = description_of(info);
@@ -177,14 +178,6 @@ std::string headers_of(const VolumeInfo& of_volume) {
   }
   headers.put_text(std::string(samples_at - headers.size(), '\0'));
   return headers.text();
-}
-
-}  // namespace
-
-std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
-                                        const SinkOptions& options) {
-  return std::make_unique<AttachedSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), headers_of(info));
 }
 
 bool keeps_values_in_tiff(const VolumeInfo& info) {

@@ -1,19 +1,18 @@
-// Writes volumes as TIFF files of many pages. The format: TIFF 6.0,
+// Volumes that are written as TIFF files of many pages. The format: TIFF 6.0,
 // https://www.itu.int/itudoc/itu-t/com16/tiff-fx/docs/tiff6.pdf
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "io/volume/volume_sink.h"
+#include "io/volume/volume_info.h"
 
 namespace tagrid {
 
-/// Writes a page for each slice, uncompressed, all headers before all samples; BigTIFF if the file is
-/// larger than 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
-std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
-                                        const SinkOptions& options);
+/// All headers, which come before all samples: an uncompressed page for each slice; BigTIFF if the file is larger than
+/// 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
+std::string tiff_headers(const VolumeInfo& info);
 
 /// True if the file says what samples mean: ImageJ has a calibration of some types.
 bool keeps_values_in_tiff(const VolumeInfo& info);

@@ -1,44 +1,19 @@
-#include "io/formats/metaimage/sink.h"
-
+// MetaImage headers of volumes that are written.
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/lost_places.h"
 #include "io/formats/nrrd/spaces.h"
-#include "io/samples/file_sink.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
-
-std::string_view name_in_header(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return "MET_UCHAR";
-    case SampleType::int8:
-      return "MET_CHAR";
-    case SampleType::uint16:
-      return "MET_USHORT";
-    case SampleType::int16:
-      return "MET_SHORT";
-    case SampleType::uint32:
-      return "MET_UINT";
-    case SampleType::int32:
-      return "MET_INT";
-    case SampleType::float32:
-      return "MET_FLOAT";
-    case SampleType::float64:
-      return "MET_DOUBLE";
-  }
-  return "";
-}
 
 /// From the space of the volume to left-posterior-superior: the sign of each axis of the world.
 std::array<double, 3> signs_of(const Geometry& geometry) {
@@ -109,32 +84,20 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
     text += fmt::format("ElementToIntensityFunctionSlope = {}\nElementToIntensityFunctionOffset = {}\n",
                         slope, intercept);
   text += fmt::format("DimSize = {} {} {}\nElementType = {}\nElementDataFile = {}\n", info.dims.x,
-                      info.dims.y, info.dims.z, name_in_header(info.type), data_file);
+                      info.dims.y, info.dims.z, meta_image_name_of(info.type), data_file);
   return text;
 }
 
 }  // namespace
 
-std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo& info,
-                                       const SinkOptions& options) {
-  return std::make_unique<AttachedSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)),
-      header_of(info, "LOCAL"));
-}
+std::string meta_image_header_text(const VolumeInfo& info) { return header_of(info, "LOCAL"); }
 
-std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::string& samples_path,
-                                       const VolumeInfo& info, const SinkOptions& options) {
-  if (path == "-") throw UsageError("a detached header (mhd) needs a file name; choose mha or raw");
-  const std::string data_file = std::filesystem::path(samples_path).filename().string();
-  const std::string text = header_of(info, data_file);
+std::string detached_meta_image_header(const VolumeInfo& info, const std::string& data_file) {
+  std::string text = header_of(info, data_file);
   // Some names have another meaning in a header.
-  if (parse_meta_image_header(text).data_files != std::vector{data_file})
-    throw UsageError(tagrid::quoted(std::string_view(data_file)) +
-                     ": a MetaImage header cannot refer to a file of this name; choose another name");
-  auto header =
-      std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});
-  auto samples = std::make_unique<OutputFile>(samples_path, options.overwrite, output_options(options));
-  return std::make_unique<DetachedSink>(info, std::move(header), std::move(samples), text);
+  if (parse_meta_image_header(text).data_files == std::vector{data_file}) return text;
+  throw UsageError(tagrid::quoted(data_file) +
+                   ": a MetaImage header cannot refer to a file of this name; choose another name");
 }
 
 std::vector<std::string> lost_in_meta_image(const VolumeInfo& info) {

@@ -1,20 +1,18 @@
-#include "io/formats/vti/sink.h"
+#include "io/formats/vti/written.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
 #include "io/bytes/little_endian.h"
-#include "io/samples/file_sink.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "io/volume/vtk_geometry.h"
 #include "io/volume/vtk_names.h"
 
 namespace tagrid {
-namespace {
 
-std::string header_of(const VolumeInfo& info) {
+std::string vti_header(const VolumeInfo& info) {
   const VtkGeometry geometry = vtk_geometry_of(info.geometry);
   const std::string extent = fmt::format("0 {} 0 {} 0 {}", info.dims.x - 1, info.dims.y - 1, info.dims.z - 1);
   std::string text = fmt::format(
@@ -31,8 +29,6 @@ std::string header_of(const VolumeInfo& info) {
   store_little_endian(bytes.data(), *sample_bytes(info.dims, info.type));
   return text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
-
-}  // namespace
 
 std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
   std::vector<std::string> lost;
@@ -57,13 +53,6 @@ std::vector<std::string> lost_in_vti(const VolumeInfo& info) {
   if (!names.empty())
     lost.push_back(fmt::format("VTK's image data does not name {}", fmt::join(names, " and ")));
   return lost;
-}
-
-std::unique_ptr<VolumeSink> create_vti(const std::string& path, const VolumeInfo& info,
-                                       const SinkOptions& options) {
-  return std::make_unique<AttachedSink>(
-      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), header_of(info),
-      "\n</AppendedData>\n</VTKFile>\n");
 }
 
 }  // namespace tagrid
