@@ -17,7 +17,13 @@ namespace tagrid {
 class CountedOutput {
  public:
   /// `output` must outlive the object, and nothing has been written to it. `path`: its own.
-  CountedOutput(OutputFile& output, const std::string& path, std::size_t head_bytes);
+  CountedOutput(OutputFile& output, const std::string& path, std::size_t head_bytes) : output_(output) {
+    buffer_.reserve(std::size_t{1} << 16);
+    if (output.can_seek())
+      output.write(std::string(head_bytes, '\0'));
+    else
+      spool_.emplace(SpoolFile::beside(path));
+  }
 
   void append(std::span<const std::byte> bytes) {
     if (buffer_.size() + bytes.size() > buffer_.capacity()) flush();
@@ -25,10 +31,21 @@ class CountedOutput {
   }
   /// Writes the head. What is then written to the output follows the bytes. REQUIRES: a head of the stated size. To be
   /// called once.
-  void finish(std::span<const std::byte> head);
+  void finish(std::span<const std::byte> head) {
+    flush();
+    if (!spool_) return output_.write_at(0, head);
+    output_.write(head);
+    spool_->read_back([&](std::span<const std::byte> part) { output_.write(part); });
+  }
 
  private:
-  void flush();
+  void flush() {
+    if (spool_)
+      spool_->write(buffer_);
+    else
+      output_.write(std::span<const std::byte>(buffer_));
+    buffer_.clear();
+  }
 
   OutputFile& output_;
   std::optional<SpoolFile> spool_;

@@ -1,5 +1,5 @@
 // The format: "MSH file format" of the manual of Gmsh, version 4.1, https://gmsh.info/doc/texinfo/gmsh.html
-#include "io/meshes/gmsh.h"
+#include "io/meshes/mesh_files.h"
 
 #include <fmt/format.h>
 

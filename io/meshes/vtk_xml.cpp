@@ -1,4 +1,4 @@
-#include "io/meshes/mesh_notes.h"
+#include "io/meshes/vtk_xml.h"
 
 #include <fmt/format.h>
 

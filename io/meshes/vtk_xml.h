@@ -1,5 +1,5 @@
-// The arrays in the AppendedData section of a VTK XML file with encoding="raw" and header_type="UInt64": each is preceded
-// by its size in bytes.
+// VTK XML files: their FieldData, and the arrays in the AppendedData section with encoding="raw" and
+// header_type="UInt64", each preceded by its size in bytes.
 #pragma once
 
 #include <array>
@@ -7,13 +7,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
+#include "io/meshes/noted_file.h"
 
 namespace tagrid {
+
+/// The FieldData of a VTK XML file, with its line end: the space as 3D Slicer has it, and the slope and
+/// intercept of `value`; "" if nothing is known.
+std::string vtk_field_data(const MeshNotes& notes);
 
 /// Writes numbers from memory to a little-endian file.
 template <class Output>
