@@ -10,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_pattern.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/foreign_numbers.h"
 #include "io/text/text.h"

@@ -6,9 +6,8 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/lost_places.h"
-#include "io/formats/nrrd/spaces.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 

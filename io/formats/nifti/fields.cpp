@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "io/formats/nifti/forms.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/text/foreign_number.h"
 
 namespace tagrid::nifti {

@@ -11,10 +11,9 @@
 #include "io/formats/nifti/fields.h"
 #include "io/formats/nifti/forms.h"
 #include "io/formats/nifti/header.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/lost_places.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/nrrd/spaces.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 

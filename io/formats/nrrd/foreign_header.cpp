@@ -10,7 +10,7 @@
 
 #include "io/formats/nrrd/axes.h"
 #include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/slice_positions.h"
+#include "io/formats/nrrd/region.h"
 #include "io/text/foreign_numbers.h"
 #include "io/text/text.h"
 #include "io/text/text_changes.h"
@@ -49,9 +49,8 @@ class Reading {
       read_block_size(line, parsed);
   }
 
-  void read_pair(std::string_view line) {
-    const std::size_t sign = line.find(":=");
-    const std::string_view key = line.substr(0, sign), value = line.substr(sign + 2);
+  void read_pair(const NrrdLine& line) {
+    const std::string_view key = line.key, value = line.value;
     if (key == slice_positions_key) read_positions(value);
     if (is_of_a_label(key)) read_label(key);
     if (key != "rescale_slope" && key != "rescale_intercept") return;
@@ -254,7 +253,7 @@ ForeignNrrdHeader foreign_nrrd_header(std::string_view text) {
     if (parsed.kind == NrrdLine::Kind::field)
       reading.read_field(line, parsed);
     else if (parsed.kind == NrrdLine::Kind::key_value)
-      reading.read_pair(line);
+      reading.read_pair(parsed);
   }
   return reading.finish();
 }

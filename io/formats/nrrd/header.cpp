@@ -13,9 +13,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_pattern.h"
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/axis_ends.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 #include "io/text/text.h"
 #include "io/text/text_changes.h"
 #include "io/volume/plain_form.h"
@@ -273,9 +271,8 @@ std::string plain_nrrd_header(std::string_view text) {
 }
 
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {
-  bool needs_version_5 = false;
-  for (std::string_view rest = info.nrrd_fields; !rest.empty();)
-    needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
+  const bool needs_version_5 = std::ranges::any_of(
+      nrrd_lines(info.nrrd_fields), [](const NrrdLine& line) { return line.field == "measurement frame"; });
   // Fields with a value for each axis must come after the dimension, so the source's lines come last.
   std::string text =
       fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",

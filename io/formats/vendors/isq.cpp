@@ -7,7 +7,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/samples/file_samples.h"

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/sections.h"
 #include "io/formats/vendors/vendors.h"

@@ -111,7 +111,7 @@ TEST_F(SurfaceFiles, VtpHasAppendedArrays) {
 
 TEST_F(SurfaceFiles, AnEmptySurfaceIsAFile) {
   for (const MeshFormat& format : surface_formats()) {
-    const std::string name = "empty" + std::string(format.extension);
+    const std::string name = "empty" + std::string(format.extensions.front());
     const auto file = format.create_surface(path(name), false);
     file->finish();
     file->commit();
