@@ -10,7 +10,7 @@
 #include "io/programs/format_program.h"
 #include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
-#include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 
@@ -18,16 +18,8 @@ namespace tagrid {
 /// know.
 using ReaderOptions = std::map<std::string, std::string>;
 
-/// What a reader says about a volume.
-struct ReaderVolume {
-  VolumeInfo info;
-  std::vector<std::string> files;
-  std::vector<std::string> warnings;
-  std::vector<std::string> not_understood;  ///< see SourceFacts
-  std::string scale_doubt;
-  std::string lasting_name;      ///< see SourceFacts
-  std::vector<SliceRun> places;  ///< of all samples; empty if the reader gives them
-  Rescale rescale;
+/// What a reader says about a volume. `places` are of all samples; empty if the reader gives them.
+struct ReaderVolume : SourceFacts {
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.
   std::uint64_t memory = 0;  ///< bytes that the reader may take
   bool has_plain_form = false;  ///< The reader can tell the plain form of its files.

@@ -18,7 +18,7 @@
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
 #include "io/programs/find.h"
-#include "io/programs/program_sink.h"
+#include "io/programs/volumes.h"
 #include "io/samples/file_sink.h"
 #include "io/samples/gzip_sink.h"
 #include "io/text/text.h"

@@ -16,7 +16,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/programs/find.h"
-#include "io/programs/program_source.h"
+#include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/placed.h"
 #include "io/text/numbered_names.h"
