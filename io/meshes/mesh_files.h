@@ -66,9 +66,11 @@ class GmshFile final : public MeshFile {
   void write_entities();
   void write_nodes();
   void write_elements();
-  void write_node_data();
-  void write_rescaled_data();
-  void write_element_data(const char* name, std::byte (*number_of)(std::byte level));
+  /// `pass_numbers` passes the numbers of all nodes or elements to a function.
+  template <class Pass>
+  void write_data(const char* section, const char* name, std::int64_t count, Pass pass_numbers);
+  void write_data_of_nodes();
+  void write_data_of_elements(const char* name, std::byte (*number_of)(std::byte level));
 };
 
 /// Throws UsageError if a file cannot have so many nodes, or elements: it numbers what has data with 32 bits.

@@ -59,7 +59,6 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
 std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, const std::string& path,
                                               const SourceDescription& source) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a MetaImage file", Problem::describes_itself);
   MetaImageHeader header = read_header(*file);
   const auto number = static_cast<std::uint64_t>(
       number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));

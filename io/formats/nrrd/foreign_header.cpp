@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/foreign_header.h"
+#include "io/formats/nrrd/header.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

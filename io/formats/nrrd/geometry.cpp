@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -57,26 +58,18 @@ Vector three_numbers(std::string_view field, std::string_view value) {
 
 /// Removes and returns the vector "(a,b,c)" in front of `rest`. An unknown vector is three NaNs.
 Vector take_vector(std::string_view field, std::string_view& rest) {
-  const std::size_t open = rest.find_first_not_of(" \t");
-  if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none") refuse_none(field);
-  const std::size_t close = rest.find(')');
-  Vector vector = {};
-  bool good = open != rest.npos && rest[open] == '(' && close != rest.npos;
-  std::string_view numbers = good ? rest.substr(open + 1, close - open - 1) : std::string_view();
-  for (int i = 0; good && i < 3; ++i) {
-    const std::size_t comma = numbers.find(',');
-    const auto words = words_of(numbers.substr(0, comma));
-    const auto number = words.size() == 1 ? number_of(words[0]) : std::nullopt;
-    const bool like_the_first = i == 0 || (number && std::isnan(*number) == std::isnan(vector[0]));
-    good = number && !std::isinf(*number) && like_the_first && (comma == numbers.npos) == (i == 2);
-    if (good) vector[static_cast<std::size_t>(i)] = *number;
-    if (good && i < 2) numbers.remove_prefix(comma + 1);
-  }
-  if (!good)
+  const std::string_view begin = trimmed(rest);
+  if (lower_case(begin.substr(0, 4)) == "none") refuse_none(field);
+  const std::size_t end = begin.find(')') + 1;  // 0 if there is none
+  const auto numbers = vector_of(begin.substr(0, end));
+  const auto is_unknown = [](double number) { return std::isnan(number); };
+  if (!numbers || numbers->size() != 3 ||
+      std::ranges::any_of(*numbers, [](double n) { return std::isinf(n); }) ||
+      std::ranges::any_of(*numbers, is_unknown) != std::ranges::all_of(*numbers, is_unknown))
     throw BrokenInput(fmt::format("NRRD header: {}: {} must begin with a vector (a,b,c) of 3 numbers", field,
                                   quoted(rest)));
-  rest.remove_prefix(close + 1);
-  return vector;
+  rest = begin.substr(end);
+  return {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
 void expect_end(std::string_view field, std::string_view rest) {

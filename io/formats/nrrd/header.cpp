@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <functional>
 #include <map>
@@ -22,40 +21,6 @@ namespace tagrid {
 namespace {
 
 using Fields = std::map<std::string_view, std::string_view>;
-
-struct TypeName {
-  std::string_view spelling;
-  SampleType type;
-};
-
-constexpr std::array type_names = {TypeName{"signed char", SampleType::int8},
-                                   TypeName{"int8", SampleType::int8},
-                                   TypeName{"int8_t", SampleType::int8},
-                                   TypeName{"uchar", SampleType::uint8},
-                                   TypeName{"unsigned char", SampleType::uint8},
-                                   TypeName{"uint8", SampleType::uint8},
-                                   TypeName{"uint8_t", SampleType::uint8},
-                                   TypeName{"short", SampleType::int16},
-                                   TypeName{"short int", SampleType::int16},
-                                   TypeName{"signed short", SampleType::int16},
-                                   TypeName{"signed short int", SampleType::int16},
-                                   TypeName{"int16", SampleType::int16},
-                                   TypeName{"int16_t", SampleType::int16},
-                                   TypeName{"ushort", SampleType::uint16},
-                                   TypeName{"unsigned short", SampleType::uint16},
-                                   TypeName{"unsigned short int", SampleType::uint16},
-                                   TypeName{"uint16", SampleType::uint16},
-                                   TypeName{"uint16_t", SampleType::uint16},
-                                   TypeName{"int", SampleType::int32},
-                                   TypeName{"signed int", SampleType::int32},
-                                   TypeName{"int32", SampleType::int32},
-                                   TypeName{"int32_t", SampleType::int32},
-                                   TypeName{"uint", SampleType::uint32},
-                                   TypeName{"unsigned int", SampleType::uint32},
-                                   TypeName{"uint32", SampleType::uint32},
-                                   TypeName{"uint32_t", SampleType::uint32},
-                                   TypeName{"float", SampleType::float32},
-                                   TypeName{"double", SampleType::float64}};
 
 /// The name of a type in NRRD, which has no "float32".
 std::string_view nrrd_name_of(SampleType type) {
@@ -87,9 +52,18 @@ std::int64_t integer_of(std::string_view field, std::string_view text) {
 }
 
 SampleType type_of(std::string_view value) {
+  static const std::map<SampleType, std::vector<std::string_view>> type_names = {
+      {SampleType::int8, {"signed char", "int8", "int8_t"}},
+      {SampleType::uint8, {"uchar", "unsigned char", "uint8", "uint8_t"}},
+      {SampleType::int16, {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
+      {SampleType::uint16, {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
+      {SampleType::int32, {"int", "signed int", "int32", "int32_t"}},
+      {SampleType::uint32, {"uint", "unsigned int", "uint32", "uint32_t"}},
+      {SampleType::float32, {"float"}},
+      {SampleType::float64, {"double"}}};
   const std::string name = lower_case(fmt::format("{}", fmt::join(words_of(value), " ")));
-  for (const TypeName& t : type_names)
-    if (t.spelling == name) return t.type;
+  for (const auto& [type, spellings] : type_names)
+    if (std::ranges::find(spellings, name) != spellings.end()) return type;
   refuse("type", value, "not supported; use integers of 8, 16 or 32 bits, float or double");
 }
 

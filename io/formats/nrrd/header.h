@@ -43,6 +43,19 @@ bool begins_nrrd(std::string_view bytes);
 /// any bytes.
 NrrdHeader parse_nrrd_header(std::string_view text);
 
+/// A header of another program, in which some numbers may be unreadable, and what users should know of it: see
+/// SourceFacts.
+struct ForeignNrrdHeader {
+  std::string text;
+  std::vector<std::string> warnings, not_understood;
+};
+
+/// The same header, with numbers that parse_nrrd_header() reads: a decimal comma becomes a point, an
+/// unreadable number of an axis "nan", which means unknown, and lines that cannot be read, comments. Places
+/// and values of samples are then unknown where the header does not say them; all else stays, byte for byte.
+/// Throws BrokenInput if a line is not one of an NRRD header. Safe for any bytes.
+ForeignNrrdHeader foreign_nrrd_header(std::string_view text);
+
 /// The same header for the plain form of its volume: with encoding raw, and the names of its files as plain_name() says.
 /// All else stays, byte for byte. REQUIRES: parse_nrrd_header() has read it.
 std::string plain_nrrd_header(std::string_view text);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <span>
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
@@ -10,54 +10,49 @@
 namespace tagrid {
 namespace {
 
+/// A field, and another spelling of its name.
 struct FieldName {
-  std::string_view spelling, field;
+  std::string_view field, other = field;
 };
 
-constexpr std::array storage_fields = {
-    FieldName{"type", "type"},          FieldName{"dimension", "dimension"},
-    FieldName{"sizes", "sizes"},        FieldName{"encoding", "encoding"},
-    FieldName{"endian", "endian"},      FieldName{"data file", "data file"},
-    FieldName{"datafile", "data file"}, FieldName{"line skip", "line skip"},
-    FieldName{"lineskip", "line skip"}, FieldName{"byte skip", "byte skip"},
-    FieldName{"byteskip", "byte skip"}};
+constexpr std::array storage_fields = {FieldName{"type"},
+                                       FieldName{"dimension"},
+                                       FieldName{"sizes"},
+                                       FieldName{"encoding"},
+                                       FieldName{"endian"},
+                                       FieldName{"data file", "datafile"},
+                                       FieldName{"line skip", "lineskip"},
+                                       FieldName{"byte skip", "byteskip"}};
 
-constexpr std::array other_fields = {FieldName{"content", "content"},
-                                     FieldName{"number", "number"},
-                                     FieldName{"block size", "block size"},
-                                     FieldName{"blocksize", "block size"},
-                                     FieldName{"min", "min"},
-                                     FieldName{"max", "max"},
-                                     FieldName{"old min", "old min"},
-                                     FieldName{"oldmin", "old min"},
-                                     FieldName{"old max", "old max"},
-                                     FieldName{"oldmax", "old max"},
-                                     FieldName{"sample units", "sample units"},
-                                     FieldName{"sampleunits", "sample units"},
-                                     FieldName{"spacings", "spacings"},
-                                     FieldName{"thicknesses", "thicknesses"},
-                                     FieldName{"axis mins", "axis mins"},
-                                     FieldName{"axismins", "axis mins"},
-                                     FieldName{"axis maxs", "axis maxs"},
-                                     FieldName{"axismaxs", "axis maxs"},
-                                     FieldName{"centers", "centers"},
-                                     FieldName{"centerings", "centers"},
-                                     FieldName{"labels", "labels"},
-                                     FieldName{"units", "units"},
-                                     FieldName{"kinds", "kinds"},
-                                     FieldName{"space", "space"},
-                                     FieldName{"space dimension", "space dimension"},
-                                     FieldName{"space units", "space units"},
-                                     FieldName{"space origin", "space origin"},
-                                     FieldName{"space directions", "space directions"},
-                                     FieldName{"measurement frame", "measurement frame"}};
+constexpr std::array other_fields = {FieldName{"content"},
+                                     FieldName{"number"},
+                                     FieldName{"block size", "blocksize"},
+                                     FieldName{"min"},
+                                     FieldName{"max"},
+                                     FieldName{"old min", "oldmin"},
+                                     FieldName{"old max", "oldmax"},
+                                     FieldName{"sample units", "sampleunits"},
+                                     FieldName{"spacings"},
+                                     FieldName{"thicknesses"},
+                                     FieldName{"axis mins", "axismins"},
+                                     FieldName{"axis maxs", "axismaxs"},
+                                     FieldName{"centers", "centerings"},
+                                     FieldName{"labels"},
+                                     FieldName{"units"},
+                                     FieldName{"kinds"},
+                                     FieldName{"space"},
+                                     FieldName{"space dimension"},
+                                     FieldName{"space units"},
+                                     FieldName{"space origin"},
+                                     FieldName{"space directions"},
+                                     FieldName{"measurement frame"}};
 
 std::string_view field_named(std::string_view name) {
   const std::string lower = lower_case(name);
-  for (const FieldName& f : storage_fields)
-    if (f.spelling == lower) return f.field;
-  for (const FieldName& f : other_fields)
-    if (f.spelling == lower) return f.field;
+  for (const std::span<const FieldName> fields :
+       {std::span<const FieldName>(storage_fields), std::span<const FieldName>(other_fields)})
+    for (const FieldName& f : fields)
+      if (f.field == lower || f.other == lower) return f.field;
   return {};
 }
 
@@ -79,8 +74,7 @@ NrrdLine parse_nrrd_line(std::string_view line) {
 }
 
 bool is_storage_field(std::string_view field) {
-  return std::any_of(storage_fields.begin(), storage_fields.end(),
-                     [&](const FieldName& f) { return f.field == field; });
+  return std::ranges::find(storage_fields, field, &FieldName::field) != storage_fields.end();
 }
 
 std::vector<NrrdLine> nrrd_lines(std::string_view lines) {

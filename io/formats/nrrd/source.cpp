@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_header.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
 #include "io/formats/nrrd/rescale.h"

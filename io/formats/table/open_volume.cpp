@@ -209,7 +209,8 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
       throw UsageError(Sentence{"{}: is one volume; leave out {}",
                                 {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
                                                                       : Setting{"dataset", "the data set"}}});
-    return way.format->open(std::move(file), path, source);
+    if (!source.raw || way.format->name == "raw" || way.format->name == "nrrd")
+      return way.format->open(std::move(file), path, source);
   }
   if (source.raw)
     throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);

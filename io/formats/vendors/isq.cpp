@@ -25,9 +25,8 @@ constexpr std::size_t block = 512;
 bool begins_isq(std::string_view bytes) { return bytes.starts_with("CTDATA-HEADER_V1"); }
 
 std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const std::string& path,
-                                       const SourceDescription& source) {
+                                       const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a Scanco file", Problem::describes_itself);
   if (path == "-" || !file->size())
     throw UsageError(name + ": is a Scanco file, which can only be read from a file; save it to one first");
   const std::string header(file->peek(block));

@@ -147,9 +147,8 @@ bool begins_vgi(std::string_view bytes) {
 }
 
 std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const std::string& path,
-                                       const SourceDescription& source) {
+                                       const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a VGStudio file", Problem::describes_itself);
   const std::string text = read_description(*file);
   const Sections sections = parse_sections(text);
   refuse_what_changes_samples(name, sections);
@@ -199,9 +198,8 @@ bool begins_xtekct(std::string_view bytes) {
 }
 
 std::unique_ptr<VolumeSource> open_xtekct(std::unique_ptr<FileBytes> file, const std::string& path,
-                                          const SourceDescription& source) {
+                                          const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a Nikon file", Problem::describes_itself);
   if (path == "-")
     throw UsageError(name + ": is a Nikon file, whose samples are in another file; give it by its name");
   const Sections sections = read_sections(*file);
