@@ -12,8 +12,8 @@
 
 namespace tagrid {
 
-/// Bytes that follow a head of a fixed size. In a file, they are written to their place, and the head at the end; for a
-/// pipe, they wait in a nameless temporary file.
+/// Bytes that follow a head of a fixed size. In a file, they are written to their place, and the head at the
+/// end; for a pipe, they wait in a nameless temporary file.
 class CountedOutput {
  public:
   /// `output` must outlive the object, and nothing has been written to it. `path`: its own.
@@ -29,8 +29,8 @@ class CountedOutput {
     if (buffer_.size() + bytes.size() > buffer_.capacity()) flush();
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   }
-  /// Writes the head. What is then written to the output follows the bytes. REQUIRES: a head of the stated size. To be
-  /// called once.
+  /// Writes the head. What is then written to the output follows the bytes. REQUIRES: a head of the stated
+  /// size. To be called once.
   void finish(std::span<const std::byte> head) {
     flush();
     if (!spool_) return output_.write_at(0, head);

@@ -20,7 +20,8 @@ struct MeshFormat {
   std::unique_ptr<MeshFile> (*create)(const std::string& path, SampleType value_type,
                                       bool overwrite) = nullptr;
   std::unique_ptr<SurfaceFile> (*create_surface)(const std::string& path, bool overwrite) = nullptr;
-  /// The program tagrid-write-WRITER writes it, with up to so many bytes of memory; "" if tagrid does so itself.
+  /// The program tagrid-write-WRITER writes it, with up to so many bytes of memory; "" if tagrid does so
+  /// itself.
   std::string_view writer = "";
   std::uint64_t memory_of_writer = 0;
 };

@@ -13,9 +13,9 @@ namespace tagrid {
 /// VTK XML unstructured grids (.vtu), for ParaView and VTK.
 ///
 /// The file has appended raw data, header_type="UInt64", little endian: Float64 points, Int64 connectivity
-/// and offsets, UInt8 types (10, VTK_TETRA); point data `value` of the sample type and, if that has a slope or an intercept,
-/// `rescaled` (Float64); cell data `level` and
-/// `type` (level % 3: the primitives I, II, III), both UInt8.
+/// and offsets, UInt8 types (10, VTK_TETRA); point data `value` of the sample type and, if that has a slope
+/// or an intercept, `rescaled` (Float64); cell data `level` and `type` (level % 3: the primitives I, II,
+/// III), both UInt8.
 class VtuFile final : public MeshFile {
  public:
   using MeshFile::MeshFile;
@@ -49,9 +49,9 @@ class VtkhdfFile final : public MeshFile {
 
 /// Binary Gmsh files of version 4.1 (.msh), for Gmsh and for solvers.
 ///
-/// One volume with all tetrahedra; it is the physical group "volume", as some solvers want every element in a group.
-/// Nodes and elements are numbered from 1 on, in the order in which they come. Node data `value`, and element data
-/// `level` and `type`, are float64, which holds samples of every type exactly.
+/// One volume with all tetrahedra; it is the physical group "volume", as some solvers want every element in a
+/// group. Nodes and elements are numbered from 1 on, in the order in which they come. Node data `value`, and
+/// element data `level` and `type`, are float64, which holds samples of every type exactly.
 class GmshFile final : public MeshFile {
  public:
   using MeshFile::MeshFile;

@@ -27,8 +27,8 @@ inline std::string space_comment(const MeshNotes& notes) {
   return notes.space.empty() ? "" : "SPACE=" + notes.space;
 }
 
-/// A file that gets its name in commit(). Memory does not grow with the mesh: data that the format wants in another order
-/// waits in nameless temporary files beside it. Failures of the system are WorldErrors.
+/// A file that gets its name in commit(). Memory does not grow with the mesh: data that the format wants in
+/// another order waits in nameless temporary files beside it. Failures of the system are WorldErrors.
 class NotedFile {
  public:
   /// Throws UsageError if the output exists and `overwrite` is false.
@@ -37,7 +37,8 @@ class NotedFile {
   NotedFile(const NotedFile&) = delete;
   NotedFile& operator=(const NotedFile&) = delete;
 
-  /// To be called before the first point. If values have a slope or an intercept, a mesh gets an array `rescaled`, too.
+  /// To be called before the first point. If values have a slope or an intercept, a mesh gets an array
+  /// `rescaled`, too.
   void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
 
   /// Puts the file together. Call it once, after the last tetrahedron or triangle.

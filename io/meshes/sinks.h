@@ -1,4 +1,5 @@
-// Take a mesh of tetrahedra, or a surface of triangles, piece by piece: a file, or an object of a caller of the library.
+// Take a mesh of tetrahedra, or a surface of triangles, piece by piece: a file, or an object of a caller of
+// the library.
 #pragma once
 
 #include <array>

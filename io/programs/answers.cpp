@@ -56,7 +56,8 @@ std::vector<std::string> texts_in(const Json& object, const char* key) {
 
 namespace {
 
-/// The JSON in a line of a program; discarded if it is not JSON, or so deeply nested that handling it would exhaust the stack.
+/// The JSON in a line of a program; discarded if it is not JSON, or so deeply nested that handling it would
+/// exhaust the stack.
 Json parsed(const std::string& line) {
   constexpr int deepest = 64;
   bool is_too_deep = false;

@@ -1,5 +1,5 @@
-// JSON of conversations with readers and with writers: answers in lines, errors, and where samples lie. docs/readers.md
-// specifies it.
+// JSON of conversations with readers and with writers: answers in lines, errors, and where samples lie.
+// docs/readers.md specifies it.
 #pragma once
 
 #include <cstdint>
@@ -44,8 +44,8 @@ const Json& list_in(const Json& object, const char* key);
 std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least);
 std::vector<std::string> texts_in(const Json& object, const char* key);
 
-/// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that speaks another
-/// version of the protocol, is a WorldError.
+/// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that
+/// speaks another version of the protocol, is a WorldError.
 void hear_hello(FormatProgram& program, const std::string& kind);
 /// The next answer. Throws what the program says is wrong: BrokenInput, UsageError or WorldError.
 Json heard_answer(FormatProgram& program);

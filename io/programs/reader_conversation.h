@@ -39,8 +39,8 @@ struct ReaderPlainFile {
   std::string why_not;              ///< a sentence if there is no plain form
 };
 
-/// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader itself does
-/// wrong, they throw WorldError.
+/// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader
+/// itself does wrong, they throw WorldError.
 class ReaderConversation {
  public:
   /// Starts the program, and hears which version of the protocol it speaks.
@@ -52,8 +52,8 @@ class ReaderConversation {
   void ask_for_slices(std::int64_t from, std::int64_t to);
   /// Hears that slices [from, z) come, and returns z, which is at most `to`. They must be read next.
   std::int64_t hear_of_slices(std::int64_t from, std::int64_t to);
-  /// Asks for the plain form of the files of a volume, one after the other. REQUIRES: describe() has given `volume`, and
-  /// said that there is one; nothing else is awaited.
+  /// Asks for the plain form of the files of a volume, one after the other. REQUIRES: describe() has given
+  /// `volume`, and said that there is one; nothing else is awaited.
   PlainForm plain_form(const ReaderVolume& volume);
   /// Reads the next bytes of slices.
   void read(std::byte* out, std::size_t size) { process_.read(out, size); }

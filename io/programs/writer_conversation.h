@@ -32,8 +32,8 @@ struct MeshLayout {
   std::int64_t points = 0, tetrahedra = 0;
   Data point_data, cell_data;
 
-  /// All arrays, in the order in which they are sent: the positions of points (three float64), the connectivity of
-  /// tetrahedra (four int64), and the data.
+  /// All arrays, in the order in which they are sent: the positions of points (three float64), the
+  /// connectivity of tetrahedra (four int64), and the data.
   std::vector<MeshArray> arrays() const;
 };
 
@@ -53,14 +53,15 @@ struct WriterReady {
   std::vector<std::string> warnings;
 };
 
-/// All functions throw what the writer says is wrong: BrokenInput, UsageError or WorldError. If the writer itself does
-/// wrong, they throw WorldError.
+/// All functions throw what the writer says is wrong: BrokenInput, UsageError or WorldError. If the writer
+/// itself does wrong, they throw WorldError.
 class WriterConversation {
  public:
   /// Starts the program, and hears which version of the protocol it speaks.
   explicit WriterConversation(const std::string& program, const FormatProgram::Limits& limits = {});
 
-  /// Asks for the volume to be written into the file at `path`, which exists. `name` is what messages call it.
+  /// Asks for the volume to be written into the file at `path`, which exists. `name` is what messages call
+  /// it.
   WriterReady begin(const std::string& path, const std::string& name, const VolumeInfo& info,
                     const WriterOptions& options);
   /// The same for a mesh.
@@ -73,7 +74,8 @@ class WriterConversation {
   void announce_entries(const std::string& array, std::int64_t from, std::int64_t to);
   /// Sends the next bytes of what was announced, little endian.
   void write(const std::byte* bytes, std::size_t size);
-  /// Waits until the file is complete, and ends the program. Returns what the writer says of the file: a JSON object.
+  /// Waits until the file is complete, and ends the program. Returns what the writer says of the file: a JSON
+  /// object.
   std::string finish();
 
  private:

@@ -57,14 +57,14 @@ MetaImageHeader parse_meta_image_header(std::string_view text);
 /// The name of a type in headers: "MET_UCHAR".
 std::string_view meta_image_name_of(SampleType type);
 
-/// Reads the volume that a header describes: .mha, and .mhd with the samples in one file or several. `file` was opened at
-/// `path` and is at its beginning. Of several volumes, `source.series` chooses one by its number, from 1 on. Throws
-/// BrokenInput, UsageError and WorldError.
+/// Reads the volume that a header describes: .mha, and .mhd with the samples in one file or several. `file`
+/// was opened at `path` and is at its beginning. Of several volumes, `source.series` chooses one by its
+/// number, from 1 on. Throws BrokenInput, UsageError and WorldError.
 std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, const std::string& path,
                                               const SourceDescription& source);
 
-/// The header before the samples of a volume. Positions become those of ITK: left-posterior-superior. Fields that a
-/// MetaImage source had come back.
+/// The header before the samples of a volume. Positions become those of ITK: left-posterior-superior. Fields
+/// that a MetaImage source had come back.
 std::string meta_image_header_text(const VolumeInfo& info);
 
 /// The same header in a file of its own. Throws UsageError if a header cannot name the file of the samples.

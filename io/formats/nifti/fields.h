@@ -122,7 +122,8 @@ class Fields {
   bool is_second_, is_big_endian_;
 };
 
-/// The geometry of the sform, otherwise that of the qform, otherwise the spacing alone. Adds a warning for what is unusable.
+/// The geometry of the sform, otherwise that of the qform, otherwise the spacing alone. Adds a warning for
+/// what is unusable.
 Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings);
 
 }  // namespace tagrid::nifti

@@ -1,5 +1,5 @@
-// Positions in files of other formats: how they are read, what the names of their spaces mean, and what such files cannot
-// record.
+// Positions in files of other formats: how they are read, what the names of their spaces mean, and what such
+// files cannot record.
 #pragma once
 
 #include <array>
@@ -25,11 +25,12 @@ enum class NegativeSpacing {
 void set_spacing(const std::vector<ForeignNumber>& numbers, const std::vector<std::string>& names,
                  NegativeSpacing negative, Geometry& geometry, std::vector<std::string>& warnings);
 
-/// For each axis of the world: +1 if it runs to the right, to the front, or up; -1 if it runs the other way. Nothing if the
-/// name ("left-posterior-superior", "LPS") does not say it, or not in this order.
+/// For each axis of the world: +1 if it runs to the right, to the front, or up; -1 if it runs the other way.
+/// Nothing if the name ("left-posterior-superior", "LPS") does not say it, or not in this order.
 std::optional<std::array<int, 3>> signs_of_space(const std::string& space);
 
-/// "LPS" for "left-posterior-superior", and such. Another name has its letters, digits and '-' alone, at most 32 of them.
+/// "LPS" for "left-posterior-superior", and such. Another name has its letters, digits and '-' alone, at most
+/// 32 of them.
 std::string short_name_of_space(const std::string& space);
 
 /// A format of such files.

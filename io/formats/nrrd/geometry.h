@@ -18,11 +18,13 @@ Geometry geometry_of(std::string_view nrrd_fields);
 /// geometry_of() does.
 VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields);
 
-/// Adds what samples mean, if they are not the values themselves: rescale_slope, rescale_intercept, rescale_units.
+/// Adds what samples mean, if they are not the values themselves: rescale_slope, rescale_intercept,
+/// rescale_units.
 void add_rescale(const Rescale& rescale, KeyValues& pairs);
 
-/// NRRD header lines for a geometry and key-value pairs. Reading them back gives the same numbers. In keys, characters
-/// that NRRD could take for something else become '_'; in texts, line feeds and backslashes are escaped as NRRD has it.
+/// NRRD header lines for a geometry and key-value pairs. Reading them back gives the same numbers. In keys,
+/// characters that NRRD could take for something else become '_'; in texts, line feeds and backslashes are
+/// escaped as NRRD has it.
 std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs);
 
 /// The NRRD header line for spacings, with its '\n'. Reading it back gives the same numbers.

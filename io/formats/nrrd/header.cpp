@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <numeric>
@@ -45,10 +44,8 @@ std::string_view optional(const Fields& fields, std::string_view name) {
 }
 
 std::int64_t integer_of(std::string_view field, std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) refuse(field, text, "not a whole number");
-  return number;
+  if (const auto number = whole_number_of(text)) return *number;
+  refuse(field, text, "not a whole number");
 }
 
 SampleType type_of(std::string_view value) {
@@ -108,8 +105,8 @@ std::optional<FilePattern> pattern_of(std::string_view name) {
   }
 }
 
-/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of a file.
-/// A line like this without numbers is a plain name.
+/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of
+/// a file. A line like this without numbers is a plain name.
 bool is_numbered(const std::vector<std::string_view>& words) {
   return words.size() >= 4 && pattern_of(words[0]);
 }
@@ -124,7 +121,8 @@ std::vector<std::string> numbered_files(std::string_view value, const std::vecto
   }
 }
 
-/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all axes.
+/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all
+/// axes.
 std::vector<std::string> data_files_of(const Fields& fields, std::string_view list,
                                        const std::vector<std::int64_t>& sizes, Index3 dims) {
   if (!fields.contains("data file")) return {};
@@ -166,8 +164,8 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
     refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
 }
 
-/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What follows "data
-/// file: LIST" goes to `list`.
+/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What
+/// follows "data file: LIST" goes to `list`.
 Fields storage_fields_of(std::string_view text, std::string& others, std::string_view& list) {
   Fields fields;
   while (!text.empty()) {

@@ -39,12 +39,12 @@ inline constexpr std::int64_t max_nrrd_axes = 16;
 bool begins_nrrd(std::string_view bytes);
 
 /// Reads a header: the lines from "NRRD000n" up to the blank line or the end of the file. Throws BrokenInput
-/// if it is broken or describes something other than a scalar volume (see axes.h), raw, in gzip or in bzip2. Safe for
-/// any bytes.
+/// if it is broken or describes something other than a scalar volume (see axes.h), raw, in gzip or in bzip2.
+/// Safe for any bytes.
 NrrdHeader parse_nrrd_header(std::string_view text);
 
-/// A header of another program, in which some numbers may be unreadable, and what users should know of it: see
-/// SourceFacts.
+/// A header of another program, in which some numbers may be unreadable, and what users should know of it:
+/// see SourceFacts.
 struct ForeignNrrdHeader {
   std::string text;
   std::vector<std::string> warnings, not_understood;
@@ -56,8 +56,8 @@ struct ForeignNrrdHeader {
 /// Throws BrokenInput if a line is not one of an NRRD header. Safe for any bytes.
 ForeignNrrdHeader foreign_nrrd_header(std::string_view text);
 
-/// The same header for the plain form of its volume: with encoding raw, and the names of its files as plain_name() says.
-/// All else stays, byte for byte. REQUIRES: parse_nrrd_header() has read it.
+/// The same header for the plain form of its volume: with encoding raw, and the names of its files as
+/// plain_name() says. All else stays, byte for byte. REQUIRES: parse_nrrd_header() has read it.
 std::string plain_nrrd_header(std::string_view text);
 
 /// The header of little-endian raw samples of `info`. If they follow the header (`data_file` is empty), it
@@ -67,10 +67,9 @@ std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file 
 /// The same header in a file of its own. Throws UsageError if a header cannot name the file of the samples.
 std::string detached_nrrd_header(const VolumeInfo& info, const std::string& data_file);
 
-/// Reads a volume, attached or detached, raw, in gzip or in bzip2.
-/// `file` was opened at `path`, and is at the beginning of its NRRD header. If `source.raw` is given, it must
-/// agree with the header: a different size is BrokenInput; a different type, spacing or byte order is
-/// UsageError.
+/// Reads a volume, attached or detached, raw, in gzip or in bzip2. `file` was opened at `path`, and is at the
+/// beginning of its NRRD header. If `source.raw` is given, it must agree with the header: a different size is
+/// BrokenInput; a different type, spacing or byte order is UsageError.
 std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source);
 

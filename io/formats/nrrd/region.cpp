@@ -115,8 +115,8 @@ class RegionLines {
     const auto place = moved(position);
     return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
   }
-  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those that are kept
-  // may lie at equal ones.
+  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those
+  // that are kept may lie at equal ones.
   void find_places_of_slices() {
     if (!whole_.has_directions || !whole_.has_origin) return;
     for (const auto& [key, value] : key_values_of(fields_)) {

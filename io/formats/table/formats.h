@@ -71,8 +71,8 @@ struct Format {
   std::string (*header)(const VolumeInfo& info) = nullptr;
   std::string_view trailer = "";  ///< The bytes after the samples.
   bool writes_gzip = false;       ///< The whole file is written in gzip.
-  /// The header of samples in a file of their own, with `samples_extension`. Throws UsageError if it cannot name that
-  /// file.
+  /// The header of samples in a file of their own, with `samples_extension`. Throws UsageError if it cannot
+  /// name that file.
   std::string (*detached_header)(const VolumeInfo& info, const std::string& data_file) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";

@@ -10,8 +10,8 @@
 
 namespace tagrid {
 
-/// All headers, which come before all samples: an uncompressed page for each slice; BigTIFF if the file is larger than
-/// 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
+/// All headers, which come before all samples: an uncompressed page for each slice; BigTIFF if the file is
+/// larger than 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
 std::string tiff_headers(const VolumeInfo& info);
 
 /// True if the file says what samples mean: ImageJ has a calibration of some types.
