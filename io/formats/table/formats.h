@@ -52,7 +52,7 @@ struct Format {
   bool (*is_mine)(std::string_view beginning) = nullptr;
   bool is_recognized() const { return !magic.empty() || is_mine != nullptr; }
   bool begins(std::string_view beginning) const;
-  std::size_t bytes_to_recognise() const;  ///< how many bytes of a file begins() needs
+  std::size_t bytes_to_recognize() const;  ///< how many bytes of a file begins() needs
   bool in_gzip = false;  ///< The whole file may be in gzip; then what is in it is recognized.
   /// Reads `file`, which was opened at `path` and is at its beginning.
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
@@ -126,7 +126,7 @@ const Format* read_format_named(std::string_view name);
 std::vector<std::string> read_format_names();
 
 /// The number of bytes of a file that format_of() needs.
-std::size_t bytes_to_recognise();
+std::size_t bytes_to_recognize();
 /// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);

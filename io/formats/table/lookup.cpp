@@ -17,7 +17,7 @@
 
 namespace tagrid {
 
-std::size_t Format::bytes_to_recognise() const {
+std::size_t Format::bytes_to_recognize() const {
   std::size_t most = peek;
   for (const Magic& one : magic) most = std::max(most, one.at + one.bytes.size());
   return most;
@@ -145,9 +145,9 @@ std::vector<std::string> read_format_names() {
   return {names.begin(), names.end()};
 }
 
-std::size_t bytes_to_recognise() {
+std::size_t bytes_to_recognize() {
   std::size_t most = 0;
-  for (const Format& format : formats()) most = std::max(most, format.bytes_to_recognise());
+  for (const Format& format : formats()) most = std::max(most, format.bytes_to_recognize());
   return most;
 }
 

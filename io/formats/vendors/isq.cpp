@@ -51,7 +51,7 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
   std::vector<ForeignNumber> distances;
   std::vector<std::string> names;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // The size of the whole axis is in micrometres.
+    // The size of the whole axis is in micrometers.
     distances.push_back(foreign_number(number(56 + 4 * axis) / 1000.0 / static_cast<double>(sizes[axis])));
     names.push_back(fmt::format("{}: the size of axis {} in its header", name, axis + 1));
   }
