@@ -15,19 +15,6 @@
 namespace tagrid::nifti {
 namespace {
 
-std::string unit_of(const Fields& fields) {
-  switch (fields.integer(xyzt_units) & 7) {
-    case 1:
-      return "m";
-    case 2:
-      return "mm";
-    case 3:
-      return "um";
-    default:
-      return "";
-  }
-}
-
 bool spans_a_volume(const Geometry& geometry) {
   for (const auto& direction : geometry.directions)
     for (const double number : direction)
@@ -140,9 +127,11 @@ Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vecto
     geometry = geometry_of_form(qform, fields, warnings);
   }
   if (!geometry) geometry = geometry_of_pixdim(fields, dims, warnings);
-  if (const auto unit = fields.integer(xyzt_units) & 7; unit > 3)
+  const auto unit = static_cast<std::size_t>(fields.integer(xyzt_units) & 7);
+  if (unit > units_of_nifti.size())
     warnings.push_back(fmt::format("NIfTI header: xyzt_units has the unit {}, which is not known", unit));
-  geometry->units.fill(unit_of(fields));
+  else if (unit > 0)
+    geometry->units.fill(std::string(units_of_nifti[unit - 1]));
   return *geometry;
 }
 

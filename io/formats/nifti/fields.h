@@ -69,6 +69,9 @@ inline constexpr std::array datatypes = {
     std::pair{16, SampleType::float32}, std::pair{64, SampleType::float64}, std::pair{256, SampleType::int8},
     std::pair{512, SampleType::uint16}, std::pair{768, SampleType::uint32}};
 
+/// The units that NIfTI has, by their codes from 1 on.
+inline constexpr std::array<std::string_view, 3> units_of_nifti = {"m", "mm", "um"};
+
 /// The fields of a header, in either version and byte order.
 class Fields {
  public:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -92,38 +93,24 @@ Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
   return {slope, std::isfinite(intercept) ? intercept : 0, ""};
 }
 
-/// What samples are if they are not measurements; "" otherwise.
-std::string_view meaning_of(std::int64_t intent) {
-  switch (intent) {
-    case 1002:
-    case 1003:
-      return "labels";
-    case 1004:
-    case 1005:
-      return "parts of matrices";
-    case 1006:
-    case 1007:
-      return "parts of vectors";
-    case 1008:
-      return "points";
-    case 1009:
-      return "triangles";
-    case 1010:
-      return "parts of quaternions";
-    case 2003:
-    case 2004:
-      return "parts of colors";
-    default:
-      return "";
-  }
-}
-
 void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
+  // What samples are if they are not measurements, by `intent_code`.
+  static const std::map<std::int64_t, std::string_view> meanings = {{1002, "labels"},
+                                                                    {1003, "labels"},
+                                                                    {1004, "parts of matrices"},
+                                                                    {1005, "parts of matrices"},
+                                                                    {1006, "parts of vectors"},
+                                                                    {1007, "parts of vectors"},
+                                                                    {1008, "points"},
+                                                                    {1009, "triangles"},
+                                                                    {1010, "parts of quaternions"},
+                                                                    {2003, "parts of colors"},
+                                                                    {2004, "parts of colors"}};
   const std::int64_t intent = fields.integer(intent_code), bits = fields.integer(bitpix);
-  if (const std::string_view meaning = meaning_of(intent); !meaning.empty())
+  if (const auto meaning = meanings.find(intent); meaning != meanings.end())
     header.not_understood.push_back(
         fmt::format("NIfTI header: intent_code {} says that samples are {}; they are taken for measurements",
-                    intent, meaning));
+                    intent, meaning->second));
   const auto bits_of_type = static_cast<std::int64_t>(8 * size_of(type));
   if (bits != bits_of_type)
     header.not_understood.push_back(fmt::format(

@@ -123,9 +123,6 @@ using Pairs = std::map<std::string, std::string>;
 /// Codes of the standard: coordinates of the scanner, and others.
 constexpr double in_scanner = 1, aligned = 2;
 
-/// The units that NIfTI has, by their codes from 1 on.
-constexpr std::array<std::string_view, 3> units_of_nifti = {"m", "mm", "um"};
-
 /// In one unit that NIfTI has, if the units are known.
 Geometry geometry_in_file(const Geometry& geometry) {
   const CommonUnit unit = common_unit(geometry);

@@ -33,6 +33,19 @@ Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] 
 double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
 Vector scaled(const Vector& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 
+/// The numbers of "x y z"; nothing if it is not like that.
+std::optional<Vector> position_of(std::string_view text) {
+  const auto words = words_of(text);
+  if (words.size() != 3) return std::nullopt;
+  Vector place;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = number_of(words[axis]);
+    if (!coordinate) return std::nullopt;
+    place[axis] = *coordinate;
+  }
+  return place;
+}
+
 class RegionLines {
  public:
   RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices)
@@ -100,14 +113,10 @@ class RegionLines {
   std::size_t index_of(std::int64_t z) const { return static_cast<std::size_t>(low_.z + z * step_.z); }
   // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
   std::optional<Vector> moved(std::string_view position) const {
-    const auto words = words_of(position);
-    Vector place;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto coordinate = words.size() == 3 ? number_of(words[axis]) : std::nullopt;
-      if (!coordinate) return std::nullopt;
-      place[axis] = *coordinate + static_cast<double>(low_.x) * whole_.directions[0][axis] +
-                    static_cast<double>(low_.y) * whole_.directions[1][axis];
-    }
+    auto place = position_of(position);
+    for (std::size_t axis = 0; place && axis < 3; ++axis)
+      (*place)[axis] = (*place)[axis] + static_cast<double>(low_.x) * whole_.directions[0][axis] +
+                       static_cast<double>(low_.y) * whole_.directions[1][axis];
     return place;
   }
   std::string moved_position(std::string_view position) const {
@@ -240,22 +249,15 @@ std::vector<std::string_view> positions_in(std::string_view list) {
 
 std::vector<double> slice_distances(std::string_view nrrd_fields, std::int64_t slices) {
   const std::string list = text_of_key(nrrd_fields, slice_positions_key);
-  std::vector<std::array<double, 3>> places;
+  std::vector<Vector> places;
   for (const std::string_view position : positions_in(list)) {
-    const auto words = words_of(position);
-    std::array<double, 3> place = {};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto number = words.size() == 3 ? number_of(words[axis]) : std::nullopt;
-      if (!number || !std::isfinite(*number)) return {};
-      place[axis] = *number;
-    }
-    places.push_back(place);
+    const auto place = position_of(position);
+    if (!place || !is_finite(*place)) return {};
+    places.push_back(*place);
   }
   if (static_cast<std::int64_t>(places.size()) != slices) return {};
   std::vector<double> distances;
-  const auto& first = places.front();
-  for (const auto& place : places)
-    distances.push_back(std::hypot(place[0] - first[0], place[1] - first[1], place[2] - first[2]));
+  for (const Vector& place : places) distances.push_back(length(difference(place, places.front())));
   return distances;
 }
 

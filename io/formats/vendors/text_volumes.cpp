@@ -69,14 +69,11 @@ SampleType type_of_vgi(const std::string& file, const Sections& sections) {
   const std::string kind = lower_case(required(sections, "file1/datatype", file));
   const std::int64_t bits =
       integer_of(file, "BitsPerElement", required(sections, "file1/bitsperelement", file));
-  if (kind == "float" && bits == 32) return SampleType::float32;
-  if (kind == "float" && bits == 64) return SampleType::float64;
-  const bool is_signed = kind == "signed integer" || kind == "integer";
-  if (is_signed || kind == "unsigned integer") {
-    if (bits == 8) return is_signed ? SampleType::int8 : SampleType::uint8;
-    if (bits == 16) return is_signed ? SampleType::int16 : SampleType::uint16;
-    if (bits == 32) return is_signed ? SampleType::int32 : SampleType::uint32;
-  }
+  const char* name = kind == "float"                                 ? "float"
+                     : kind == "unsigned integer"                    ? "uint"
+                     : kind == "signed integer" || kind == "integer" ? "int"
+                                                                     : "unknown";
+  if (const auto type = sample_type_named(fmt::format("{}{}", name, bits))) return *type;
   throw BrokenInput(fmt::format("{}: samples of type {} with {} bits are not supported", file,
                                 quoted(std::string_view(kind)), bits));
 }
