@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"

@@ -4,13 +4,11 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/programs/serve.h"
-#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 namespace {

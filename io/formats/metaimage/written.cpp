@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
