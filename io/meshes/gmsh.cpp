@@ -1,5 +1,5 @@
 // The format: "MSH file format" of the manual of Gmsh, version 4.1, https://gmsh.info/doc/texinfo/gmsh.html
-#include "io/meshes/gmsh.h"
+#include "io/meshes/mesh_files.h"
 
 #include <fmt/format.h>
 
@@ -57,11 +57,6 @@ std::array<double, 6> bounds_of(SpoolFile& coordinates) {
   return bounds;
 }
 
-// The head of data of nodes or elements: its name; no real numbers but the time 0; step, components and count.
-std::string head_of_data(const char* section, const char* name, std::int64_t count) {
-  return fmt::format("${}\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", section, name, count);
-}
-
 // Blocks of nodes and of elements begin alike: one block, how many, and their first and last numbers.
 void put_block(Fields& fields, std::int64_t count, int kind) {
   const auto n = static_cast<std::uint64_t>(count);
@@ -109,10 +104,9 @@ void GmshFile::write_mesh() {
   write_entities();
   write_nodes();
   write_elements();
-  write_node_data();
-  if (notes_.has_rescale()) write_rescaled_data();
-  write_element_data("level", [](std::byte level) { return level; });
-  write_element_data("type", primitive_of);
+  write_data_of_nodes();
+  write_data_of_elements("level", [](std::byte level) { return level; });
+  write_data_of_elements("type", primitive_of);
 }
 
 void GmshFile::write_entities() {
@@ -154,46 +148,45 @@ void GmshFile::write_elements() {
   output_.write("\n$EndElements\n");
 }
 
-void GmshFile::write_node_data() {
-  output_.write(head_of_data("NodeData", "value", mesh_.points));
+template <class Pass>
+void GmshFile::write_data(const char* section, const char* name, std::int64_t count, Pass pass_numbers) {
+  // No real numbers but the time 0; step, components and count.
+  output_.write(fmt::format("${}\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", section, name, count));
   Fields fields(output_);
-  with_sample_type(mesh_.value_type, [&](auto type) {
-    using T = decltype(type);
-    for_each_piece(mesh_.values, sizeof(T), [&](std::int64_t first, std::span<const std::byte> piece) {
-      for (std::size_t i = 0; i < piece.size(); i += sizeof(T)) {
-        fields.put(static_cast<std::int32_t>(++first));
-        fields.put(static_cast<double>(load_little_endian<T>(piece.data() + i)));
-      }
+  std::int32_t entry = 0;
+  pass_numbers([&](double number) {
+    fields.put(++entry);
+    fields.put(number);
+  });
+  fields.flush();
+  output_.write(fmt::format("\n$End{}\n", section));
+}
+
+void GmshFile::write_data_of_nodes() {
+  write_data("NodeData", "value", mesh_.points, [&](const auto& put) {
+    with_sample_type(mesh_.value_type, [&](auto type) {
+      using T = decltype(type);
+      for_each_piece(mesh_.values, sizeof(T), [&](std::int64_t, std::span<const std::byte> piece) {
+        for (std::size_t i = 0; i < piece.size(); i += sizeof(T))
+          put(static_cast<double>(load_little_endian<T>(piece.data() + i)));
+      });
     });
   });
-  fields.flush();
-  output_.write("\n$EndNodeData\n");
+  if (!notes_.has_rescale()) return;
+  write_data("NodeData", "rescaled", mesh_.points, [&](const auto& put) {
+    for_each_rescaled([&](std::int64_t, std::span<const std::byte> numbers) {
+      for (std::size_t i = 0; i < numbers.size(); i += sizeof(double))
+        put(load_little_endian<double>(numbers.data() + i));
+    });
+  });
 }
 
-void GmshFile::write_rescaled_data() {
-  output_.write(head_of_data("NodeData", "rescaled", mesh_.points));
-  Fields fields(output_);
-  for_each_rescaled([&](std::int64_t first, std::span<const std::byte> numbers) {
-    for (std::size_t i = 0; i < numbers.size(); i += sizeof(double)) {
-      fields.put(static_cast<std::int32_t>(++first));
-      fields.put(load_little_endian<double>(numbers.data() + i));
-    }
+void GmshFile::write_data_of_elements(const char* name, std::byte (*number_of)(std::byte level)) {
+  write_data("ElementData", name, mesh_.tetrahedra, [&](const auto& put) {
+    for_each_piece(mesh_.levels, 1, [&](std::int64_t, std::span<const std::byte> piece) {
+      for (const std::byte level : piece) put(static_cast<double>(std::to_integer<int>(number_of(level))));
+    });
   });
-  fields.flush();
-  output_.write("\n$EndNodeData\n");
-}
-
-void GmshFile::write_element_data(const char* name, std::byte (*number_of)(std::byte level)) {
-  output_.write(head_of_data("ElementData", name, mesh_.tetrahedra));
-  Fields fields(output_);
-  for_each_piece(mesh_.levels, 1, [&](std::int64_t first, std::span<const std::byte> piece) {
-    for (const std::byte level : piece) {
-      fields.put(static_cast<std::int32_t>(++first));
-      fields.put(static_cast<double>(std::to_integer<int>(number_of(level))));
-    }
-  });
-  fields.flush();
-  output_.write("\n$EndElementData\n");
 }
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Meshes as files. Only what is in all formats is here.
+// Meshes of tetrahedra as files. Only what is in all formats is here.
 #pragma once
 
 #include <algorithm>
@@ -6,14 +6,12 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/output_file.h"
 #include "io/files/spool_file.h"
-#include "io/meshes/mesh_notes.h"
-#include "io/meshes/mesh_sink.h"
+#include "io/meshes/noted_file.h"
+#include "io/meshes/sinks.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {
@@ -36,17 +34,12 @@ struct SpooledMesh {
   std::int64_t points = 0, tetrahedra = 0;
 };
 
-/// A file that gets its name in commit(). Memory does not grow with the mesh. Failures of the system are
-/// WorldErrors.
-class MeshFile : public MeshSink {
+/// A file of tetrahedra.
+class MeshFile : public NotedFile, public MeshSink {
  public:
   /// Throws UsageError if the output exists and `overwrite` is false.
   MeshFile(const std::string& path, SampleType value_type, bool overwrite)
-      : output_(path, overwrite), mesh_(path, value_type) {}
-
-  /// The metadata of the file, besides its arrays. If values have a slope or an intercept, it gets an array
-  /// `rescaled`, too. To be called before finish().
-  void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
+      : NotedFile(path, overwrite), mesh_(path, value_type) {}
 
   void add_points(std::span<const double> xyz, std::span<const std::byte> values) override;
   void add_tetrahedra(std::span<const std::int64_t> connectivity,
@@ -55,15 +48,8 @@ class MeshFile : public MeshSink {
   std::int64_t point_count() const { return mesh_.points; }
   std::int64_t tetrahedron_count() const { return mesh_.tetrahedra; }
 
-  /// Puts the file together. Call it once, after the last tetrahedron. REQUIRES: all indices are those of
-  /// points.
-  void finish();
-  /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
-  void commit() { output_.commit(); }
-  /// Size of the entire file. REQUIRES: finish() was called.
-  virtual std::uint64_t file_bytes() const { return output_.position(); }
-  /// What the user should know of the file. REQUIRES: finish() was called.
-  virtual std::vector<std::string> warnings() const { return {}; }
+  /// REQUIRES: all indices are those of points.
+  void finish() final;
 
  protected:
   /// Writes all of `mesh_`.
@@ -73,9 +59,7 @@ class MeshFile : public MeshSink {
   template <class Use>
   void for_each_rescaled(Use use);
 
-  OutputFile output_;
   SpooledMesh mesh_;
-  MeshNotes notes_;
 
  private:
   std::int64_t largest_index_ = -1;

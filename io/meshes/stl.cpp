@@ -1,7 +1,5 @@
 // The format: 80 bytes of text, the number of triangles (uint32), and for each its normal, its three corners
 // (floats), and a uint16 that is 0. The text must not begin with "solid", the sign of STL in ASCII.
-#include "io/meshes/stl.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,8 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/meshes/counted_output.h"
+#include "io/meshes/surface_files.h"
 
 namespace tagrid {
 namespace {
@@ -40,54 +40,66 @@ Point normal_of(const std::array<Point, 3>& corners) {
   return as_floats({n[0] / length, n[1] / length, n[2] / length});
 }
 
+class StlFile final : public SurfaceFile {
+ public:
+  StlFile(const std::string& path, bool overwrite)
+      : SurfaceFile(path, overwrite), triangles_(output_, path, stl_head) {}
+
+  void add(const SurfacePiece& piece) override {
+    for (const auto& triangle : piece.triangles) {
+      std::array<Point, 3> corners;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::array<double, 3> place = piece.position(triangle[i]);
+        corners[i] = as_floats(place);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          rounding_ = std::max(rounding_, std::abs(place[axis] - static_cast<double>(corners[i][axis])));
+      }
+      std::array<std::byte, triangle_bytes> bytes{};
+      std::byte* to = bytes.data();
+      const auto put = [&](const Point& p) {
+        for (const float x : p) {
+          store_little_endian(to, x);
+          to += sizeof x;
+        }
+      };
+      put(normal_of(corners));
+      for (const Point& corner : corners) put(corner);
+      triangles_.append(bytes);
+      ++count_;
+    }
+  }
+
+  void finish() override {
+    if (count_ > std::numeric_limits<std::uint32_t>::max())
+      throw WorldError(output_.name() + ": the surface has more triangles than STL can count; write .vtp");
+    std::array<std::byte, stl_head> head{};
+    std::string text = "tagrid isosurface, binary STL";
+    if (!notes_.space.empty()) text += "; " + space_comment(notes_);
+    assert(text.size() < 80);
+    for (std::size_t i = 0; i < text.size(); ++i) head[i] = static_cast<std::byte>(text[i]);
+    store_little_endian(head.data() + 80, static_cast<std::uint32_t>(count_));
+    triangles_.finish(head);
+  }
+
+  std::vector<std::string> warnings() const override {
+    if (!(rounding_ > visible * notes_.spacing)) return {};
+    return {fmt::format(
+        "{}: STL has 32-bit numbers: this far from the origin, they move vertices by up to {:.2g} "
+        "where samples are {:.6g} apart, and triangles lose their shape or area; .ply, .vtp and "
+        ".obj files have 64-bit numbers",
+        output_.name(), rounding_, notes_.spacing)};
+  }
+
+ private:
+  CountedOutput triangles_;
+  std::uint64_t count_ = 0;
+  double rounding_ = 0;  ///< the largest difference between a coordinate and its float
+};
+
 }  // namespace
 
-StlFile::StlFile(const std::string& path, bool overwrite)
-    : SurfaceFile(path, overwrite), triangles_(output_, path, stl_head) {}
-
-void StlFile::add(const SurfacePiece& piece) {
-  for (const auto& triangle : piece.triangles) {
-    std::array<Point, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::array<double, 3> place = piece.position(triangle[i]);
-      corners[i] = as_floats(place);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        rounding_ = std::max(rounding_, std::abs(place[axis] - static_cast<double>(corners[i][axis])));
-    }
-    std::array<std::byte, triangle_bytes> bytes{};
-    std::byte* to = bytes.data();
-    const auto put = [&](const Point& p) {
-      for (const float x : p) {
-        store_little_endian(to, x);
-        to += sizeof x;
-      }
-    };
-    put(normal_of(corners));
-    for (const Point& corner : corners) put(corner);
-    triangles_.append(bytes);
-    ++count_;
-  }
-}
-
-std::vector<std::string> StlFile::warnings() const {
-  if (!(rounding_ > visible * notes_.spacing)) return {};
-  return {
-      fmt::format("{}: STL has 32-bit numbers: this far from the origin, they move vertices by up to {:.2g} "
-                  "where samples are {:.6g} apart, and triangles lose their shape or area; .ply, .vtp and "
-                  ".obj files have 64-bit numbers",
-                  output_.name(), rounding_, notes_.spacing)};
-}
-
-void StlFile::finish() {
-  if (count_ > std::numeric_limits<std::uint32_t>::max())
-    throw WorldError(output_.name() + ": the surface has more triangles than STL can count; write .vtp");
-  std::array<std::byte, stl_head> head{};
-  std::string text = "tagrid isosurface, binary STL";
-  if (!notes_.space.empty()) text += "; " + space_comment(notes_);
-  assert(text.size() < 80);
-  for (std::size_t i = 0; i < text.size(); ++i) head[i] = static_cast<std::byte>(text[i]);
-  store_little_endian(head.data() + 80, static_cast<std::uint32_t>(count_));
-  triangles_.finish(head);
+std::unique_ptr<SurfaceFile> create_stl(const std::string& path, bool overwrite) {
+  return std::make_unique<StlFile>(path, overwrite);
 }
 
 }  // namespace tagrid

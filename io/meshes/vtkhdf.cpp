@@ -1,4 +1,4 @@
-#include "io/meshes/vtkhdf.h"
+#include "io/meshes/mesh_files.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // The format: VTK File Formats, "XML File Formats", UnstructuredGrid with an AppendedData section. After the
 // underscore come the arrays in the order of the offsets; each is preceded by its size in bytes (UInt64).
-#include "io/meshes/vtu.h"
+#include "io/meshes/mesh_files.h"
 
 #include <fmt/format.h>
 
-#include "io/meshes/vtk_appended.h"
+#include "io/meshes/vtk_xml.h"
 #include "io/volume/vtk_names.h"
 
 namespace tagrid {

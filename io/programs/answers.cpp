@@ -5,11 +5,6 @@
 #include "io/errors/errors.h"
 
 namespace tagrid {
-namespace {
-
-constexpr int protocol_version = 1;
-
-}  // namespace
 
 const Json& member(const Json& object, const char* key) {
   static const Json none;
@@ -59,6 +54,10 @@ std::vector<std::string> texts_in(const Json& object, const char* key) {
   return texts;
 }
 
+namespace {
+
+/// The JSON in a line of a program; discarded if it is not JSON, or so deeply nested that handling it would
+/// exhaust the stack.
 Json parsed(const std::string& line) {
   constexpr int deepest = 64;
   bool is_too_deep = false;
@@ -72,7 +71,8 @@ Json parsed(const std::string& line) {
   return is_too_deep ? Json(Json::value_t::discarded) : json;
 }
 
-void throw_error(const FormatProgram& program, const Json& answer) {
+/// Throws the error that an answer reports: BrokenInput, UsageError or WorldError.
+[[noreturn]] void throw_error(const FormatProgram& program, const Json& answer) {
   const std::string kind = text_in(answer, "kind"), message = text_in(answer, "message");
   if (message.empty()) throw WrongAnswer("reports an error without a message");
   const std::string option = text_in(answer, "option");
@@ -84,7 +84,10 @@ void throw_error(const FormatProgram& program, const Json& answer) {
   throw WrongAnswer(fmt::format("reports an error of the unknown kind \"{}\": {}", kind, message));
 }
 
+}  // namespace
+
 void hear_hello(FormatProgram& program, const std::string& kind) {
+  constexpr int protocol_version = 1;
   with(program, [&] {
     const Json hello = parsed(program.hear());
     const std::int64_t version = hello.is_object() ? count_in(hello, ("tagrid-" + kind).c_str(), 0, 0) : 0;
@@ -95,19 +98,22 @@ void hear_hello(FormatProgram& program, const std::string& kind) {
   });
 }
 
-Json next_answer(FormatProgram& program) {
-  for (;;) {
-    Json answer = parsed(program.hear());
-    if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
-    const std::string kind = text_in(answer, "answer");
-    if (kind == "error") throw_error(program, answer);
-    if (kind != "working") return answer;
-  }
+Json heard_answer(FormatProgram& program) {
+  Json answer = parsed(program.hear());
+  if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
+  if (text_in(answer, "answer") == "error") throw_error(program, answer);
+  return answer;
 }
 
-void require_answer(const Json& answer, const char* kind) {
+Json next_answer(FormatProgram& program) {
+  for (;;)
+    if (Json answer = heard_answer(program); text_in(answer, "answer") != "working") return answer;
+}
+
+Json required(Json answer, const char* kind) {
   if (const std::string given = text_in(answer, "answer"); given != kind)
     throw WrongAnswer(fmt::format("it answers \"{}\" instead of \"{}\"", given, kind));
+  return answer;
 }
 
 void say_request(FormatProgram& program, const Json& request, const std::string& path) {

@@ -1,4 +1,5 @@
-// Common parts of conversations with readers and with writers: JSON objects in lines, and errors.
+// JSON of conversations with readers and with writers: answers in lines, errors, and where samples lie.
+// docs/readers.md specifies it.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,9 @@
 #include <vector>
 
 #include "io/programs/format_program.h"
+#include "io/programs/reader_conversation.h"
+#include "io/volume/slice_run.h"
+#include "io/volume/volume_info.h"
 
 namespace tagrid {
 
@@ -17,9 +21,6 @@ using Json = nlohmann::json;
 struct WrongAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-
-/// The JSON in a line of a program; discarded if it is not JSON, or so deeply nested that handling it would exhaust the stack.
-Json parsed(const std::string& line);
 
 /// Calls a function; a wrong answer ends the conversation.
 template <class Work>
@@ -43,17 +44,31 @@ const Json& list_in(const Json& object, const char* key);
 std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least);
 std::vector<std::string> texts_in(const Json& object, const char* key);
 
-/// Throws the error that an answer of the program reports: BrokenInput, UsageError or WorldError.
-[[noreturn]] void throw_error(const FormatProgram& program, const Json& answer);
-
-/// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that speaks another
-/// version of the protocol, is a WorldError.
+/// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that
+/// speaks another version of the protocol, is a WorldError.
 void hear_hello(FormatProgram& program, const std::string& kind);
-/// The next answer that is not a sign of life. Throws what the program says is wrong.
+/// The next answer. Throws what the program says is wrong: BrokenInput, UsageError or WorldError.
+Json heard_answer(FormatProgram& program);
+/// The next answer that is not a sign of life.
 Json next_answer(FormatProgram& program);
-void require_answer(const Json& answer, const char* kind);
+/// The answer. Throws WrongAnswer if it is of another kind.
+Json required(Json answer, const char* kind);
 
 /// Sends a request about the file at `path`. Throws UsageError if its name is not UTF-8.
 void say_request(FormatProgram& program, const Json& request, const std::string& path);
+
+// All of these throw WrongAnswer.
+
+/// The places of all slices of a volume in its `files`; none if the reader gives them.
+std::vector<SliceRun> places_in(const Json& answer, const VolumeInfo& info, std::size_t files);
+/// The plain form of the file with this number.
+ReaderPlainFile plain_file_in(const Json& answer, std::size_t file, std::size_t files,
+                              const VolumeInfo& info);
+/// The runs from front to back. They must be `slices` slices.
+std::vector<SliceRun> in_order(std::vector<NumberedRun> runs, std::int64_t slices);
+
+/// The other side of the conversation.
+nlohmann::ordered_json json_of(const SliceRun& run);
+nlohmann::ordered_json json_of(const ReaderPlainFile& file);
 
 }  // namespace tagrid

@@ -15,19 +15,20 @@ struct FoundProgram {
   bool operator==(const FoundProgram&) const = default;
 };
 
-/// The folders in which programs are sought, in this order: those of the environment variable TAGRID_READER_PATH
-/// (absolute ones only), the folder of this program, and ../libexec/tagrid from there.
+/// The folders in which programs are sought, in this order: those of the environment variable
+/// TAGRID_READER_PATH (absolute ones only), the folder of this program, and ../libexec/tagrid from there.
 std::vector<std::string> program_folders();
 
-/// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first folder that has it.
-/// Nothing if there is none, or if `name` has characters other than a-z, 0-9 and '-'. Throws WorldError for a program
-/// that any user can change.
+/// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first folder that
+/// has it. Nothing if there is none, or if `name` has characters other than a-z, 0-9 and '-'. Throws
+/// WorldError for a program that any user can change.
 std::optional<std::string> find_reader(std::string_view name);
 
 /// The same for the program that writes the format: "tagrid-write-NAME".
 std::optional<std::string> find_writer(std::string_view name);
 
-/// The same, for the output at `path`. Throws WorldError if there is none; `format` is what it writes, for the message.
+/// The same, for the output at `path`. Throws WorldError if there is none; `format` is what it writes, for
+/// the message.
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name);
 
 /// All readers, and all writers, sorted by their names.

@@ -77,8 +77,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 [[noreturn]] void become(char* const* arguments, char* const* variables, int input, int output, int errors,
                          int report, pid_t parent, rlim_t memory) {
   setpgid(0, 0);
-  // Memory of its own: not the code of libraries, nor files that are mapped.
-  // Only the soft limit, as a description may ask for more.
+  // Memory of its own: not the code of libraries, nor files that are mapped. Only the soft limit, as a
+  // description may ask for more.
   rlimit limit;
   if (limits_memory && getrlimit(RLIMIT_DATA, &limit) == 0) {
     limit.rlim_cur = std::min(memory, limit.rlim_max);
@@ -101,8 +101,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   _exit(127);
 }
 
-// What a limit of memory counts although the program has never touched it: above all the stacks of threads, which
-// libraries start when they are loaded.
+// What a limit of memory counts although the program has never touched it: above all the stacks of threads,
+// which libraries start when they are loaded.
 std::uint64_t untouched_memory(pid_t process) {
   constexpr std::uint64_t most = std::uint64_t{128} << 20;
   std::uint64_t size = 0, resident = 0, of_files = 0, text = 0, unused = 0, data = 0;

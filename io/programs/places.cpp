@@ -1,9 +1,10 @@
-#include "io/programs/places.h"
-
+// Where samples lie, according to readers.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
+
+#include "io/programs/answers.h"
 
 namespace tagrid {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/programs/program_sink.h"
+#include "io/programs/volumes.h"
 
 #include <algorithm>
 #include <cassert>

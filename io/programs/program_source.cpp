@@ -1,4 +1,4 @@
-#include "io/programs/program_source.h"
+#include "io/programs/volumes.h"
 
 #include <algorithm>
 #include <numeric>
@@ -171,18 +171,12 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
   const ProgramSource::Request request{program, path, options, first_memory};
   auto conversation = request.conversation();
   ReaderVolume volume = conversation->describe(path, options);
-  SourceFacts facts;
-  facts.info = std::move(volume.info);
-  facts.files = std::move(volume.files);
-  facts.warnings = std::move(volume.warnings);
-  facts.not_understood = std::move(volume.not_understood);
-  facts.scale_doubt = std::move(volume.scale_doubt);
-  facts.lasting_name = std::move(volume.lasting_name);
-  facts.rescale = std::move(volume.rescale);
+  SourceFacts facts = std::move(static_cast<SourceFacts&>(volume));
   facts.holds_other_bytes = true;  // only the reader knows what else there is
-  if (!volume.places.empty()) {
+  if (!facts.places.empty()) {
     conversation->finish();
-    return placed_samples(std::move(facts), std::move(volume.places));
+    std::vector<SliceRun> places = std::exchange(facts.places, {});
+    return placed_samples(std::move(facts), std::move(places));
   }
   facts.traits = {.again = true, .any_rows = false, .whole_slices = true, .memory = volume.memory};
   const auto link = std::make_shared<ProgramSource*>(nullptr);

@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/programs/answers.h"
-#include "io/programs/places.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -179,8 +177,7 @@ ReaderVolume ReaderConversation::describe(const std::string& path, const ReaderO
   return with(process_, [&] {
     const Json answer = next_answer(process_);
     if (text_in(answer, "answer") == "several") throw_several(answer, path);
-    require_answer(answer, "volume");
-    ReaderVolume volume = volume_of(answer, path);
+    ReaderVolume volume = volume_of(required(answer, "volume"), path);
     process_.limit_memory(volume.memory);
     return volume;
   });
@@ -194,8 +191,7 @@ PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
     const Json request = {{"request", "plain file"}, {"file", i}};
     process_.say(request.dump());
     ReaderPlainFile file = with(process_, [&] {
-      const Json answer = next_answer(process_);
-      require_answer(answer, "plain file");
+      const Json answer = required(next_answer(process_), "plain file");
       return plain_file_in(answer, i, volume.files.size(), volume.info);
     });
     if (!file.why_not.empty()) return {"", {}, {}, fmt::format("{}: {}", volume.files[i], file.why_not)};
@@ -216,8 +212,7 @@ void ReaderConversation::ask_for_slices(std::int64_t from, std::int64_t to) {
 
 std::int64_t ReaderConversation::hear_of_slices(std::int64_t from, std::int64_t to) {
   return with(process_, [&] {
-    const Json answer = next_answer(process_);
-    require_answer(answer, "slices");
+    const Json answer = required(next_answer(process_), "slices");
     const std::int64_t first = count_in(answer, "from", -1, 0), end = count_in(answer, "to", -1, 0);
     if (first != from || end <= from || end > to)
       throw WrongAnswer(

@@ -10,7 +10,7 @@
 #include "io/programs/format_program.h"
 #include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
-#include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 
@@ -18,16 +18,8 @@ namespace tagrid {
 /// know.
 using ReaderOptions = std::map<std::string, std::string>;
 
-/// What a reader says about a volume.
-struct ReaderVolume {
-  VolumeInfo info;
-  std::vector<std::string> files;
-  std::vector<std::string> warnings;
-  std::vector<std::string> not_understood;  ///< see SourceFacts
-  std::string scale_doubt;
-  std::string lasting_name;      ///< see SourceFacts
-  std::vector<SliceRun> places;  ///< of all samples; empty if the reader gives them
-  Rescale rescale;
+/// What a reader says about a volume. `places` are of all samples; empty if the reader gives them.
+struct ReaderVolume : SourceFacts {
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.
   std::uint64_t memory = 0;  ///< bytes that the reader may take
   bool has_plain_form = false;  ///< The reader can tell the plain form of its files.
@@ -47,8 +39,8 @@ struct ReaderPlainFile {
   std::string why_not;              ///< a sentence if there is no plain form
 };
 
-/// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader itself does
-/// wrong, they throw WorldError.
+/// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader
+/// itself does wrong, they throw WorldError.
 class ReaderConversation {
  public:
   /// Starts the program, and hears which version of the protocol it speaks.
@@ -60,8 +52,8 @@ class ReaderConversation {
   void ask_for_slices(std::int64_t from, std::int64_t to);
   /// Hears that slices [from, z) come, and returns z, which is at most `to`. They must be read next.
   std::int64_t hear_of_slices(std::int64_t from, std::int64_t to);
-  /// Asks for the plain form of the files of a volume, one after the other. REQUIRES: describe() has given `volume`, and
-  /// said that there is one; nothing else is awaited.
+  /// Asks for the plain form of the files of a volume, one after the other. REQUIRES: describe() has given
+  /// `volume`, and said that there is one; nothing else is awaited.
   PlainForm plain_form(const ReaderVolume& volume);
   /// Reads the next bytes of slices.
   void read(std::byte* out, std::size_t size) { process_.read(out, size); }

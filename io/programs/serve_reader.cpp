@@ -8,7 +8,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/programs/places.h"
+#include "io/programs/answers.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/confine.h"
 

@@ -29,7 +29,8 @@ class ServedVolume {
   std::vector<std::string> files, warnings;
   /// By which `series` means this volume, whatever lies beside it; "" if there is none.
   std::string lasting_name;
-  /// What the files say about the samples and this reader does not understand, a sentence each; see SourceFacts.
+  /// What the files say about the samples and this reader does not understand, a sentence each; see
+  /// SourceFacts.
   std::vector<std::string> not_understood;
   std::string scale_doubt;
   Rescale rescale;
@@ -50,8 +51,9 @@ struct SeveralVolumes {
   std::vector<Choice> list;
 };
 
-/// The number, from 0 on, of the one that `wanted` names, or numbers from 1 on; without `wanted`, of the only one.
-/// Throws SeveralVolumes if there are several; UsageError if none is meant, or two have that name. `path` is for messages.
+/// The number, from 0 on, of the one that `wanted` names, or numbers from 1 on; without `wanted`, of the only
+/// one. Throws SeveralVolumes if there are several; UsageError if none is meant, or two have that name.
+/// `path` is for messages.
 std::size_t chosen(const std::string& path, const std::string& option, const std::string& wanted,
                    const std::vector<Choice>& list);
 

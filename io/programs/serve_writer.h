@@ -51,8 +51,8 @@ class ServedOutput : public ServedFile {
 /// A mesh.
 class ServedMesh : public ServedFile {
  public:
-  /// Takes `count` entries of an array from entry `first` on, little endian. Called for all arrays, one after the other,
-  /// and for all entries, in order. `array`: its number in MeshLayout::arrays().
+  /// Takes `count` entries of an array from entry `first` on, little endian. Called for all arrays, one after
+  /// the other, and for all entries, in order. `array`: its number in MeshLayout::arrays().
   virtual void write_entries(std::size_t array, std::int64_t first, std::int64_t count,
                              const std::byte* entries) = 0;
 };
@@ -61,8 +61,8 @@ class ServedMesh : public ServedFile {
 using BeginServed = std::function<std::unique_ptr<ServedOutput>(const WriteRequest& request)>;
 using BeginServedMesh = std::function<std::unique_ptr<ServedMesh>(const WriteMeshRequest& request)>;
 
-/// Answers requests on the standard input until it ends. Without `begin_mesh`, the request for a mesh is unknown. Returns
-/// the exit code of the program.
+/// Answers requests on the standard input until it ends. Without `begin_mesh`, the request for a mesh is
+/// unknown. Returns the exit code of the program.
 int serve_writer(const std::string& name, const BeginServed& begin, const BeginServedMesh& begin_mesh = {});
 
 }  // namespace tagrid

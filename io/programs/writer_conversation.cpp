@@ -67,6 +67,14 @@ std::string in_utf8(std::string_view lines) {
 
 }  // namespace
 
+std::vector<MeshArray> MeshLayout::arrays() const {
+  std::vector<MeshArray> all = {{positions_array, points, 3 * sizeof(double)},
+                                {connectivity_array, tetrahedra, 4 * sizeof(std::int64_t)}};
+  for (const auto& [name, type] : point_data) all.push_back({name, points, size_of(type)});
+  for (const auto& [name, type] : cell_data) all.push_back({name, tetrahedra, size_of(type)});
+  return all;
+}
+
 WriterConversation::WriterConversation(const std::string& program, const FormatProgram::Limits& limits)
     : process_(program, limits) {
   hear_hello(process_, "writer");
@@ -102,8 +110,7 @@ WriterReady WriterConversation::begin(const Json& request, const std::string& na
   process_.writes(name);
   say_request(process_, request, name);
   return with(process_, [&] {
-    const Json answer = next_answer(process_);
-    require_answer(answer, "ready");
+    const Json answer = required(next_answer(process_), "ready");
     const std::int64_t memory = count_in(answer, "memory", -1, 0);
     if (memory < 0) throw WrongAnswer("does not say how much memory it takes");
     process_.limit_memory(static_cast<std::uint64_t>(memory));
@@ -136,22 +143,16 @@ void WriterConversation::write(const std::byte* bytes, std::size_t size) {
 
 void WriterConversation::listen() {
   with(process_, [&] {
-    while (process_.has_line()) {
-      const Json answer = parsed(process_.hear());
-      if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
-      const std::string kind = text_in(answer, "answer");
-      if (kind == "error") throw_error(process_, answer);
-      if (kind != "working")
+    while (process_.has_line())
+      if (const std::string kind = text_in(heard_answer(process_), "answer"); kind != "working")
         throw WrongAnswer(fmt::format("it answers \"{}\" while it is given bytes", kind));
-    }
   });
 }
 
 std::string WriterConversation::finish() {
   say({{"request", "finish"}});
   return with(process_, [&] {
-    const Json answer = next_answer(process_);
-    require_answer(answer, "done");
+    const Json answer = required(next_answer(process_), "done");
     const Json& facts = member(answer, "facts");
     if (!facts.is_null() && !facts.is_object()) throw WrongAnswer("\"facts\" is not an object");
     process_.finish();

@@ -6,13 +6,42 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/programs/format_program.h"
-#include "io/programs/mesh_layout.h"
 #include "io/volume/volume_info.h"
+#include "stages/sample/sample_type.h"
 
 namespace tagrid {
+
+/// An array of a mesh: so many entries of one or several numbers.
+struct MeshArray {
+  std::string name;
+  std::int64_t entries = 0;
+  std::size_t entry_bytes = 1;
+
+  bool operator==(const MeshArray&) const = default;
+};
+
+/// A mesh of tetrahedra, as a writer is told of it before its arrays come.
+struct MeshLayout {
+  /// Arrays of samples, by their names.
+  using Data = std::vector<std::pair<std::string, SampleType>>;
+
+  std::int64_t points = 0, tetrahedra = 0;
+  Data point_data, cell_data;
+
+  /// All arrays, in the order in which they are sent: the positions of points (three float64), the
+  /// connectivity of tetrahedra (four int64), and the data.
+  std::vector<MeshArray> arrays() const;
+};
+
+inline constexpr const char* positions_array = "positions";
+inline constexpr const char* connectivity_array = "connectivity";
+
+/// The most bytes of an array that come with one announcement.
+inline constexpr std::size_t most_bytes_of_piece = std::size_t{1} << 20;
 
 /// The options of users for the file, by their names: {"grid", "density"}. Writers ignore those that they do
 /// not know.
@@ -24,14 +53,15 @@ struct WriterReady {
   std::vector<std::string> warnings;
 };
 
-/// All functions throw what the writer says is wrong: BrokenInput, UsageError or WorldError. If the writer itself does
-/// wrong, they throw WorldError.
+/// All functions throw what the writer says is wrong: BrokenInput, UsageError or WorldError. If the writer
+/// itself does wrong, they throw WorldError.
 class WriterConversation {
  public:
   /// Starts the program, and hears which version of the protocol it speaks.
   explicit WriterConversation(const std::string& program, const FormatProgram::Limits& limits = {});
 
-  /// Asks for the volume to be written into the file at `path`, which exists. `name` is what messages call it.
+  /// Asks for the volume to be written into the file at `path`, which exists. `name` is what messages call
+  /// it.
   WriterReady begin(const std::string& path, const std::string& name, const VolumeInfo& info,
                     const WriterOptions& options);
   /// The same for a mesh.
@@ -44,7 +74,8 @@ class WriterConversation {
   void announce_entries(const std::string& array, std::int64_t from, std::int64_t to);
   /// Sends the next bytes of what was announced, little endian.
   void write(const std::byte* bytes, std::size_t size);
-  /// Waits until the file is complete, and ends the program. Returns what the writer says of the file: a JSON object.
+  /// Waits until the file is complete, and ends the program. Returns what the writer says of the file: a JSON
+  /// object.
   std::string finish();
 
  private:

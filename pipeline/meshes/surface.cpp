@@ -9,7 +9,7 @@ namespace tagrid {
 
 Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   const SurfaceOptions& options = run.options;
-  const SurfaceFormat& format = surface_format_of(run.output);
+  const MeshFormat& format = surface_format_of(run.output);
   GridInput input(run.input, !options.region.is_all(), run.output, options.overwrite);
   const CodingParameters& parameters = input.header().parameters;
   SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close,
@@ -23,7 +23,7 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   // Checked before anything is written.
   input.check_memory(positions, builder_bytes, run.resources);
 
-  const std::shared_ptr<SurfaceFile> file = format.create(run.output, options.overwrite);
+  const std::shared_ptr<SurfaceFile> file = format.create_surface(run.output, options.overwrite);
   file->set_notes(input.notes());
   SurfaceBuilder builder(input.header(), positions, part, level, *file);
   input.pass_to(builder, positions, builder_bytes, run.resources, run.progress);

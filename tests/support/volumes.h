@@ -20,7 +20,7 @@ template <class T>
 void write_nrrd(const std::string& path, Index3 dims, const std::vector<T>& samples,
                 const std::string& fields = "") {
   VolumeInfo info{dims, sample_type_of<T>(), geometry_of(fields), fields};
-  const auto writer = format_named("nrrd").create(path, info, {.overwrite = true});
+  const auto writer = create_volume(format_named("nrrd"), path, info, {.files = {.overwrite = true}});
   writer->write_slices(std::as_bytes(std::span(samples)));
   writer->commit();
 }

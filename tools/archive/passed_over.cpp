@@ -45,7 +45,7 @@ void PassedOver::report(const fs::path& root,
 
 std::string why_no_volume(const std::string& path) {
   FileBytes file(path);
-  const std::string_view beginning = file.peek(bytes_to_recognise());
+  const std::string_view beginning = file.peek(bytes_to_recognize());
   if (beginning.empty()) return "empty";
   if (const Format* other = format_of(beginning, false)) {
     const std::string_view what = other->what;

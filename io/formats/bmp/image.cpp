@@ -34,8 +34,8 @@ std::vector<std::byte> read(const ByteSource& file, std::uint64_t from, std::uin
   return bytes;
 }
 
-/// Without a ramp of greys, numbers are not brightness.
-void require_greys(const ByteSource& file, std::uint64_t palette, int colors, std::size_t entry) {
+/// Without a ramp of grays, numbers are not brightness.
+void require_grays(const ByteSource& file, std::uint64_t palette, int colors, std::size_t entry) {
   const auto bytes = read(file, palette, static_cast<std::uint64_t>(colors) * entry);
   for (int i = 0; i < colors; ++i) {
     const std::byte* color = bytes.data() + static_cast<std::size_t>(i) * entry;
@@ -43,8 +43,8 @@ void require_greys(const ByteSource& file, std::uint64_t palette, int colors, st
                red = std::to_integer<int>(color[2]);
     if (blue != i || green != i || red != i)
       refuse(file,
-             fmt::format("its palette is not the ramp of greys: color {} is ({}, {}, {}), so samples are not "
-                         "brightness; convert it to a grey image first",
+             fmt::format("its palette is not the ramp of grays: color {} is ({}, {}, {}), so samples are not "
+                         "brightness; convert it to a gray image first",
                          i, red, green, blue));
   }
 }
@@ -82,15 +82,15 @@ BmpImage bmp_image(const ByteSource& file) {
   if (image.width <= 0 || image.height <= 0)
     refuse(file, fmt::format("an image cannot have {} x {} samples", image.width, rows));
   const auto bits = number<std::uint16_t>(header, is_core ? 24 : 28);
-  if (bits != 8) refuse(file, fmt::format("has {} bits a sample; only 8-bit grey images are read", bits));
+  if (bits != 8) refuse(file, fmt::format("has {} bits a sample; only 8-bit gray images are read", bits));
   if (const auto compression = is_core ? 0 : number<std::uint32_t>(header, 30); compression != 0)
     refuse(file, fmt::format("is compressed (method {}); only uncompressed images are read", compression));
   const auto colors = is_core ? 0 : number<std::uint32_t>(header, 46);
   if (colors > 256) refuse(file, fmt::format("has a palette of {} colors for 8 bits", colors));
-  if (colors != 0) image.greys = static_cast<int>(colors);
+  if (colors != 0) image.grays = static_cast<int>(colors);
   const std::size_t entry = is_core ? 3 : 4;
-  require_greys(file, file_header + header_size, image.greys, entry);
-  const std::uint64_t first = file_header + header_size + static_cast<std::uint64_t>(image.greys) * entry;
+  require_grays(file, file_header + header_size, image.grays, entry);
+  const std::uint64_t first = file_header + header_size + static_cast<std::uint64_t>(image.grays) * entry;
   if (image.offset < first)
     refuse(file, fmt::format("its samples begin at byte {}, within its header", image.offset));
   // Both factors are below 2^31 + 3.
@@ -113,8 +113,8 @@ void read_bmp(const ByteSource& file, const BmpImage& image, std::span<std::byte
     const auto to = samples.subspan(static_cast<std::size_t>(y) * width, width);
     std::ranges::copy(from, to.begin());
     const int largest = std::to_integer<int>(*std::ranges::max_element(to));
-    if (largest >= image.greys)
-      refuse(file, fmt::format("a sample is {}, but its palette has {} colors", largest, image.greys));
+    if (largest >= image.grays)
+      refuse(file, fmt::format("a sample is {}, but its palette has {} colors", largest, image.grays));
   }
 }
 

@@ -14,7 +14,7 @@ struct BmpImage {
   std::int64_t width = 0, height = 0;
   bool is_top_down = false;  ///< The first row in the file is the upper one; usually it is the lower one.
   std::uint64_t offset = 0;  ///< of the first row in the file
-  int greys = 256;           ///< Samples are less than this.
+  int grays = 256;           ///< Samples are less than this.
   std::uint64_t after = 0;   ///< bytes after the samples and after any color profile that follows them
 
   /// Rows are filled up to multiples of four bytes.

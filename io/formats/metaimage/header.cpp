@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -9,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_pattern.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/foreign_numbers.h"
 #include "io/text/text.h"
@@ -80,17 +81,22 @@ bool is_true(std::string_view field, std::string_view value) {
   refuse(field, value, "must be True or False");
 }
 
-/// MET_LONG has 4 bytes wherever MetaIO runs, and MET_LONG_LONG has 8.
+/// The first name of a type is written. MET_LONG has 4 bytes wherever MetaIO runs, and MET_LONG_LONG has 8.
+constexpr std::array element_types = {std::pair{std::string_view("MET_UCHAR"), SampleType::uint8},
+                                      std::pair{std::string_view("MET_CHAR"), SampleType::int8},
+                                      std::pair{std::string_view("MET_USHORT"), SampleType::uint16},
+                                      std::pair{std::string_view("MET_SHORT"), SampleType::int16},
+                                      std::pair{std::string_view("MET_UINT"), SampleType::uint32},
+                                      std::pair{std::string_view("MET_INT"), SampleType::int32},
+                                      std::pair{std::string_view("MET_FLOAT"), SampleType::float32},
+                                      std::pair{std::string_view("MET_DOUBLE"), SampleType::float64},
+                                      std::pair{std::string_view("MET_ULONG"), SampleType::uint32},
+                                      std::pair{std::string_view("MET_LONG"), SampleType::int32}};
+
 SampleType type_of(std::string_view value) {
-  static const std::map<std::string_view, SampleType> types = {
-      {"MET_UCHAR", SampleType::uint8},   {"MET_CHAR", SampleType::int8},
-      {"MET_USHORT", SampleType::uint16}, {"MET_SHORT", SampleType::int16},
-      {"MET_UINT", SampleType::uint32},   {"MET_INT", SampleType::int32},
-      {"MET_ULONG", SampleType::uint32},  {"MET_LONG", SampleType::int32},
-      {"MET_FLOAT", SampleType::float32}, {"MET_DOUBLE", SampleType::float64}};
-  const auto found = types.find(value);
-  if (found == types.end()) refuse("ElementType", value, "not supported");
-  return found->second;
+  for (const auto& [name, type] : element_types)
+    if (name == value) return type;
+  refuse("ElementType", value, "not supported");
 }
 
 /// The samples of one volume along x, y, z, and the number of volumes.
@@ -269,6 +275,10 @@ Fields take_fields(std::string_view& text, KeyValues& pairs) {
 }
 
 }  // namespace
+
+std::string_view meta_image_name_of(SampleType type) {
+  return std::ranges::find(element_types, type, &std::pair<std::string_view, SampleType>::second)->first;
+}
 
 bool begins_meta_image(std::string_view bytes) {
   for (const std::string_view name : {"ObjectType", "NDims"})

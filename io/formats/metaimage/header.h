@@ -1,12 +1,14 @@
-// MetaImage headers. The format: https://itk.org/Wiki/ITK/MetaIO/Documentation
+// MetaImage headers, and volumes that have them. The format: https://itk.org/Wiki/ITK/MetaIO/Documentation
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/files/file_bytes.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
 
@@ -51,5 +53,24 @@ std::string plain_meta_image_header(std::string_view text);
 /// LIST". Throws BrokenInput if it is broken or describes something other than a volume of real numbers. Safe
 /// for any bytes.
 MetaImageHeader parse_meta_image_header(std::string_view text);
+
+/// The name of a type in headers: "MET_UCHAR".
+std::string_view meta_image_name_of(SampleType type);
+
+/// Reads the volume that a header describes: .mha, and .mhd with the samples in one file or several. `file`
+/// was opened at `path` and is at its beginning. Of several volumes, `source.series` chooses one by its
+/// number, from 1 on. Throws BrokenInput, UsageError and WorldError.
+std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, const std::string& path,
+                                              const SourceDescription& source);
+
+/// The header before the samples of a volume. Positions become those of ITK: left-posterior-superior. Fields
+/// that a MetaImage source had come back.
+std::string meta_image_header_text(const VolumeInfo& info);
+
+/// The same header in a file of its own. Throws UsageError if a header cannot name the file of the samples.
+std::string detached_meta_image_header(const VolumeInfo& info, const std::string& data_file);
+
+/// What MetaImage cannot keep of this volume, one sentence for each loss.
+std::vector<std::string> lost_in_meta_image(const VolumeInfo& info);
 
 }  // namespace tagrid

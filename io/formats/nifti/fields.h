@@ -1,4 +1,4 @@
-// The fields of NIfTI headers.
+// The fields of NIfTI headers, and where they say that samples lie.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,11 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/volume/volume_info.h"
 
 namespace tagrid::nifti {
 
@@ -27,6 +30,8 @@ struct Field {
   std::size_t count = 1;
 };
 
+inline constexpr Field sizeof_hdr{"sizeof_hdr", {0, 'i'}, {0, 'i'}};
+inline constexpr Field magic{"magic", {344, 'c'}, {4, 'c'}};
 inline constexpr Field dim{"dim", {40, 's'}, {16, 'l'}, 8};
 inline constexpr Field intent_code{"intent_code", {68, 's'}, {504, 'i'}};
 inline constexpr Field bitpix{"bitpix", {72, 's'}, {14, 's'}};
@@ -43,6 +48,29 @@ inline constexpr Field qoffset{"qoffset_xyz", {268, 'f'}, {376, 'd'}, 3};
 inline constexpr std::array srow = {Field{"srow_x", {280, 'f'}, {400, 'd'}, 4},
                                     Field{"srow_y", {296, 'f'}, {432, 'd'}, 4},
                                     Field{"srow_z", {312, 'f'}, {464, 'd'}, 4}};
+
+/// Fields of which only the key-value pairs of a volume know.
+inline constexpr Field descrip{"descrip", {148, 'c'}, {240, 'c'}, 80};
+inline constexpr Field aux_file{"aux_file", {228, 'c'}, {320, 'c'}, 24};
+inline constexpr Field intent_name{"intent_name", {328, 'c'}, {508, 'c'}, 16};
+inline constexpr Field intent_p{"intent_p1_p2_p3", {56, 'f'}, {80, 'd'}, 3};
+inline constexpr Field dim_info{"dim_info", {39, 'b'}, {524, 'b'}};
+inline constexpr Field cal_min{"cal_min", {128, 'f'}, {200, 'd'}};
+inline constexpr Field cal_max{"cal_max", {124, 'f'}, {192, 'd'}};
+inline constexpr Field slice_start{"slice_start", {74, 's'}, {224, 'l'}};
+inline constexpr Field slice_end{"slice_end", {120, 's'}, {232, 'l'}};
+inline constexpr Field slice_code{"slice_code", {122, 'b'}, {496, 'i'}};
+inline constexpr Field slice_duration{"slice_duration", {132, 'f'}, {208, 'd'}};
+inline constexpr Field toffset{"toffset", {136, 'f'}, {216, 'd'}};
+
+/// The values of `datatype` that are read and written.
+inline constexpr std::array datatypes = {
+    std::pair{2, SampleType::uint8},    std::pair{4, SampleType::int16},    std::pair{8, SampleType::int32},
+    std::pair{16, SampleType::float32}, std::pair{64, SampleType::float64}, std::pair{256, SampleType::int8},
+    std::pair{512, SampleType::uint16}, std::pair{768, SampleType::uint32}};
+
+/// The units that NIfTI has, by their codes from 1 on.
+inline constexpr std::array<std::string_view, 3> units_of_nifti = {"m", "mm", "um"};
 
 /// The fields of a header, in either version and byte order.
 class Fields {
@@ -96,5 +124,9 @@ class Fields {
   std::string_view bytes_;
   bool is_second_, is_big_endian_;
 };
+
+/// The geometry of the sform, otherwise that of the qform, otherwise the spacing alone. Adds a warning for
+/// what is unusable.
+Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings);
 
 }  // namespace tagrid::nifti

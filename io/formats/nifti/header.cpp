@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "io/errors/errors.h"
 #include "io/formats/nifti/fields.h"
-#include "io/formats/nifti/geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/foreign_number.h"
 
@@ -20,30 +20,10 @@ using namespace std::string_view_literals;
 using namespace nifti;
 
 /// What is kept as pairs, in this order, unless all of it is 0.
-constexpr std::array kept = {Field{"descrip", {148, 'c'}, {240, 'c'}, 80},
-                             Field{"aux_file", {228, 'c'}, {320, 'c'}, 24},
-                             Field{"intent_name", {328, 'c'}, {508, 'c'}, 16},
-                             intent_code,
-                             Field{"intent_p1_p2_p3", {56, 'f'}, {80, 'd'}, 3},
-                             Field{"dim_info", {39, 'b'}, {524, 'b'}},
-                             pixdim,
-                             scl_slope,
-                             scl_inter,
-                             Field{"cal_min", {128, 'f'}, {200, 'd'}},
-                             Field{"cal_max", {124, 'f'}, {192, 'd'}},
-                             Field{"slice_start", {74, 's'}, {224, 'l'}},
-                             Field{"slice_end", {120, 's'}, {232, 'l'}},
-                             Field{"slice_code", {122, 'b'}, {496, 'i'}},
-                             Field{"slice_duration", {132, 'f'}, {208, 'd'}},
-                             Field{"toffset", {136, 'f'}, {216, 'd'}},
-                             xyzt_units,
-                             qform_code,
-                             quatern,
-                             qoffset,
-                             sform_code,
-                             srow[0],
-                             srow[1],
-                             srow[2]};
+constexpr std::array kept = {descrip,   aux_file,   intent_name,    intent_code, intent_p,   dim_info,
+                             pixdim,    scl_slope,  scl_inter,      cal_min,     cal_max,    slice_start,
+                             slice_end, slice_code, slice_duration, toffset,     xyzt_units, qform_code,
+                             quatern,   qoffset,    sform_code,     srow[0],     srow[1],    srow[2]};
 
 enum class Magic { none, first, first_pair, second, second_pair };
 
@@ -62,26 +42,9 @@ Magic magic_of(std::string_view bytes) {
 }
 
 SampleType type_of(std::int64_t code) {
-  switch (code) {
-    case 2:
-      return SampleType::uint8;
-    case 4:
-      return SampleType::int16;
-    case 8:
-      return SampleType::int32;
-    case 16:
-      return SampleType::float32;
-    case 64:
-      return SampleType::float64;
-    case 256:
-      return SampleType::int8;
-    case 512:
-      return SampleType::uint16;
-    case 768:
-      return SampleType::uint32;
-    default:
-      break;
-  }
+  if (const auto found = std::ranges::find(datatypes, code, &std::pair<int, SampleType>::first);
+      found != datatypes.end())
+    return found->second;
   const char* name = code == 1                                    ? "single bits"
                      : code == 32 || code == 1792 || code == 2048 ? "complex numbers"
                      : code == 128 || code == 2304                ? "colors"
@@ -130,38 +93,24 @@ Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
   return {slope, std::isfinite(intercept) ? intercept : 0, ""};
 }
 
-/// What samples are if they are not measurements; "" otherwise.
-std::string_view meaning_of(std::int64_t intent) {
-  switch (intent) {
-    case 1002:
-    case 1003:
-      return "labels";
-    case 1004:
-    case 1005:
-      return "parts of matrices";
-    case 1006:
-    case 1007:
-      return "parts of vectors";
-    case 1008:
-      return "points";
-    case 1009:
-      return "triangles";
-    case 1010:
-      return "parts of quaternions";
-    case 2003:
-    case 2004:
-      return "parts of colors";
-    default:
-      return "";
-  }
-}
-
 void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
+  // What samples are if they are not measurements, by `intent_code`.
+  static const std::map<std::int64_t, std::string_view> meanings = {{1002, "labels"},
+                                                                    {1003, "labels"},
+                                                                    {1004, "parts of matrices"},
+                                                                    {1005, "parts of matrices"},
+                                                                    {1006, "parts of vectors"},
+                                                                    {1007, "parts of vectors"},
+                                                                    {1008, "points"},
+                                                                    {1009, "triangles"},
+                                                                    {1010, "parts of quaternions"},
+                                                                    {2003, "parts of colors"},
+                                                                    {2004, "parts of colors"}};
   const std::int64_t intent = fields.integer(intent_code), bits = fields.integer(bitpix);
-  if (const std::string_view meaning = meaning_of(intent); !meaning.empty())
+  if (const auto meaning = meanings.find(intent); meaning != meanings.end())
     header.not_understood.push_back(
         fmt::format("NIfTI header: intent_code {} says that samples are {}; they are taken for measurements",
-                    intent, meaning));
+                    intent, meaning->second));
   const auto bits_of_type = static_cast<std::int64_t>(8 * size_of(type));
   if (bits != bits_of_type)
     header.not_understood.push_back(fmt::format(

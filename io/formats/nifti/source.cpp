@@ -1,5 +1,4 @@
-#include "io/formats/nifti/source.h"
-
+// NIfTI volumes from files.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -54,7 +53,6 @@ PlainHeader plain_header(const std::string& path) {
 std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const std::string& path,
                                          const SourceDescription& source) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a NIfTI file", Problem::describes_itself);
   NiftiHeader header = read_header(*file);
   const auto number = static_cast<std::uint64_t>(
       number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));

@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/line.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -113,8 +114,7 @@ std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
         "components (colors, vectors) or time points; extract one of them first, for example with unu slice",
         fmt::join(sizes, " "), sizes.size() - single.size()));
   std::vector<bool> is_in_space(sizes.size(), true);
-  while (!nrrd_fields.empty()) {
-    const NrrdLine line = parse_nrrd_line(take_line(nrrd_fields));
+  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     if (line.field != "kinds" && line.field != "space directions") continue;
     const Values values = values_of(*axis_field(line.field), line.value, sizes.size());
     for (std::size_t axis = 0; axis < sizes.size(); ++axis) {
@@ -134,14 +134,12 @@ std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
 template <class ValueOf>
 std::string changed(std::string_view nrrd_fields, ValueOf value_of) {
   std::string lines;
-  while (!nrrd_fields.empty()) {
-    const std::string_view text = take_line(nrrd_fields);
-    const NrrdLine line = parse_nrrd_line(text);
+  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     const std::string value = line.kind == NrrdLine::Kind::field ? value_of(line) : "";
     if (line.kind == NrrdLine::Kind::field && value != line.value)
       lines += fmt::format("{}: {}\n", line.field, value);
     else
-      lines.append(text).append("\n");
+      lines.append(line.text).append("\n");
   }
   return lines;
 }
@@ -189,6 +187,32 @@ ThreeAxes three_axes(const std::vector<std::int64_t>& sizes, std::string_view nr
     return fmt::format("{} {} {}", values[axes[0]], values[axes[1]], values[axes[2]]);
   };
   return {{sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, changed(nrrd_fields, of_axes)};
+}
+
+std::string with_spacing_of_ends(const std::string& nrrd_fields, const Index3& dims) {
+  std::map<std::string_view, std::vector<std::string_view>> words;
+  std::string others;  // all lines but the spacings
+  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
+    words[line.field] = words_of(line.value);
+    if (line.field != "spacings") others.append(line.text).append("\n");
+  }
+  const auto &mins = words["axis mins"], &maxs = words["axis maxs"], &centers = words["centers"];
+  const Geometry geometry = geometry_of(nrrd_fields);
+  if (mins.size() != 3 || maxs.size() != 3 || geometry.has_directions) return nrrd_fields;
+  std::array<double, 3> spacing = geometry.spacing;
+  bool has_more = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!std::isnan(spacing[axis])) continue;
+    const auto low = number_of(mins[axis]), high = number_of(maxs[axis]);
+    const bool is_node = centers.size() == 3 && lower_case(centers[axis]) == "node";
+    const auto steps = dims[static_cast<int>(axis)] - (is_node ? 1 : 0);
+    if (!low || !high || steps == 0) continue;
+    const double step = (*high - *low) / static_cast<double>(steps);
+    if (!std::isfinite(step) || step == 0) continue;
+    spacing[axis] = step;
+    has_more = true;
+  }
+  return has_more ? others + spacings_line(spacing) : nrrd_fields;
 }
 
 }  // namespace tagrid

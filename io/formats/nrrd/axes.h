@@ -1,4 +1,4 @@
-// Volumes in NRRD files with more or fewer than three axes.
+// The axes of NRRD files: more or fewer than three, and axes of which a header gives the ends.
 #pragma once
 
 #include <cstdint>
@@ -31,5 +31,11 @@ bool is_spatial_kind(std::string_view kind);
 std::optional<std::vector<double>> vector_of(std::string_view value);
 /// The parts of "(a,b,c) none (d,e,f)"; nothing if a vector does not end.
 std::optional<std::vector<std::string_view>> vectors_in(std::string_view value);
+
+/// The header lines (see VolumeInfo::nrrd_fields), with the spacing of each axis that has none but an axis
+/// min and an axis max, as teem has it: (max - min) / samples, or (max - min) / (samples - 1) if the axis is
+/// centered on nodes. teem, too, takes an axis of unknown centering for one of cells. Lines with directions
+/// stay as they are. Throws as geometry_of() does.
+std::string with_spacing_of_ends(const std::string& nrrd_fields, const Index3& dims);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/foreign_header.h"
+#include "io/formats/nrrd/header.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 
 #include "io/formats/nrrd/axes.h"
 #include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/slice_positions.h"
+#include "io/formats/nrrd/region.h"
 #include "io/text/foreign_numbers.h"
 #include "io/text/text.h"
 #include "io/text/text_changes.h"
@@ -29,29 +29,33 @@ bool is_unknown(std::string_view word) {
 /// Reads the lines of a header, from front to back.
 class Reading {
  public:
-  explicit Reading(std::string_view text)
-      : changes_(text), axes_(axes_in(text)), has_spacings_(says_spacings(text)) {}
-
-  void read_field(std::string_view line, const NrrdLine& parsed) {
-    if (parsed.field == "spacings")
-      read_numbers(line, parsed, "the spacing along this axis is unknown", true);
-    else if (parsed.field == "axis mins")
-      read_numbers(line, parsed, "the position along this axis is unknown", false);
-    else if (parsed.field == "axis maxs" || parsed.field == "thicknesses")
-      read_numbers(line, parsed, "it is left out", false);
-    else if (parsed.field == "space directions")
-      read_directions(line, parsed);
-    else if (parsed.field == "space origin")
-      read_origin(line, parsed);
-    else if (parsed.field == "old min" || parsed.field == "old max")
-      read_old_range(line, parsed);
-    else if (parsed.field == "block size")
-      read_block_size(line, parsed);
+  Reading(std::string_view text, const std::vector<NrrdLine>& lines) : changes_(text) {
+    for (const NrrdLine& line : lines) {
+      has_spacings_ = has_spacings_ || line.field == "spacings";
+      if (line.field == "dimension" && axes_ == 0)
+        axes_ = static_cast<std::size_t>(std::max<std::int64_t>(whole_number_of(line.value).value_or(0), 0));
+    }
   }
 
-  void read_pair(std::string_view line) {
-    const std::size_t sign = line.find(":=");
-    const std::string_view key = line.substr(0, sign), value = line.substr(sign + 2);
+  void read_field(const NrrdLine& line) {
+    if (line.field == "spacings")
+      read_numbers(line, "the spacing along this axis is unknown", true);
+    else if (line.field == "axis mins")
+      read_numbers(line, "the position along this axis is unknown", false);
+    else if (line.field == "axis maxs" || line.field == "thicknesses")
+      read_numbers(line, "it is left out", false);
+    else if (line.field == "space directions")
+      read_directions(line);
+    else if (line.field == "space origin")
+      read_origin(line);
+    else if (line.field == "old min" || line.field == "old max")
+      read_old_range(line);
+    else if (line.field == "block size")
+      read_block_size(line);
+  }
+
+  void read_pair(const NrrdLine& line) {
+    const std::string_view key = line.key, value = line.value;
     if (key == slice_positions_key) read_positions(value);
     if (is_of_a_label(key)) read_label(key);
     if (key != "rescale_slope" && key != "rescale_intercept") return;
@@ -68,53 +72,25 @@ class Reading {
   }
 
  private:
-  /// 0 if the header does not say it.
-  static std::size_t axes_in(std::string_view text) {
-    for (const NrrdLine& line : fields_in(text))
-      if (line.field == "dimension")
-        return static_cast<std::size_t>(std::max<std::int64_t>(whole_number_of(line.value).value_or(0), 0));
-    return 0;
-  }
-  static bool says_spacings(std::string_view text) {
-    return std::ranges::any_of(fields_in(text),
-                               [](const NrrdLine& line) { return line.field == "spacings"; });
-  }
-  static std::vector<NrrdLine> fields_in(std::string_view text) {
-    std::vector<NrrdLine> fields;
-    take_line(text);
-    while (!text.empty()) {
-      const std::string_view line = take_line(text);
-      if (line.empty()) break;
-      if (line.find(':') == line.npos || line.front() == '#') continue;
-      if (NrrdLine parsed = parse_nrrd_line(line); parsed.kind == NrrdLine::Kind::field)
-        fields.push_back(parsed);
-      if (fields.size() > 0 && fields.back().field == "data file" && fields.back().value.starts_with("LIST"))
-        break;
-    }
-    return fields;
-  }
-
   void warn(const std::string& sentence) { result_.warnings.push_back("NRRD header: " + sentence); }
-  void comment_out(std::string_view line) { changes_.replace(line, fmt::format("# {}", line)); }
+  void comment_out(const NrrdLine& line) { changes_.replace(line.text, fmt::format("# {}", line.text)); }
 
   /// A field with a number for each axis.
-  void read_numbers(std::string_view line, const NrrdLine& parsed, std::string_view consequence,
-                    bool is_length) {
-    const ForeignNumbers numbers = foreign_numbers(parsed.value, axes_);
-    const auto words = words_of(parsed.value);
+  void read_numbers(const NrrdLine& line, std::string_view consequence, bool is_length) {
+    const ForeignNumbers numbers = foreign_numbers(line.value, axes_);
+    const auto words = words_of(line.value);
     if (numbers.numbers.empty()) {
-      warn(remark_on(numbers, parsed.field, "it is left out"));
+      warn(remark_on(numbers, line.field, "it is left out"));
       return comment_out(line);
     }
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       const ForeignNumber& number = numbers.numbers[axis];
       if (is_unknown(words[axis])) continue;
       const bool is_zero = is_length && number.is_number() && number.value == 0;
-      std::string remark =
-          remark_on(number, fmt::format("of {} {}, number {}", parsed.field, quoted(parsed.value), axis + 1),
-                    consequence);
+      std::string remark = remark_on(
+          number, fmt::format("of {} {}, number {}", line.field, quoted(line.value), axis + 1), consequence);
       if (is_zero)
-        remark = fmt::format("of {} {}, number {} is 0; {}", parsed.field, quoted(parsed.value), axis + 1,
+        remark = fmt::format("of {} {}, number {} is 0; {}", line.field, quoted(line.value), axis + 1,
                              consequence);
       if (remark.empty()) continue;
       warn(remark);
@@ -164,17 +140,16 @@ class Reading {
     return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
   }
 
-  void read_directions(std::string_view line, const NrrdLine& parsed) {
-    const auto directions = directions_in(parsed.value);
+  void read_directions(const NrrdLine& line) {
+    const auto directions = directions_in(line.value);
     if (!directions) {
       warn(
           fmt::format("space directions {} are not {} vectors of numbers; spacing and directions are unknown",
-                      quoted(parsed.value), axes_));
+                      quoted(line.value), axes_));
       return comment_out(line);
     }
     if (span(*directions)) return;
-    warn(fmt::format("space directions {} do not span a volume; directions are unknown",
-                     quoted(parsed.value)));
+    warn(fmt::format("space directions {} do not span a volume; directions are unknown", quoted(line.value)));
     if (has_spacings_) return comment_out(line);
     std::vector<double> lengths;
     for (const auto& vector : *directions) {
@@ -182,18 +157,18 @@ class Reading {
       for (const double number : vector) sum += number * number;
       lengths.push_back(sum > 0 && std::isfinite(sum) ? std::sqrt(sum) : Geometry::unknown);
     }
-    changes_.replace(line, fmt::format("spacings: {}", fmt::join(lengths, " ")));
+    changes_.replace(line.text, fmt::format("spacings: {}", fmt::join(lengths, " ")));
   }
 
-  void read_origin(std::string_view line, const NrrdLine& parsed) {
-    const auto origin = vector_of(parsed.value);
+  void read_origin(const NrrdLine& line) {
+    const auto origin = vector_of(line.value);
     const auto unknown = origin ? std::ranges::count_if(*origin, [](double n) { return std::isnan(n); }) : 0;
     const bool is_readable = origin && (origin->size() == 3 || (origin->size() == 2 && axes_ == 2)) &&
                              std::ranges::none_of(*origin, [](double n) { return std::isinf(n); }) &&
                              (unknown == 0 || unknown == std::ssize(*origin));
     if (is_readable) return;
     warn(fmt::format("space origin {} is not a vector of numbers; where the volume lies is unknown",
-                     quoted(parsed.value)));
+                     quoted(line.value)));
     comment_out(line);
   }
 
@@ -220,42 +195,50 @@ class Reading {
   }
 
   /// Programs that quantize values note what range they had.
-  void read_old_range(std::string_view line, const NrrdLine& parsed) {
-    if (is_unknown(parsed.value)) return;
+  void read_old_range(const NrrdLine& line) {
+    if (is_unknown(line.value)) return;
     result_.not_understood.push_back(
         fmt::format("NRRD header: {} {} says that samples are quantized values; they are taken as they are, "
                     "and not turned back",
-                    parsed.field, quoted(parsed.value)));
-    if (foreign_number(parsed.value).is_unreadable()) comment_out(line);
+                    line.field, quoted(line.value)));
+    if (foreign_number(line.value).is_unreadable()) comment_out(line);
   }
 
   /// Blocks are refused by their type. Beside another one, teem reads no file with this field.
-  void read_block_size(std::string_view line, const NrrdLine& parsed) {
-    warn(fmt::format("block size {}: samples are no blocks; it is left out", quoted(parsed.value)));
+  void read_block_size(const NrrdLine& line) {
+    warn(fmt::format("block size {}: samples are no blocks; it is left out", quoted(line.value)));
     comment_out(line);
   }
 
   TextChanges changes_;
-  std::size_t axes_;
-  bool has_spacings_, has_labels_ = false;
+  std::size_t axes_ = 0;  ///< 0 if the header does not say it
+  bool has_spacings_ = false, has_labels_ = false;
   ForeignNrrdHeader result_;
 };
 
-}  // namespace
-
-ForeignNrrdHeader foreign_nrrd_header(std::string_view text) {
-  Reading reading(text);
+/// The lines after the magic, up to the blank line or the names of files.
+std::vector<NrrdLine> lines_in(std::string_view text) {
+  std::vector<NrrdLine> lines;
   take_line(text);
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
-    const NrrdLine parsed = parse_nrrd_line(line);
-    if (parsed.field == "data file" && parsed.value.starts_with("LIST")) break;
-    if (parsed.kind == NrrdLine::Kind::field)
-      reading.read_field(line, parsed);
-    else if (parsed.kind == NrrdLine::Kind::key_value)
-      reading.read_pair(line);
+    lines.push_back(parse_nrrd_line(line));
+    if (lines.back().field == "data file" && lines.back().value.starts_with("LIST")) break;
   }
+  return lines;
+}
+
+}  // namespace
+
+ForeignNrrdHeader foreign_nrrd_header(std::string_view text) {
+  const std::vector<NrrdLine> lines = lines_in(text);
+  Reading reading(text, lines);
+  for (const NrrdLine& line : lines)
+    if (line.kind == NrrdLine::Kind::field)
+      reading.read_field(line);
+    else if (line.kind == NrrdLine::Kind::key_value)
+      reading.read_pair(line);
   return reading.finish();
 }
 

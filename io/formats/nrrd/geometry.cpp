@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/line.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -22,8 +22,7 @@ Fields fields_of(std::string_view nrrd_fields) {
   // Otherwise a header that contains these lines would not give them back.
   if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
     throw BrokenInput("NRRD header: lines here must end with a single line feed");
-  while (!nrrd_fields.empty()) {
-    const NrrdLine line = parse_nrrd_line(take_line(nrrd_fields));
+  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     if (line.kind != NrrdLine::Kind::field) continue;
     if (is_storage_field(line.field))
       throw BrokenInput(fmt::format("NRRD header: \"{}\" is not expected here", line.field));
@@ -59,26 +58,18 @@ Vector three_numbers(std::string_view field, std::string_view value) {
 
 /// Removes and returns the vector "(a,b,c)" in front of `rest`. An unknown vector is three NaNs.
 Vector take_vector(std::string_view field, std::string_view& rest) {
-  const std::size_t open = rest.find_first_not_of(" \t");
-  if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none") refuse_none(field);
-  const std::size_t close = rest.find(')');
-  Vector vector = {};
-  bool good = open != rest.npos && rest[open] == '(' && close != rest.npos;
-  std::string_view numbers = good ? rest.substr(open + 1, close - open - 1) : std::string_view();
-  for (int i = 0; good && i < 3; ++i) {
-    const std::size_t comma = numbers.find(',');
-    const auto words = words_of(numbers.substr(0, comma));
-    const auto number = words.size() == 1 ? number_of(words[0]) : std::nullopt;
-    const bool like_the_first = i == 0 || (number && std::isnan(*number) == std::isnan(vector[0]));
-    good = number && !std::isinf(*number) && like_the_first && (comma == numbers.npos) == (i == 2);
-    if (good) vector[static_cast<std::size_t>(i)] = *number;
-    if (good && i < 2) numbers.remove_prefix(comma + 1);
-  }
-  if (!good)
+  const std::string_view begin = trimmed(rest);
+  if (lower_case(begin.substr(0, 4)) == "none") refuse_none(field);
+  const std::size_t end = begin.find(')') + 1;  // 0 if there is none
+  const auto numbers = vector_of(begin.substr(0, end));
+  const auto is_unknown = [](double number) { return std::isnan(number); };
+  if (!numbers || numbers->size() != 3 ||
+      std::ranges::any_of(*numbers, [](double n) { return std::isinf(n); }) ||
+      std::ranges::any_of(*numbers, is_unknown) != std::ranges::all_of(*numbers, is_unknown))
     throw BrokenInput(fmt::format("NRRD header: {}: {} must begin with a vector (a,b,c) of 3 numbers", field,
                                   quoted(rest)));
-  rest.remove_prefix(close + 1);
-  return vector;
+  rest = begin.substr(end);
+  return {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
 void expect_end(std::string_view field, std::string_view rest) {
@@ -233,47 +224,6 @@ std::string pair_line(std::string_view key, std::string_view value) {
 }
 
 }  // namespace
-
-std::string text_of_key(std::string_view nrrd_fields, std::string_view key) {
-  for (auto& [name, text] : key_values_of(nrrd_fields))
-    if (name == key) return std::move(text);
-  return "";
-}
-
-KeyValues key_values_of(std::string_view nrrd_fields) {
-  KeyValues pairs;
-  while (!nrrd_fields.empty()) {
-    const std::string_view line = take_line(nrrd_fields);
-    if (parse_nrrd_line(line).kind != NrrdLine::Kind::key_value) continue;
-    const std::size_t sign = line.find(":=");
-    std::string value;
-    for (std::string_view rest = line.substr(sign + 2); !rest.empty(); rest.remove_prefix(1)) {
-      const bool is_escape = rest[0] == '\\' && rest.size() > 1 && (rest[1] == 'n' || rest[1] == '\\');
-      if (is_escape) rest.remove_prefix(1);
-      value += is_escape && rest[0] == 'n' ? '\n' : rest[0];
-    }
-    pairs.emplace_back(line.substr(0, sign), std::move(value));
-  }
-  return pairs;
-}
-
-std::string stripped(std::string_view nrrd_fields) {
-  std::string kept;
-  while (!nrrd_fields.empty()) {
-    const std::string_view line = take_line(nrrd_fields);
-    const NrrdLine parsed = parse_nrrd_line(line);
-    bool is_needed =
-        parsed.kind == NrrdLine::Kind::field && parsed.field != "content" && parsed.field != "number";
-    if (parsed.kind == NrrdLine::Kind::key_value)
-      for (const std::string_view key :
-           {"rescale_slope", "rescale_intercept", "rescale_units", "slice_positions", "slice_slopes",
-            "slice_intercepts", "dicom_added_intercept", "applied_", "slice_applied_", "vdb_", "scale doubt",
-            "not understood"})
-        is_needed = is_needed || line.starts_with(key);
-    if (is_needed) kept.append(line).append("\n");
-  }
-  return kept;
-}
 
 void add_rescale(const Rescale& rescale, KeyValues& pairs) {
   if (rescale.slope == 1 && rescale.intercept == 0) return;

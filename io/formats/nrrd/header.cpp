@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <numeric>
@@ -13,9 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_pattern.h"
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/axis_ends.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 #include "io/text/text.h"
 #include "io/text/text_changes.h"
 #include "io/volume/plain_form.h"
@@ -24,40 +20,6 @@ namespace tagrid {
 namespace {
 
 using Fields = std::map<std::string_view, std::string_view>;
-
-struct TypeName {
-  std::string_view spelling;
-  SampleType type;
-};
-
-constexpr std::array type_names = {TypeName{"signed char", SampleType::int8},
-                                   TypeName{"int8", SampleType::int8},
-                                   TypeName{"int8_t", SampleType::int8},
-                                   TypeName{"uchar", SampleType::uint8},
-                                   TypeName{"unsigned char", SampleType::uint8},
-                                   TypeName{"uint8", SampleType::uint8},
-                                   TypeName{"uint8_t", SampleType::uint8},
-                                   TypeName{"short", SampleType::int16},
-                                   TypeName{"short int", SampleType::int16},
-                                   TypeName{"signed short", SampleType::int16},
-                                   TypeName{"signed short int", SampleType::int16},
-                                   TypeName{"int16", SampleType::int16},
-                                   TypeName{"int16_t", SampleType::int16},
-                                   TypeName{"ushort", SampleType::uint16},
-                                   TypeName{"unsigned short", SampleType::uint16},
-                                   TypeName{"unsigned short int", SampleType::uint16},
-                                   TypeName{"uint16", SampleType::uint16},
-                                   TypeName{"uint16_t", SampleType::uint16},
-                                   TypeName{"int", SampleType::int32},
-                                   TypeName{"signed int", SampleType::int32},
-                                   TypeName{"int32", SampleType::int32},
-                                   TypeName{"int32_t", SampleType::int32},
-                                   TypeName{"uint", SampleType::uint32},
-                                   TypeName{"unsigned int", SampleType::uint32},
-                                   TypeName{"uint32", SampleType::uint32},
-                                   TypeName{"uint32_t", SampleType::uint32},
-                                   TypeName{"float", SampleType::float32},
-                                   TypeName{"double", SampleType::float64}};
 
 /// The name of a type in NRRD, which has no "float32".
 std::string_view nrrd_name_of(SampleType type) {
@@ -82,16 +44,23 @@ std::string_view optional(const Fields& fields, std::string_view name) {
 }
 
 std::int64_t integer_of(std::string_view field, std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) refuse(field, text, "not a whole number");
-  return number;
+  if (const auto number = whole_number_of(text)) return *number;
+  refuse(field, text, "not a whole number");
 }
 
 SampleType type_of(std::string_view value) {
+  static const std::map<SampleType, std::vector<std::string_view>> type_names = {
+      {SampleType::int8, {"signed char", "int8", "int8_t"}},
+      {SampleType::uint8, {"uchar", "unsigned char", "uint8", "uint8_t"}},
+      {SampleType::int16, {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
+      {SampleType::uint16, {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
+      {SampleType::int32, {"int", "signed int", "int32", "int32_t"}},
+      {SampleType::uint32, {"uint", "unsigned int", "uint32", "uint32_t"}},
+      {SampleType::float32, {"float"}},
+      {SampleType::float64, {"double"}}};
   const std::string name = lower_case(fmt::format("{}", fmt::join(words_of(value), " ")));
-  for (const TypeName& t : type_names)
-    if (t.spelling == name) return t.type;
+  for (const auto& [type, spellings] : type_names)
+    if (std::ranges::find(spellings, name) != spellings.end()) return type;
   refuse("type", value, "not supported; use integers of 8, 16 or 32 bits, float or double");
 }
 
@@ -136,8 +105,8 @@ std::optional<FilePattern> pattern_of(std::string_view name) {
   }
 }
 
-/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of a file.
-/// A line like this without numbers is a plain name.
+/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of
+/// a file. A line like this without numbers is a plain name.
 bool is_numbered(const std::vector<std::string_view>& words) {
   return words.size() >= 4 && pattern_of(words[0]);
 }
@@ -152,7 +121,8 @@ std::vector<std::string> numbered_files(std::string_view value, const std::vecto
   }
 }
 
-/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all axes.
+/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all
+/// axes.
 std::vector<std::string> data_files_of(const Fields& fields, std::string_view list,
                                        const std::vector<std::int64_t>& sizes, Index3 dims) {
   if (!fields.contains("data file")) return {};
@@ -194,8 +164,8 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
     refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
 }
 
-/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What follows "data
-/// file: LIST" goes to `list`.
+/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What
+/// follows "data file: LIST" goes to `list`.
 Fields storage_fields_of(std::string_view text, std::string& others, std::string_view& list) {
   Fields fields;
   while (!text.empty()) {
@@ -273,9 +243,8 @@ std::string plain_nrrd_header(std::string_view text) {
 }
 
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {
-  bool needs_version_5 = false;
-  for (std::string_view rest = info.nrrd_fields; !rest.empty();)
-    needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
+  const bool needs_version_5 = std::ranges::any_of(
+      nrrd_lines(info.nrrd_fields), [](const NrrdLine& line) { return line.field == "measurement frame"; });
   // Fields with a value for each axis must come after the dimension, so the source's lines come last.
   std::string text =
       fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
@@ -285,6 +254,18 @@ std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file)
   if (!text.ends_with('\n')) text += '\n';
   if (data_file.empty()) return text + "\n";
   return text + fmt::format("data file: {}\n", data_file);
+}
+
+std::string detached_nrrd_header(const VolumeInfo& info, const std::string& data_file) {
+  // The name is the rest of a line, without quotes. Some names have another meaning there.
+  const std::string text = nrrd_header_text(info, data_file);
+  try {
+    if (parse_nrrd_header(text).data_files == std::vector{data_file}) return text;
+  } catch (const BrokenInput&) {
+    // The name cannot be stored in a header.
+  }
+  throw UsageError(tagrid::quoted(data_file) +
+                   ": a detached header cannot refer to a file of this name; choose another name");
 }
 
 }  // namespace tagrid

@@ -1,7 +1,11 @@
-// One line of an NRRD header. The format: https://teem.sourceforge.net/nrrd/format.html
+// The lines of an NRRD header, and its key-value pairs. The format:
+// https://teem.sourceforge.net/nrrd/format.html
 #pragma once
 
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace tagrid {
 
@@ -9,15 +13,37 @@ struct NrrdLine {
   enum class Kind { comment, key_value, field };
   Kind kind = Kind::comment;
   /// Name of a field in lower case, in the standard's first spelling ("data file"); empty for other lines.
-  std::string_view field;
-  /// The text after the colon of a field, without blanks around it.
-  std::string_view value;
+  std::string_view field = {};
+  /// The text after the colon of a field, without blanks around it; what follows ":=" in a pair, as it is
+  /// written.
+  std::string_view value = {};
+  std::string_view key = {};   ///< of a pair
+  std::string_view text = {};  ///< the entire line
 };
 
 /// Reads one line, without its line end. Throws BrokenInput if it is not a line of an NRRD header.
 NrrdLine parse_nrrd_line(std::string_view line);
+/// All of several lines. Throws as above.
+std::vector<NrrdLine> nrrd_lines(std::string_view lines);
 
 /// True if the field says how samples are stored, and so belongs to the file rather than to the volume.
 bool is_storage_field(std::string_view field);
+
+/// What else is known about a volume: names and texts.
+using KeyValues = std::vector<std::pair<std::string, std::string>>;
+
+/// The key-value pairs of NRRD header lines, in order. Throws BrokenInput if a line is not one of a header.
+KeyValues key_values_of(std::string_view nrrd_fields);
+
+/// The key under which readers say that samples were compressed with a loss before, and by what: "TIFF,
+/// JPEG".
+inline constexpr std::string_view lossy_source_key = "lossy source";
+
+/// The text of a key; "" if there is none. Throws as key_values_of() does.
+std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
+
+/// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes,
+/// intercepts and positions of slices stay, what OpenVDB grids need, and doubts; comments and the content go.
+std::string stripped(std::string_view nrrd_fields);
 
 }  // namespace tagrid

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/slice_positions.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -35,6 +33,19 @@ Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] 
 double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
 Vector scaled(const Vector& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 
+/// The numbers of "x y z"; nothing if it is not like that.
+std::optional<Vector> position_of(std::string_view text) {
+  const auto words = words_of(text);
+  if (words.size() != 3) return std::nullopt;
+  Vector place;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = number_of(words[axis]);
+    if (!coordinate) return std::nullopt;
+    place[axis] = *coordinate;
+  }
+  return place;
+}
+
 class RegionLines {
  public:
   RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices)
@@ -54,47 +65,41 @@ class RegionLines {
     find_centers();
     find_places_of_slices();
     std::string result;
-    for (std::string_view rest = fields_; !rest.empty();) {
-      const std::string_view line = take_line(rest);
-      result += changed(line, parse_nrrd_line(line));
-    }
+    for (const NrrdLine& line : nrrd_lines(fields_)) result += changed(line);
     return result + missing_origin();
   }
 
  private:
-  std::string changed(std::string_view line, const NrrdLine& parsed) {
-    if (parsed.kind == NrrdLine::Kind::key_value) {
-      const std::string_view key = line.substr(0, line.find(":="));
-      return key.starts_with("slice_") || key == "dicom_added_intercept" ? of_slices(line, key)
-                                                                         : fmt::format("{}\n", line);
-    }
+  std::string changed(const NrrdLine& line) {
+    const std::string same = fmt::format("{}\n", line.text);
+    if (line.kind == NrrdLine::Kind::key_value)
+      return line.key.starts_with("slice_") || line.key == "dicom_added_intercept" ? of_slices(line) : same;
     const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
-    if (is_same) return fmt::format("{}\n", line);
-    if (parsed.field == "spacings") return spacings();
-    if (parsed.field == "space directions") return directions();
-    if (parsed.field == "space origin") {
+    if (is_same) return same;
+    if (line.field == "spacings") return spacings();
+    if (line.field == "space directions") return directions();
+    if (line.field == "space origin") {
       has_origin_line_ = true;
-      return whole_.has_origin ? space_origin() : fmt::format("{}\n", line);
+      return whole_.has_origin ? space_origin() : same;
     }
-    if (parsed.field == "axis mins" && !whole_.has_directions) {
+    if (line.field == "axis mins" && !whole_.has_directions) {
       has_origin_line_ = true;
-      return axis_mins(words_of(parsed.value));
+      return axis_mins(words_of(line.value));
     }
     // They would be wrong in the region, and nothing else depends on them.
-    if (parsed.field == "axis mins" || parsed.field == "axis maxs") return "";
-    return fmt::format("{}\n", line);
+    if (line.field == "axis mins" || line.field == "axis maxs") return "";
+    return same;
   }
 
   // The entries of the slices that are kept, of a list with one for each slice of the whole volume.
-  std::string of_slices(std::string_view line, std::string_view key) const {
-    const bool is_places = key == slice_positions_key;
-    const std::string_view list = line.substr(key.size() + 2);
-    const std::vector<std::string_view> all = is_places ? positions_in(list) : words_of(list);
+  std::string of_slices(const NrrdLine& line) const {
+    const bool is_places = line.key == slice_positions_key;
+    const std::vector<std::string_view> all = is_places ? positions_in(line.value) : words_of(line.value);
     if (static_cast<std::int64_t>(all.size()) != all_slices_) {
-      const bool is_list = std::ranges::find(lists_of_slices, key) != lists_of_slices.end();
-      return is_list ? "" : fmt::format("{}\n", line);
+      const bool is_list = std::ranges::find(lists_of_slices, line.key) != lists_of_slices.end();
+      return is_list ? "" : fmt::format("{}\n", line.text);
     }
-    if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line);
+    if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line.text);
     if (is_places && even_step_) return "";
     std::string kept;
     for (std::int64_t z = 0; z < slices_; ++z) {
@@ -102,20 +107,16 @@ class RegionLines {
       if (z > 0) kept += is_places ? "; " : " ";
       kept += is_places ? moved_position(entry) : std::string(entry);
     }
-    return fmt::format("{}:={}\n", key, kept);
+    return fmt::format("{}:={}\n", line.key, kept);
   }
   // The slice of the whole volume that is kept as number z.
   std::size_t index_of(std::int64_t z) const { return static_cast<std::size_t>(low_.z + z * step_.z); }
   // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
   std::optional<Vector> moved(std::string_view position) const {
-    const auto words = words_of(position);
-    Vector place;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto coordinate = words.size() == 3 ? number_of(words[axis]) : std::nullopt;
-      if (!coordinate) return std::nullopt;
-      place[axis] = *coordinate + static_cast<double>(low_.x) * whole_.directions[0][axis] +
-                    static_cast<double>(low_.y) * whole_.directions[1][axis];
-    }
+    auto place = position_of(position);
+    for (std::size_t axis = 0; place && axis < 3; ++axis)
+      (*place)[axis] = (*place)[axis] + static_cast<double>(low_.x) * whole_.directions[0][axis] +
+                       static_cast<double>(low_.y) * whole_.directions[1][axis];
     return place;
   }
   std::string moved_position(std::string_view position) const {
@@ -123,8 +124,8 @@ class RegionLines {
     const auto place = moved(position);
     return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
   }
-  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those that are kept
-  // may lie at equal ones.
+  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those
+  // that are kept may lie at equal ones.
   void find_places_of_slices() {
     if (!whole_.has_directions || !whole_.has_origin) return;
     for (const auto& [key, value] : key_values_of(fields_)) {
@@ -210,8 +211,7 @@ class RegionLines {
   }
 
   void find_centers() {
-    for (std::string_view rest = fields_; !rest.empty();) {
-      const NrrdLine line = parse_nrrd_line(take_line(rest));
+    for (const NrrdLine& line : nrrd_lines(fields_)) {
       if (line.field != "centers") continue;
       const auto words = words_of(line.value);
       for (std::size_t axis = 0; axis < 3 && axis < words.size(); ++axis)
@@ -235,6 +235,30 @@ class RegionLines {
 std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
                              std::int64_t all_slices) {
   return RegionLines(nrrd_fields, low, step, slices, all_slices).lines();
+}
+
+std::vector<std::string_view> positions_in(std::string_view list) {
+  std::vector<std::string_view> positions;
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(';'), list.size());
+    positions.push_back(trimmed(list.substr(0, end)));
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return positions;
+}
+
+std::vector<double> slice_distances(std::string_view nrrd_fields, std::int64_t slices) {
+  const std::string list = text_of_key(nrrd_fields, slice_positions_key);
+  std::vector<Vector> places;
+  for (const std::string_view position : positions_in(list)) {
+    const auto place = position_of(position);
+    if (!place || !is_finite(*place)) return {};
+    places.push_back(*place);
+  }
+  if (static_cast<std::int64_t>(places.size()) != slices) return {};
+  std::vector<double> distances;
+  for (const Vector& place : places) distances.push_back(length(difference(place, places.front())));
+  return distances;
 }
 
 }  // namespace tagrid

@@ -1,8 +1,10 @@
-// The NRRD header lines of a region of a volume.
+// The NRRD header lines of a region of a volume, and the positions of its slices.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "stages/grid/box.h"
 
@@ -16,5 +18,15 @@ namespace tagrid {
 /// geometry_of().
 std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
                              std::int64_t all_slices);
+
+/// The key-value pair that has the positions of slices at unequal distances: "x y z; x y z".
+inline constexpr std::string_view slice_positions_key = "slice_positions";
+
+/// The positions in the value of this pair, as they are written: one for each slice.
+std::vector<std::string_view> positions_in(std::string_view list);
+
+/// How far each slice of a volume lies from the first one, according to header lines with this pair; empty if
+/// they do not say it of each slice.
+std::vector<double> slice_distances(std::string_view nrrd_fields, std::int64_t slices);
 
 }  // namespace tagrid

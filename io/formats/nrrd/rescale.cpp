@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 #include "io/text/foreign_numbers.h"
 #include "io/text/text.h"
 
@@ -81,14 +80,14 @@ std::optional<RescaleOfSlices> rescale_of_slices(std::string_view nrrd_fields, s
 namespace {
 
 /// What is known of the samples alone: false for values.
-bool is_of_samples(const NrrdLine& parsed, std::string_view line) {
+bool is_of_samples(const NrrdLine& line) {
   constexpr std::array<std::string_view, 4> fields = {"min", "max", "old min", "old max"};
   constexpr std::array<std::string_view, 6> keys = {
       "rescale_slope:=",     "rescale_intercept:=",    applied_slope_key,
       applied_intercept_key, "metaimage_ElementMin:=", "metaimage_ElementMax:="};
-  if (parsed.kind == NrrdLine::Kind::field) return std::ranges::find(fields, parsed.field) != fields.end();
-  return parsed.kind == NrrdLine::Kind::key_value &&
-         std::ranges::any_of(keys, [&](std::string_view key) { return line.starts_with(key); });
+  if (line.kind == NrrdLine::Kind::field) return std::ranges::find(fields, line.field) != fields.end();
+  return line.kind == NrrdLine::Kind::key_value &&
+         std::ranges::any_of(keys, [&](std::string_view key) { return line.text.starts_with(key); });
 }
 
 /// The lines that tell how samples became values, those of an earlier time included.
@@ -109,10 +108,10 @@ std::string lines_of_applied(std::string_view nrrd_fields, const Rescale& rescal
 std::string fields_of_values(std::string_view nrrd_fields) {
   const Rescale rescale = rescale_of(nrrd_fields);
   std::string lines;
-  for (std::string_view rest = nrrd_fields; !rest.empty();) {
-    const std::string_view line = take_line(rest);
-    constexpr std::string_view background = "vdb_background:=";
-    if (is_of_samples(parse_nrrd_line(line), line)) continue;
+  constexpr std::string_view background = "vdb_background:=";
+  for (const NrrdLine& parsed : nrrd_lines(nrrd_fields)) {
+    if (is_of_samples(parsed)) continue;
+    const std::string_view line = parsed.text;
     if (line.starts_with("slice_slopes:=") || line.starts_with("slice_intercepts:="))
       lines.append("slice_applied_").append(line.substr(6));
     else if (const auto number = number_of(line.substr(std::min(background.size(), line.size())));
@@ -130,6 +129,49 @@ double error_in_samples(double error, const Rescale& rescale) {
   double in_samples = error / slope;
   while (in_samples * slope > error) in_samples = std::nextafter(in_samples, 0.0);
   return in_samples;
+}
+
+namespace {
+
+std::string without_names(std::string sentence, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const std::string prefix = name + ": ";
+    if (name.empty()) continue;
+    for (std::size_t at = 0; (at = sentence.find(prefix, at)) != sentence.npos;)
+      if (at == 0 || sentence.compare(at - 2, 2, "; ") == 0)
+        sentence.erase(at, prefix.size());
+      else
+        at += prefix.size();
+  }
+  return sentence;
+}
+
+}  // namespace
+
+std::string lines_of_doubts(const SourceFacts& facts, const std::vector<std::string>& names) {
+  const std::string& fields = facts.info.nrrd_fields;
+  KeyValues pairs;
+  if (!facts.scale_doubt.empty() && text_of_key(fields, scale_doubt_key).empty())
+    pairs.emplace_back(scale_doubt_key, without_names(facts.scale_doubt, names));
+  std::string all;
+  for (const std::string& sentence : facts.not_understood)
+    all += (all.empty() ? "" : "; ") + without_names(sentence, names);
+  if (!all.empty() && text_of_key(fields, not_understood_key).empty())
+    pairs.emplace_back(not_understood_key, all);
+  return nrrd_fields_of({}, pairs);
+}
+
+std::string scale_doubt_in(std::string_view nrrd_fields) {
+  std::string doubt = text_of_key(nrrd_fields, scale_doubt_key);
+  if (!doubt.empty() || has_slopes_of_slices(nrrd_fields)) return doubt;
+  return doubt_of_rescale(nrrd_fields, 1);
+}
+
+std::vector<std::string> doubts_in(std::string_view nrrd_fields) {
+  std::vector<std::string> doubts;
+  for (std::string sentence : {scale_doubt_in(nrrd_fields), text_of_key(nrrd_fields, not_understood_key)})
+    if (!sentence.empty()) doubts.push_back(std::move(sentence));
+  return doubts;
 }
 
 }  // namespace tagrid

@@ -1,47 +1,28 @@
-#include "io/formats/nrrd/source.h"
-
+// NRRD volumes and samples without a header, from files.
 #include <fmt/format.h>
 
 #include <optional>
-#include <set>
+#include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_header.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/samples/data_file.h"
+#include "io/formats/nrrd/text_header.h"
 #include "io/samples/file_samples.h"
-#include "io/samples/joined.h"
 
 namespace tagrid {
 namespace {
 
-std::string read_header_text(FileBytes& file) {
-  std::string text;
-  for (std::size_t line_start = 0;; line_start = text.size()) {
-    if (!file.read_line(text, max_nrrd_header_bytes - text.size()))
-      throw BrokenInput(fmt::format("{}: the NRRD header does not end within {} bytes", file.name(),
-                                    max_nrrd_header_bytes));
-    const std::string_view line = std::string_view(text).substr(line_start);
-    if (line.empty() || line == "\n" || line == "\r\n") return text;
-  }
-}
-
-/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the
-/// file.
-PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
-  FileBytes file(path);
-  const std::string text = read_header_text(file);
-  return {path,
-          true,
-          {PlainPiece::given(plain_nrrd_header(text)),
-           PlainPiece::stretch(0, file.position(), end.value_or(file.size().value_or(0)))}};
-}
+constexpr TextHeaderFormat nrrd = {
+    .name = "NRRD",
+    .most_bytes = max_nrrd_header_bytes,
+    .is_last = [](std::string_view line) { return line == "\n" || line == "\r\n"; },
+    .plain = plain_nrrd_header};
 
 /// Adds what is unusual about the header to `facts`.
 NrrdHeader read_header(FileBytes& file, SourceFacts& facts) {
-  const std::string text = read_header_text(file);
+  const std::string text = read_header_text(file, nrrd);
   try {
     ForeignNrrdHeader header = foreign_nrrd_header(text);
     const auto said = [&](const std::string& sentence) {
@@ -93,57 +74,23 @@ std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header, 
   return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
 }
 
-/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin.
-/// `header_path` is the file with the header; "" if `facts` are those of one of several files.
+/// The samples of `facts` in a file, stored as the header at `path` says. The file is where its lines begin.
 std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const NrrdHeader& header,
                                            SourceFacts facts, std::uint64_t header_bytes,
-                                           const std::string& header_path) {
+                                           const std::string& path) {
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = header_bytes};
   skip_lines(*file, header.line_skip);
   if (header.encoding != NrrdHeader::Encoding::raw) {
     place.start = file->position();
-    PlainHeader plain;
-    if (!header_path.empty())
-      plain = [header_path, end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt] {
-        return plain_header(header_path, end);
-      };
+    const auto end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt;
     return compressed_samples(
-        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip), plain,
+        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip),
+        [path, end] { return plain_header(path, nrrd, end); },
         header.encoding == NrrdHeader::Encoding::bzip2 ? Compression::bzip2 : Compression::gzip);
   }
   place.start = start_of_samples(*file, header, facts.info);
   allow_more(*file, place, facts);
   return plain_samples(std::move(facts), std::move(file), place);
-}
-
-/// The samples in all the files that the header names.
-std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::string& path,
-                                         const std::string& header_name, SourceFacts facts,
-                                         std::uint64_t header_bytes) {
-  const auto count = static_cast<std::int64_t>(header.data_files.size());
-  VolumeInfo part = header.info;
-  part.dims.z /= count;
-  const auto open = [=](std::int64_t i) {
-    const std::string& name = header.data_files[static_cast<std::size_t>(i)];
-    const std::string file = path_of_data_file(path, name);
-    return open_samples(open_data_file(file, name, header_name, "NRRD"), header,
-                        {.info = part, .files = {file}}, i == 0 ? header_bytes : 0, "");
-  };
-  std::set<std::string> known;  // a file may be named twice
-  for (const std::string& name : header.data_files)
-    if (const std::string file = path_of_data_file(path, name); known.insert(file).second)
-      facts.files.push_back(file);
-  // Two copies of the header, and two of each path.
-  for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
-  if (count > 1) {
-    if (header.encoding != NrrdHeader::Encoding::raw)
-      facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
-        return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, std::nullopt)}, {}, ""};
-      };
-    return joined(std::move(facts), count, open);
-  }
-  auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name, "NRRD");
-  return open_samples(std::move(file), header, std::move(facts), header_bytes, path);
 }
 
 }  // namespace
@@ -153,7 +100,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const std::string header_name = file->name();
   SourceFacts facts;
   facts.files = {path};
-  const NrrdHeader header = read_header(*file, facts);
+  NrrdHeader header = read_header(*file, facts);
   if (source.raw) check_against(*source.raw, header, header_name);
   facts.info = header.info;
   if (const std::string doubt = doubt_of_rescale(facts.info.nrrd_fields, facts.info.dims.z); !doubt.empty())
@@ -162,7 +109,16 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
   if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);
   if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header
-  return open_files(header, path, header_name, std::move(facts), file->position());
+  const std::vector<std::string> data_files = std::exchange(header.data_files, {});
+  if (data_files.size() > 1 && header.encoding != NrrdHeader::Encoding::raw)
+    facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
+      return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}, ""};
+    };
+  return open_data_files(
+      nrrd, std::move(facts), path, header_name, file->position(), data_files,
+      [header, path](std::unique_ptr<FileBytes> data, SourceFacts of_file, std::uint64_t header_bytes) {
+        return open_samples(std::move(data), header, std::move(of_file), header_bytes, path);
+      });
 }
 
 std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,

@@ -1,31 +1,12 @@
 #include "io/formats/table/formats.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <set>
-
 #include "io/formats/bmp/image.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/metaimage/sink.h"
-#include "io/formats/metaimage/source.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nifti/sink.h"
-#include "io/formats/nifti/source.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/sink.h"
-#include "io/formats/nrrd/source.h"
-#include "io/formats/table/other_formats.h"
-#include "io/formats/tiff/sink.h"
+#include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
-#include "io/formats/vti/sink.h"
-#include "io/programs/find.h"
-#include "io/programs/program_sink.h"
-#include "io/text/text.h"
+#include "io/formats/vti/written.h"
 #include "io/volume/vtk_geometry.h"
 
 namespace tagrid {
@@ -48,8 +29,36 @@ std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
   return lost;
 }
 
-std::vector<Format> all_formats() {
-  std::vector<Format> rows = {
+/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
+/// programs leave out, or a number of axes and bits that samples may have.
+bool begins_analyze(std::string_view b) {
+  const bool is_little = b.starts_with("\x5c\1\0\0"sv);
+  if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;
+  if (b[38] == 'r') return true;
+  const auto number = [&](std::size_t at) {
+    const auto low = static_cast<unsigned char>(b[is_little ? at : at + 1]),
+               high = static_cast<unsigned char>(b[is_little ? at + 1 : at]);
+    return low + 256 * high;
+  };
+  const int axes = number(40), bits = number(72);
+  return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
+}
+
+/// Anything may be in it. `what` is for messages.
+Format compressed(std::string_view name, std::string_view extension, std::string_view what,
+                  std::string_view beginning) {
+  return {.name = name,
+          .extensions = {extension},
+          .help = name,
+          .what = what,
+          .problem = Problem::compressed_file,
+          .magic = {{beginning}}};
+}
+
+}  // namespace
+
+const std::vector<Format>& formats() {
+  static const std::vector<Format> rows = {
       {.name = "nrrd",
        .extensions = {".nrrd"},
        .help = "header and samples",
@@ -57,14 +66,14 @@ std::vector<Format> all_formats() {
        .peek = 9,
        .is_mine = begins_nrrd,
        .open = open_nrrd,
-       .create = create_nrrd,
+       .header = [](const VolumeInfo& info) { return nrrd_header_text(info); },
        .any_order = true,
        .keeps_header = true},
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, with samples in a .raw file beside it",
        .read_as = "nrrd",
-       .create_beside = create_nhdr,
+       .detached_header = detached_nrrd_header,
        .any_order = true,
        .samples_extension = ".raw",
        .keeps_header = true},
@@ -72,7 +81,7 @@ std::vector<Format> all_formats() {
        .extensions = {".raw"},
        .help = "samples alone",
        .open = open_raw,
-       .create = create_raw,
+       .header = [](const VolumeInfo&) { return std::string(); },
        .any_order = true},
       {.name = "vdb",
        .extensions = {".vdb"},
@@ -94,7 +103,7 @@ std::vector<Format> all_formats() {
        .is_mine = begins_nifti,
        .in_gzip = true,
        .open = open_nifti,
-       .create = create_nifti,
+       .header = nifti_header_bytes,
        .any_order = true,
        .slices_are_alike = true,
        .applies_rescale = true,
@@ -104,7 +113,8 @@ std::vector<Format> all_formats() {
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
        .read_as = "nifti",
-       .create = create_nifti_gz,
+       .header = nifti_header_bytes,
+       .writes_gzip = true,
        .slices_are_alike = true,
        .applies_rescale = true,
        .own_pairs = "nifti_",
@@ -116,7 +126,7 @@ std::vector<Format> all_formats() {
        .peek = 14,
        .is_mine = begins_meta_image,
        .open = open_meta_image,
-       .create = create_mha,
+       .header = meta_image_header_text,
        .any_order = true,
        .slices_are_alike = true,
        .own_pairs = "metaimage_",
@@ -125,7 +135,7 @@ std::vector<Format> all_formats() {
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",
        .read_as = "metaimage",
-       .create_beside = create_mhd,
+       .detached_header = detached_meta_image_header,
        .any_order = true,
        .samples_extension = ".raw",
        .slices_are_alike = true,
@@ -147,7 +157,7 @@ std::vector<Format> all_formats() {
        .magic = {{"II*\0"sv}, {"MM\0*"sv}, {"II+\0"sv}, {"MM\0+"sv}},
        .reader = "tiff",
        .has_folders = true,
-       .create = create_tiff,
+       .header = tiff_headers,
        .any_order = true,
        .slices_are_alike = true,
        .keeps_units = keeps_values_in_tiff,
@@ -156,7 +166,8 @@ std::vector<Format> all_formats() {
       {.name = "vti",
        .extensions = {".vti"},
        .help = "VTK image data",
-       .create = create_vti,
+       .header = vti_header,
+       .trailer = vti_trailer,
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_vti},
@@ -221,137 +232,40 @@ std::vector<Format> all_formats() {
        .is_mine = begins_bmp,
        .reader = "bmp",
        .has_folders = true},
+      // Common files that tagrid does not read as volumes, and what users can do with them.
+      {.name = "tag",
+       .extensions = {".tag"},
+       .help = "what encode makes",
+       .what = "is already a .tag file; decode it, or give the original volume",
+       .magic = {{"\x89TAG"}}},
+      compressed("gzip", ".gz", "is compressed (gzip)", "\x1f\x8b"),
+      compressed("zstd", ".zst", "is compressed (zstd)", "\x28\xb5\x2f\xfd"),
+      compressed("xz", ".xz", "is compressed (xz)", "\xfd\x37zXZ"),
+      compressed("bzip2", ".bz2", "is compressed (bzip2)", "BZh"),
+      {.name = "zip",
+       .extensions = {".zip"},
+       .help = "zip archive",
+       .what = "is a zip archive; unpack it first",
+       .magic = {{"PK\x03\x04"}}},
+      {.name = "tar",
+       .extensions = {".tar"},
+       .help = "tar archive",
+       .what = "is a tar archive; unpack it first",
+       .magic = {{"ustar", 257}}},
+      {.name = "matlab",
+       .extensions = {".mat"},
+       .help = "MATLAB, versions 5 to 7",
+       .what = "is a MATLAB file of version 5 to 7; save it in MATLAB as version 7.3, which is HDF5",
+       .magic = {{"MATLAB 5.0"}}},
+      {.name = "analyze",
+       .extensions = {".img"},
+       .help = "Analyze 7.5",
+       .what = "is the header of an Analyze 7.5 volume, which does not record its orientation; convert it to "
+               "NIfTI first",
+       .peek = 348,
+       .is_mine = begins_analyze},
   };
-  for (Format& other : other_formats()) rows.push_back(std::move(other));
   return rows;
-}
-
-}  // namespace
-
-std::size_t Format::bytes_to_recognise() const {
-  std::size_t most = peek;
-  for (const Magic& one : magic) most = std::max(most, one.at + one.bytes.size());
-  return most;
-}
-
-bool Format::begins(std::string_view beginning) const {
-  const auto has = [&](const Magic& one) {
-    return beginning.size() >= one.at && beginning.substr(one.at).starts_with(one.bytes);
-  };
-  return std::ranges::any_of(magic, has) || (is_mine != nullptr && is_mine(beginning));
-}
-
-const std::vector<Format>& formats() {
-  static const std::vector<Format> table = all_formats();
-  return table;
-}
-
-namespace {
-
-/// The format of a program that somebody added; nullptr if there is none.
-const Format* added_format(std::string_view name) {
-  struct Added {
-    std::string name, extension, help;
-    Format format;
-  };
-  static std::map<std::string, Added, std::less<>> known;
-  if (const auto found = known.find(name); found != known.end()) return &found->second.format;
-  if (read_format_named(name) != nullptr || !find_writer(name)) return nullptr;
-  Added& added = known[std::string(name)];
-  added.name = name;
-  added.extension = "." + added.name;
-  added.help = "written by tagrid-write-" + added.name;
-  added.format.name = added.format.writer = added.name;
-  added.format.extensions = {added.extension};
-  added.format.help = added.help;
-  return &added.format;
-}
-
-}  // namespace
-
-std::vector<const Format*> written_formats() {
-  std::vector<const Format*> written;
-  for (const Format& format : formats())
-    if (format.is_written()) written.push_back(&format);
-  return written;
-}
-
-const Format& format_named(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const Format* format : written_formats()) {
-    if (format->name == name) return *format;
-    names.push_back(format->name);
-  }
-  for (const Format* format : written_formats())
-    for (const std::string_view extension : format->extensions)
-      if (!extension.empty() && extension.substr(1) == name) return *format;
-  if (const Format* added = added_format(name)) return *added;
-  throw UsageError(fmt::format("{}: must be one of {}", name, fmt::join(names, ", ")));
-}
-
-const Format* format_with_extension(const std::string& path) {
-  const std::string name = lower_case(std::filesystem::path(path).filename().string());
-  for (const Format* format : written_formats())
-    for (const std::string_view extension : format->extensions)
-      if (name.size() > extension.size() && name.ends_with(extension)) return format;
-  const std::size_t dot = name.rfind('.');
-  return dot == name.npos || dot == 0 ? nullptr : added_format(std::string_view(name).substr(dot + 1));
-}
-
-const Format& format_from_name(const std::string& path) {
-  if (path == "-") return format_named("raw");
-  if (const Format* format = format_with_extension(path)) return *format;
-  std::string endings;
-  const auto written = written_formats();
-  for (const Format* format : written)
-    endings += fmt::format("{}{} ({})",
-                           format == written.front()  ? ""
-                           : format == written.back() ? " or "
-                                                      : ", ",
-                           format->extensions.front(), format->help);
-  throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
-}
-
-std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
-                                          const VolumeInfo& info, const WriteOptions& options) {
-  if (format.create != nullptr) return format.create(path, info, options.files);
-  if (format.create_beside != nullptr)
-    return format.create_beside(path, samples_path(path, format), info, options.files);
-  const std::string program = writer_for(path, format.help, format.writer);
-  auto wishes = options.wishes;
-  wishes["format"] = format.name;
-  return create_with_writer(program, path, info, options.files, wishes, options.first_memory);
-}
-
-const Format* read_format_named(std::string_view name) {
-  for (const Format& format : formats())
-    if (format.name == name && format.is_read()) return &format;
-  return nullptr;
-}
-
-std::vector<std::string> read_format_names() {
-  std::set<std::string> names;
-  for (const Format& format : formats())
-    if (format.is_read()) names.emplace(format.name);
-  for (const FoundProgram& reader : all_readers()) names.insert(reader.name);
-  return {names.begin(), names.end()};
-}
-
-std::size_t bytes_to_recognise() {
-  std::size_t most = 0;
-  for (const Format& format : formats()) most = std::max(most, format.bytes_to_recognise());
-  return most;
-}
-
-const Format* format_of(std::string_view beginning, bool is_read) {
-  for (const Format& format : formats())
-    if (format.is_read() == is_read && format.begins(beginning)) return &format;
-  return nullptr;
-}
-
-std::string samples_path(const std::string& path, const Format& format) {
-  if (format.samples_extension.empty()) return path;
-  return std::filesystem::path(path).replace_extension(format.samples_extension).string();
 }
 
 }  // namespace tagrid

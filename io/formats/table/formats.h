@@ -33,7 +33,7 @@ struct Magic {
   std::size_t at = 0;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one without `create`, `create_beside` and
+/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header` and
 /// `writer` cannot be written. A format with none of them is only recognized, so that a message can say what
 /// to do with the file.
 struct Format {
@@ -52,7 +52,7 @@ struct Format {
   bool (*is_mine)(std::string_view beginning) = nullptr;
   bool is_recognized() const { return !magic.empty() || is_mine != nullptr; }
   bool begins(std::string_view beginning) const;
-  std::size_t bytes_to_recognise() const;  ///< how many bytes of a file begins() needs
+  std::size_t bytes_to_recognize() const;  ///< how many bytes of a file begins() needs
   bool in_gzip = false;  ///< The whole file may be in gzip; then what is in it is recognized.
   /// Reads `file`, which was opened at `path` and is at its beginning.
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
@@ -67,18 +67,17 @@ struct Format {
 
   bool is_read() const { return open != nullptr || !reader.empty(); }
 
-  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if
-  /// a file exists and may not be overwritten, or if the format cannot be written there; WorldError if it
-  /// cannot be created.
-  std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
-                                        const SinkOptions& options) = nullptr;
-  /// The same for a format whose samples are in a file of their own, with `samples_extension`.
-  std::unique_ptr<VolumeSink> (*create_beside)(const std::string& path, const std::string& samples_path,
-                                               const VolumeInfo& info, const SinkOptions& options) = nullptr;
+  /// The bytes before the samples in a file that tagrid itself writes.
+  std::string (*header)(const VolumeInfo& info) = nullptr;
+  std::string_view trailer = "";  ///< The bytes after the samples.
+  bool writes_gzip = false;       ///< The whole file is written in gzip.
+  /// The header of samples in a file of their own, with `samples_extension`. Throws UsageError if it cannot
+  /// name that file.
+  std::string (*detached_header)(const VolumeInfo& info, const std::string& data_file) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";
   bool writer_keeps_volume = false;  ///< in memory, as a whole
-  bool is_written() const { return create != nullptr || create_beside != nullptr || !writer.empty(); }
+  bool is_written() const { return header != nullptr || detached_header != nullptr || !writer.empty(); }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
   bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
@@ -127,7 +126,7 @@ const Format* read_format_named(std::string_view name);
 std::vector<std::string> read_format_names();
 
 /// The number of bytes of a file that format_of() needs.
-std::size_t bytes_to_recognise();
+std::size_t bytes_to_recognize();
 /// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);

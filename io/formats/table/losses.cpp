@@ -6,7 +6,6 @@
 #include <array>
 
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/text/text.h"
@@ -75,14 +74,11 @@ std::string lost_texts(const Format& format, const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
     if (!is_said_otherwise(key, value, format) && !is_of_dicom(key)) keys.push_back(key);
   bool has_comments = false;
-  for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
-    const std::string_view text = take_line(rest);
-    const NrrdLine line = parse_nrrd_line(text);
-    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(text.substr(1)));
+  for (const NrrdLine& line : nrrd_lines(info.nrrd_fields)) {
+    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(line.text.substr(1)));
     for (const std::string_view field :
          {"content", "labels", "thicknesses", "sample units", "measurement frame"})
-      if (line.kind == NrrdLine::Kind::field && line.field == field)
-        others.push_back(fmt::format("the field {}", quoted(field)));
+      if (line.field == field) others.push_back(fmt::format("the field {}", quoted(field)));
   }
   if (has_comments) others.emplace_back("comments");
   if (!keys.empty()) others.insert(others.begin(), in_words(keys, "key/value pair", "key/value pairs"));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <vector>
 
@@ -12,11 +11,11 @@
 #include "io/files/gzip_bytes.h"
 #include "io/files/system_call.h"
 #include "io/files/visible_files.h"
-#include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/programs/find.h"
-#include "io/programs/program_source.h"
+#include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/placed.h"
 #include "io/text/numbered_names.h"
@@ -94,7 +93,7 @@ std::string advice_of_header_beside(const std::string& path) {
       continue;
     const Format* known = readable_format(header);
     if (known == nullptr) {
-      const Format* other = format_of(FileBytes(header).peek(bytes_to_recognise()), false);
+      const Format* other = format_of(FileBytes(header).peek(bytes_to_recognize()), false);
       if (other != nullptr) return fmt::format("{} beside it {}", header, other->what);
       continue;
     }
@@ -118,9 +117,9 @@ std::string contradicts_its_name(const std::string& path) {
   for (const Format& format : formats()) {
     const std::string_view what =
         format.read_as.empty() ? format.what : read_format_named(format.read_as)->what;
-    const bool is_recognised = format.is_recognized() || !format.read_as.empty();
+    const bool is_recognized = format.is_recognized() || !format.read_as.empty();
     for (const std::string_view ending : format.extensions)
-      if (is_recognised && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
+      if (is_recognized && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
           name.ends_with(ending))
         return fmt::format(
             "its name says that it is {}, but its content does not match; it may be truncated or damaged",
@@ -130,7 +129,7 @@ std::string contradicts_its_name(const std::string& path) {
 }
 
 BrokenInput no_volume(FileBytes& file, const std::string& path) {
-  const std::string_view beginning = file.peek(bytes_to_recognise());
+  const std::string_view beginning = file.peek(bytes_to_recognize());
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
   if (const std::string advice = advice_of_header_beside(path); !advice.empty())
     return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
@@ -165,17 +164,17 @@ std::optional<std::string> reader_of_extension(const std::string& path) {
 }
 
 /// The format that the content of a file says, if it can be read; otherwise nullptr.
-const Format* recognised(FileBytes& file) {
-  if (const Format* format = format_of(file.peek(bytes_to_recognise()), true)) return format;
+const Format* recognized(FileBytes& file) {
+  if (const Format* format = format_of(file.peek(bytes_to_recognize()), true)) return format;
   if (!begins_gzip(file)) return nullptr;
-  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognise()), true);
+  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognize()), true);
   return format != nullptr && format->in_gzip ? format : nullptr;
 }
 
 Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
   if (!source.from.empty()) return way_named(source.from, file.name());
   const bool is_described = source.raw && source.raw->offset > 0;
-  if (const Format* format = is_described ? nullptr : recognised(file)) return way_of(*format, file.name());
+  if (const Format* format = is_described ? nullptr : recognized(file)) return way_of(*format, file.name());
   if (source.raw) return {&format_named("raw"), ""};
   if (!file.peek(1).empty()) {
     if (const Format* format = format_of_name(path)) return way_of(*format, file.name());
@@ -209,7 +208,8 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
       throw UsageError(Sentence{"{}: is one volume; leave out {}",
                                 {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
                                                                       : Setting{"dataset", "the data set"}}});
-    return way.format->open(std::move(file), path, source);
+    if (!source.raw || way.format->name == "raw" || way.format->name == "nrrd")
+      return way.format->open(std::move(file), path, source);
   }
   if (source.raw)
     throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);
@@ -248,7 +248,7 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   if (files.size() > most_looks) files.resize(most_looks);
   for (const std::string& file : files) {
     if (!status_of(file)) continue;  // a link that leads nowhere
-    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognise()), true);
+    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()), true);
     if (format == nullptr) format = format_of_name(file);
     if (format != nullptr && format->has_folders) return way_of(*format, folder);
   }
@@ -357,7 +357,7 @@ void keep_doubts(VolumeSource& volume, const std::string& path) {
 
 const Format* readable_format(const std::string& path) {
   FileBytes file(path);
-  if (const Format* format = recognised(file)) return format;
+  if (const Format* format = recognized(file)) return format;
   return file.peek(1).empty() ? nullptr : format_of_name(path);
 }
 

@@ -7,7 +7,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/samples/file_samples.h"
@@ -25,9 +25,8 @@ constexpr std::size_t block = 512;
 bool begins_isq(std::string_view bytes) { return bytes.starts_with("CTDATA-HEADER_V1"); }
 
 std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const std::string& path,
-                                       const SourceDescription& source) {
+                                       const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a Scanco file", Problem::describes_itself);
   if (path == "-" || !file->size())
     throw UsageError(name + ": is a Scanco file, which can only be read from a file; save it to one first");
   const std::string header(file->peek(block));
@@ -52,7 +51,7 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
   std::vector<ForeignNumber> distances;
   std::vector<std::string> names;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // The size of the whole axis is in micrometres.
+    // The size of the whole axis is in micrometers.
     distances.push_back(foreign_number(number(56 + 4 * axis) / 1000.0 / static_cast<double>(sizes[axis])));
     names.push_back(fmt::format("{}: the size of axis {} in its header", name, axis + 1));
   }

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_spacing.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/sections.h"
 #include "io/formats/vendors/vendors.h"
@@ -69,14 +69,11 @@ SampleType type_of_vgi(const std::string& file, const Sections& sections) {
   const std::string kind = lower_case(required(sections, "file1/datatype", file));
   const std::int64_t bits =
       integer_of(file, "BitsPerElement", required(sections, "file1/bitsperelement", file));
-  if (kind == "float" && bits == 32) return SampleType::float32;
-  if (kind == "float" && bits == 64) return SampleType::float64;
-  const bool is_signed = kind == "signed integer" || kind == "integer";
-  if (is_signed || kind == "unsigned integer") {
-    if (bits == 8) return is_signed ? SampleType::int8 : SampleType::uint8;
-    if (bits == 16) return is_signed ? SampleType::int16 : SampleType::uint16;
-    if (bits == 32) return is_signed ? SampleType::int32 : SampleType::uint32;
-  }
+  const char* name = kind == "float"                                 ? "float"
+                     : kind == "unsigned integer"                    ? "uint"
+                     : kind == "signed integer" || kind == "integer" ? "int"
+                                                                     : "unknown";
+  if (const auto type = sample_type_named(fmt::format("{}{}", name, bits))) return *type;
   throw BrokenInput(fmt::format("{}: samples of type {} with {} bits are not supported", file,
                                 quoted(std::string_view(kind)), bits));
 }
@@ -147,9 +144,8 @@ bool begins_vgi(std::string_view bytes) {
 }
 
 std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const std::string& path,
-                                       const SourceDescription& source) {
+                                       const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a VGStudio file", Problem::describes_itself);
   const std::string text = read_description(*file);
   const Sections sections = parse_sections(text);
   refuse_what_changes_samples(name, sections);
@@ -199,9 +195,8 @@ bool begins_xtekct(std::string_view bytes) {
 }
 
 std::unique_ptr<VolumeSource> open_xtekct(std::unique_ptr<FileBytes> file, const std::string& path,
-                                          const SourceDescription& source) {
+                                          const SourceDescription&) {
   const std::string name = file->name();
-  if (source.raw) throw UsageError(name + ": is a Nikon file", Problem::describes_itself);
   if (path == "-")
     throw UsageError(name + ": is a Nikon file, whose samples are in another file; give it by its name");
   const Sections sections = read_sections(*file);

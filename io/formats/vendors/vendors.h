@@ -10,15 +10,16 @@
 
 namespace tagrid {
 
-// All functions to open read a description or a volume that was opened at `path`, and is at its beginning. It must be a
-// regular file. They throw BrokenInput, UsageError and WorldError.
+// All functions to open read a description or a volume that was opened at `path`, and is at its beginning. It
+// must be a regular file. They throw BrokenInput, UsageError and WorldError.
 
 /// VGStudio: .vgi describes a .vol file.
 bool begins_vgi(std::string_view bytes);
 std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const std::string& path,
                                        const SourceDescription& source);
 
-/// Nikon (X-Tek): .xtekct describes a .vol file of the same name. The size of that file says the type of its samples.
+/// Nikon (X-Tek): .xtekct describes a .vol file of the same name. The size of that file says the type of its
+/// samples.
 bool begins_xtekct(std::string_view bytes);
 std::unique_ptr<VolumeSource> open_xtekct(std::unique_ptr<FileBytes> file, const std::string& path,
                                           const SourceDescription& source);

@@ -1,5 +1,5 @@
 // Each format has the vertices and triangles that it was given.
-#include "io/meshes/surface_file.h"
+#include "io/meshes/formats.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class SurfaceFiles : public TemporaryFolder {
  protected:
   // Two pieces; the second one has vertices of the first one, between its own.
   std::string write(const std::string& name) {
-    const auto file = surface_format_of(path(name)).create(path(name), false);
+    const auto file = surface_format_of(path(name)).create_surface(path(name), false);
     const auto add = [&](const std::vector<std::int64_t>& ids,
                          const std::vector<std::array<std::uint32_t, 3>>& of_piece) {
       const auto place_of = [&](std::size_t i) { return places[static_cast<std::size_t>(ids[i])]; };
@@ -110,9 +110,9 @@ TEST_F(SurfaceFiles, VtpHasAppendedArrays) {
 }
 
 TEST_F(SurfaceFiles, AnEmptySurfaceIsAFile) {
-  for (const SurfaceFormat& format : surface_formats()) {
-    const std::string name = "empty" + std::string(format.extension);
-    const auto file = format.create(path(name), false);
+  for (const MeshFormat& format : surface_formats()) {
+    const std::string name = "empty" + std::string(format.extensions.front());
+    const auto file = format.create_surface(path(name), false);
     file->finish();
     file->commit();
     EXPECT_EQ(content(name).size(), file->file_bytes());

@@ -25,7 +25,7 @@ class BmpSlices final : public ServedVolume {
       require_like_first(z, image);
       if (image.after > 0) after.push_back({files[z], image.after});
       // Samples of a shorter palette are checked as they are read.
-      is_plain = is_plain && image.greys == 256;
+      is_plain = is_plain && image.grays == 256;
       SliceRun run{z, image.offset, 1, image.row_bytes() * static_cast<std::uint64_t>(image.height)};
       run.row_step = image.row_bytes();
       run.bottom_up = !image.is_top_down;

@@ -55,9 +55,9 @@ TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
         const std::string longer = text + std::string(400, '\n');
         EXPECT_EQ(format.begins(longer), name == format.name) << format.name << ", " << text;
         if (name != format.name) continue;
-        EXPECT_TRUE(format.begins(longer.substr(0, format.bytes_to_recognise())))
+        EXPECT_TRUE(format.begins(longer.substr(0, format.bytes_to_recognize())))
             << "these bytes are enough: " << format.name;
-        EXPECT_LE(format.bytes_to_recognise(), bytes_to_recognise());
+        EXPECT_LE(format.bytes_to_recognize(), bytes_to_recognize());
         EXPECT_EQ(format_of(longer, format.is_read()), &format);
         EXPECT_EQ(format_of(longer, !format.is_read()), nullptr);
         for (std::size_t size = 0; size < 2; ++size)

@@ -1,0 +1,36 @@
+// The formats of meshes and surfaces, as a table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "io/meshes/mesh_file.h"
+#include "io/meshes/surface_files.h"
+
+namespace tagrid {
+
+/// A format of tetrahedra or of triangles: it has either `create` or `create_surface`.
+struct MeshFormat {
+  std::string_view name;
+  std::array<std::string_view, 2> extensions;  ///< the second may be empty
+  std::unique_ptr<MeshFile> (*create)(const std::string& path, SampleType value_type,
+                                      bool overwrite) = nullptr;
+  std::unique_ptr<SurfaceFile> (*create_surface)(const std::string& path, bool overwrite) = nullptr;
+  /// The program tagrid-write-WRITER writes it, with up to so many bytes of memory; "" if tagrid does so
+  /// itself.
+  std::string_view writer = "";
+  std::uint64_t memory_of_writer = 0;
+};
+
+std::span<const MeshFormat> surface_formats();
+
+/// The format that the name of a file says; VTU for "-". Throws UsageError if it says none.
+const MeshFormat& mesh_format_of(const std::string& path);
+/// The same for a surface; PLY for "-".
+const MeshFormat& surface_format_of(const std::string& path);
+
+}  // namespace tagrid
