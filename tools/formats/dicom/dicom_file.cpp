@@ -15,9 +15,8 @@
 #include "io/files/byte_source.h"
 #include "io/text/text.h"
 #include "tools/formats/dicom/attributes.h"
-#include "tools/formats/dicom/frames.h"
+#include "tools/formats/dicom/data_set.h"
 #include "tools/formats/dicom/pixel_element.h"
-#include "tools/formats/dicom/pixel_facts.h"
 #include "tools/formats/dicom/transfer_syntax.h"
 
 namespace tagrid {

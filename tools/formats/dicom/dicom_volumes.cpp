@@ -17,7 +17,6 @@
 #include "tools/formats/dicom/dicom_file.h"
 #include "tools/formats/dicom/image_files.h"
 #include "tools/formats/dicom/pixel_element.h"
-#include "tools/formats/dicom/plain_file.h"
 #include "tools/formats/dicom/said_of_files.h"
 #include "tools/formats/dicom/series.h"
 #include "tools/formats/dicom/series_names.h"

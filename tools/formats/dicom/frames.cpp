@@ -1,4 +1,4 @@
-#include "tools/formats/dicom/frames.h"
+#include "tools/formats/dicom/data_set.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
-#include "tools/formats/dicom/rescaling.h"
 
 namespace tagrid {
 namespace {

@@ -1,7 +1,9 @@
-// The element of the samples in a file: its head, and the fragments in it. DICOM PS3.5, A.4.
+// The element of the samples in a file: its head, the fragments in it (DICOM PS3.5, A.4), and what their code streams say.
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "io/files/byte_source.h"
@@ -36,5 +38,15 @@ void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_
 
 /// Reads a frame from pixels.stretches. Throws BrokenInput and WorldError.
 void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* out);
+
+/// The byte at which the code stream of the first frame begins, after the table of offsets. `fragments`: the
+/// byte at which that table begins. The file may end before the stream. Throws BrokenInput if it ends before
+/// the table.
+std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments);
+
+/// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000 (9-7), or as
+/// near-lossless JPEG-LS. Nothing if the stream does not say, for it is damaged, or of another kind. Throws WorldError.
+/// REQUIRES: pixels.encapsulated.
+std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels);
 
 }  // namespace tagrid

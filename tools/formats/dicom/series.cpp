@@ -11,7 +11,6 @@
 #include "io/errors/errors.h"
 #include "io/text/natural_order.h"
 #include "tools/formats/dicom/series_names.h"
-#include "tools/formats/dicom/series_words.h"
 
 namespace tagrid {
 namespace {

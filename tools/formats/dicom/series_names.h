@@ -1,4 +1,4 @@
-// Names of volumes that stay when files of other volumes come or go.
+// How series and their volumes are called: names that stay when files of other volumes come or go, and words for users.
 #pragma once
 
 #include <optional>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/formats/dicom/parts.h"
+#include "tools/formats/dicom/series.h"
 
 namespace tagrid {
 
@@ -23,5 +24,12 @@ std::string_view uid_in(std::string_view name);
 std::optional<std::vector<DicomSlice>> slices_called(const std::string& name,
                                                      const std::vector<DicomSlice>& slices,
                                                      const std::vector<DicomFile>& files);
+
+/// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
+std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
+
+/// Adds to equal texts what distinguishes their series: direction, spacing, numbers of images and others. Texts of one
+/// UID that differ in the number of slices alone count as equal.
+void make_distinct(std::vector<DicomSeries>& series, const std::vector<DicomFile>& files);
 
 }  // namespace tagrid
