@@ -15,6 +15,7 @@
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
 #include "tools/formats/codecs/jpeg2000.h"
+#include "tools/formats/common.h"
 #include "tools/formats/slice_files.h"
 
 namespace tagrid {
@@ -35,9 +36,7 @@ std::optional<std::uint64_t> number(const ByteSource& file, std::uint64_t at, st
   std::array<std::byte, 8> bytes = {};
   if (at > end || end - at < size) return std::nullopt;
   file.read_at(at, std::span(bytes).first(size));
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) value = value << 8 | std::to_integer<std::uint64_t>(bytes[i]);
-  return value;
+  return number_in(std::span(bytes).first(size), true);
 }
 
 constexpr std::uint64_t start_of_tile = 0xff90, end_of_stream = 0xffd9, start_of_stream = 0xff4f;
@@ -112,8 +111,7 @@ class Walk {
 };
 
 SampleType type_of(const std::string& path, const Jpeg2000Image& image) {
-  if (image.bits <= 8) return image.is_signed ? SampleType::int8 : SampleType::uint8;
-  if (image.bits <= 16) return image.is_signed ? SampleType::int16 : SampleType::uint16;
+  if (image.bits <= 16) return *integer_type(image.bits <= 8 ? 1 : 2, image.is_signed);
   if (image.bits <= 31) return SampleType::int32;
   throw BrokenInput(
       fmt::format("{}: JPEG 2000 file: samples of {} bits are not supported", path, image.bits));
@@ -152,17 +150,8 @@ class Jp2Slices final : public ServedVolume {
     const std::string& path = files[static_cast<std::size_t>(z)];
     const Jpeg2000Image image = decode_jpeg2000_file(path);
     require_like_first(path, image);
-    const std::size_t size = size_of(type);
-    for (std::size_t i = 0; i < image.samples.size(); ++i) switch (size) {
-        case 1:
-          out[i] = static_cast<std::byte>(image.samples[i]);
-          break;
-        case 2:
-          store_little_endian(out + 2 * i, static_cast<std::uint16_t>(image.samples[i]));
-          break;
-        default:
-          store_little_endian(out + 4 * i, image.samples[i]);
-      }
+    store_samples(image, size_of(type), out);
+    swap_if_not_native(out, image.samples.size(), size_of(type), false);
   }
 
  private:
