@@ -41,6 +41,13 @@ std::string listed(const std::vector<T>& all, std::size_t most) {
   return some == all.size() ? text : fmt::format("{} and {} more", text, all.size() - some);
 }
 
+/// REQUIRES: at least one number.
+inline double median(std::vector<double> numbers) {
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::ranges::nth_element(numbers, middle);
+  return *middle;
+}
+
 /// The type of integers of this many bytes; nothing if there is none.
 constexpr std::optional<SampleType> integer_type(std::size_t bytes, bool is_signed) {
   if (bytes == 1) return is_signed ? SampleType::int8 : SampleType::uint8;
@@ -55,11 +62,6 @@ inline std::uint64_t number_in(std::span<const std::byte> bytes, bool big_endian
   for (std::size_t i = 0; i < bytes.size(); ++i)
     value = value << 8 | std::to_integer<std::uint64_t>(bytes[big_endian ? i : bytes.size() - 1 - i]);
   return value;
-}
-/// Appends the low `count` bytes of a number.
-inline void put_number(std::string& bytes, std::uint64_t value, std::size_t count, bool big_endian) {
-  for (std::size_t i = 0; i < count; ++i)
-    bytes += static_cast<char>(value >> (8 * (big_endian ? count - 1 - i : i)) & 0xFF);
 }
 
 /// True if `next`, a slice, goes on where `run` ends, which then has it.

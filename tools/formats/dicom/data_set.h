@@ -12,8 +12,8 @@ namespace tagrid {
 /// Throws BrokenInput.
 void read_pixel_facts(DcmDataset& dataset, const std::string& syntax, DicomFile& file);
 
-/// Sets pixels.unsupported if samples cannot be read. REQUIRES: file.frames.
-void require_readable(DcmDataset& dataset, DicomFile& file);
+/// What DicomPixels::unsupported is, as far as attributes say it. REQUIRES: file.frames.
+std::string why_not_readable(DcmDataset& dataset, const DicomFile& file);
 
 /// What DicomPixels::lossy is. It does not name the syntax, so it stays the same for a decoded file.
 std::string lossy_compression(DcmDataset& dataset, const DicomFile& file);

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
@@ -30,6 +31,11 @@ struct DicomNotes {
   /// Those that leave the values of samples unknown.
   std::vector<DicomNote> scale_doubts;
 
+  void warn(std::string about, std::string text) { add(warnings, std::move(about), std::move(text)); }
+  void miss(std::string about, std::string text) { add(not_understood, std::move(about), std::move(text)); }
+  void doubt(std::string about, std::string text) { add(scale_doubts, std::move(about), std::move(text)); }
+
+ private:
   /// Adds a note, unless there is one about the same thing.
   static void add(std::vector<DicomNote>& notes, std::string about, std::string text) {
     if (std::ranges::find(notes, about, &DicomNote::about) == notes.end())

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "io/errors/errors.h"
 #include "io/programs/serve_reader.h"
 #include "io/samples/stored_bits.h"
+#include "tools/formats/common.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/dicom_file.h"
 #include "tools/formats/dicom/image_files.h"
@@ -28,8 +28,6 @@
 namespace tagrid {
 namespace {
 
-namespace fs = std::filesystem;
-
 using Files = std::vector<DicomFile>;
 
 class DicomVolume final : public ServedVolume {
@@ -40,17 +38,10 @@ class DicomVolume final : public ServedVolume {
     add_notes(name);
     const DicomPixels& pixels = files_[slices_.front().file].pixels;
     dims = {pixels.columns, pixels.rows, static_cast<std::int64_t>(slices_.size())};
-    DicomPlaces where = places_of({series.choice, slices_}, files_, name);
-    DicomMeaning meaning = meaning_of(slices_, files_, name);
-    geometry = std::move(where.geometry);
-    type = meaning.type;
-    rescale = meaning.rescale;
-    added_ = std::move(meaning.added);
-    for (auto* more : {&where.warnings, &meaning.warnings})
-      warnings.insert(warnings.end(), more->begin(), more->end());
     pairs = texts_of(slices_, files_);
     for (DicomFile& file : files_) file.texts.clear();
-    for (auto* more : {&where.pairs, &meaning.pairs}) pairs.insert(pairs.end(), more->begin(), more->end());
+    set_places(slices_, files_, name, *this);
+    added_ = set_meaning(slices_, files_, name, *this);
     pairs.emplace_back("slice_sop_instance_uids", uids_of(slices_, files_));
     // A loss is not undone by a lossless copy.
     const auto is_lossy = [](const DicomFile& file) { return !file.pixels.lossy.empty(); };
@@ -61,8 +52,7 @@ class DicomVolume final : public ServedVolume {
     has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
                        return file.pixels.offset || file.pixels.encapsulated || file.pixels.inflated;
                      });
-    for (const DicomFile& file : files_) texts_.push_back(file.path);
-    files = texts_;
+    for (const DicomFile& file : files_) files.push_back(file.path);
   }
 
   ReaderPlainFile plain_file(std::size_t number) override {
@@ -173,9 +163,8 @@ class DicomVolume final : public ServedVolume {
   /// To which series a file belongs, if it has others.
   std::string role_of_file() const {
     if (files_.size() == 1) return "";
-    const auto name = [](const DicomFile& file) { return fs::path(file.path).filename().string(); };
     return fmt::format("; it is one of the {} files of series {}, {} to {}", files_.size(),
-                       files_.front().series, name(files_.front()), name(files_.back()));
+                       files_.front().series, file_name(files_.front().path), file_name(files_.back().path));
   }
 
   StoredBits stored_bits(std::size_t z, int bits) const {
@@ -196,18 +185,12 @@ class DicomVolume final : public ServedVolume {
                    pixels.step,
                    pixels.big_endian,
                    stored_bits(z, pixels.stored)};
-      SliceRun* last = runs.empty() ? nullptr : &runs.back();
-      if (last != nullptr && last->file == run.file && last->stored == run.stored &&
-          run.offset == last->offset + static_cast<std::uint64_t>(last->slices) * last->step)
-        ++last->slices;
-      else
-        runs.push_back(run);
+      if (runs.empty() || !joins(runs.back(), run)) runs.push_back(run);
     }
     places = std::move(runs);
   }
 
   Files files_;
-  std::vector<std::string> texts_;
   std::vector<DicomSlice> slices_;
   std::vector<std::int32_t> added_;
   std::multimap<std::size_t, std::size_t> by_file_;  ///< numbers of slices
@@ -230,8 +213,8 @@ std::optional<DicomSeries> volume_that_was_apart(const std::string& name,
   return std::nullopt;
 }
 
-/// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws UsageError,
-/// SeveralVolumes.
+/// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws
+/// UsageError, SeveralVolumes.
 DicomSeries series_wanted(const std::string& path, const std::string& wanted, const ImageFiles& files,
                           const std::vector<DicomSeries>& series) {
   const Files& images = files.images;
@@ -251,15 +234,13 @@ DicomSeries series_wanted(const std::string& path, const std::string& wanted, co
   return series[chosen(path, "series", wanted, all)];
 }
 
-/// Opens the volume at `path`: a file, a directory, or a DICOMDIR. Of several series, the option "series" chooses one by its
-/// UID or its number. Values with a slope of 1 are given as they are meant (Hounsfield units), if 16 bits hold them; others
-/// as they are stored.
+/// Opens the volume at `path`: a file, a directory, or a DICOMDIR. Of several series, the option "series"
+/// chooses one by its UID or its number. Values with a slope of 1 are given as they are meant (Hounsfield
+/// units), if 16 bits hold them; others as they are stored.
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
   ImageFiles files = image_files_at(path);
   std::vector<DicomSeries> all = series_of(files.images);
-  const auto wanted = options.find("series");
-  const std::string name = wanted == options.end() ? "" : wanted->second;
-  DicomSeries series = series_wanted(path, name, files, all);
+  DicomSeries series = series_wanted(path, option(options, "series"), files, all);
   std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
   auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());

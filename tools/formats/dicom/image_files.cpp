@@ -14,15 +14,15 @@
 #include "io/text/natural_order.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t most_named = 5;  // in a message
 constexpr std::array extensions_of_dicom = {".dcm", ".dicom", ".ima"};
-
-std::string file_name(const std::string& path) { return fs::path(path).filename().string(); }
 
 /// The extension in lower case; "" for one of digits, as names that are UIDs have.
 std::string extension_of(const std::string& path) {
@@ -125,22 +125,12 @@ ImageFiles images_of_file(const std::string& path) {
   return images_of({path}, strangers);
 }
 
-/// "a.txt, b.txt and 3 more".
-std::string listed_names(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
-    text += fmt::format("{}{}", i > 0 ? ", " : "", names[i]);
-  if (names.size() > most) text += fmt::format(" and {} more", names.size() - most);
-  return text;
-}
-
 /// "a.dcm (is empty), b.dcm (...) and 3 more".
-std::string listed(const std::vector<UnreadableImage>& images) {
+std::string with_reasons(const std::vector<UnreadableImage>& images) {
   std::vector<std::string> names;
   for (const UnreadableImage& image : images)
     names.push_back(fmt::format("{} ({})", file_name(image.path), image.why));
-  return listed_names(names);
+  return listed(names, most_named);
 }
 
 /// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are
@@ -164,10 +154,6 @@ std::string sibling_of(const DicomFile& image) {
     }
   }
   return "";
-}
-
-std::string counted(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 /// Leaves out the slices whose files are cut within their pixels, and returns these files.
@@ -229,7 +215,7 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   if (!missing.empty() && !gaps_ok)
     throw BrokenInput(fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
                                   counted(missing.size(), "file"),
-                                  files.images[series.slices.front().file].series, listed(missing)),
+                                  files.images[series.slices.front().file].series, with_reasons(missing)),
                       Problem::slices_missing);
   if (gaps_ok) {
     const std::vector<UnreadableImage> cut = leave_out_cut(series, files.images);
@@ -238,8 +224,8 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   if (!missing.empty())
     warnings.push_back(fmt::format("{}: {} cannot be read, and the volume is without {}: {}", path,
                                    counted(missing.size(), "file"), missing.size() == 1 ? "it" : "them",
-                                   listed(missing)));
-  // Those of other series are said where these are read.
+                                   with_reasons(missing)));
+  // Those of other series are reported when these are read.
   std::vector<UnreadableImage> of_none = files.unreadable;
   std::erase_if(of_none, [&](const UnreadableImage& image) {
     return image.series.empty() || std::ranges::any_of(files.images, [&](const DicomFile& other) {
@@ -248,10 +234,10 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   });
   if (!of_none.empty())
     warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
-                                   listed(of_none)));
+                                   with_reasons(of_none)));
   if (!files.others.empty())
     warnings.push_back(fmt::format("{}: {} without an image of DICOM: {}", path,
-                                   counted(files.others.size(), "file"), listed_names(files.others)));
+                                   counted(files.others.size(), "file"), listed(files.others, most_named)));
   if (std::string text = about_siblings(path, series, files.images); !text.empty())
     warnings.push_back(std::move(text));
   return warnings;

@@ -32,9 +32,9 @@ ImageFiles image_files_at(const std::string& path);
 /// names are like those of its files, or unlike those of all images.
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
 
-/// Notes about files at `path` that are not in the volume: unreadable and other ones, and, if `path` is a file, another
-/// image of its series in the same folder. With `gaps_ok`, slices that cannot be read are left out of the series; without
-/// it, they are BrokenInput.
+/// Notes about files at `path` that are not in the volume: unreadable and other ones, and, if `path` is a
+/// file, another image of its series in the same folder. With `gaps_ok`, slices that cannot be read are left
+/// out of the series; without it, they are BrokenInput.
 std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok);
 

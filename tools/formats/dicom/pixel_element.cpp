@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <span>
-#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "tools/formats/codecs/jpeg2000.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
@@ -57,14 +56,10 @@ bool begins_stream(const ByteSource& file, const Item& item) {
   return at(0) == 0xFF && ((at(1) == 0xD8 && at(2) == 0xFF) || (at(1) == 0x4F && at(2) == 0xFF));
 }
 
-std::string counted(std::uint64_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 void note_more_frames(DicomFile& file, std::uint64_t found) {
   const std::uint64_t frames = file.frames.size();
-  DicomNotes::add(
-      file.notes.not_understood, "NumberOfFrames",
+  file.notes.miss(
+      "NumberOfFrames",
       fmt::format(
           "its pixels are those of {}, but it says that it has {} (NumberOfFrames); the others are left out",
           counted(found, "frame"), frames));
@@ -114,35 +109,32 @@ std::optional<int> error_of_jpeg_ls(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian) {
+std::optional<std::uint64_t> pixel_length(const ByteSource& file, std::uint64_t offset, bool is_explicit,
+                                          bool big_endian) {
   std::array<std::byte, 12> head = {};
   const std::uint64_t bytes = is_explicit ? 12 : 8;
   if (offset < bytes || offset > file.size()) throw BrokenInput("its pixels cannot be found");
   file.read_at(offset - bytes, std::span(head).first(bytes));
   const auto number = [&](std::size_t at, std::size_t count) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      value = value << 8 | std::to_integer<unsigned>(head[big_endian ? at + i : at + count - 1 - i]);
-    return value;
+    return number_in(std::span(head).subspan(at, count), big_endian);
   };
   const std::uint64_t length = number(bytes - 4, 4);
   if (number(0, 2) != 0x7fe0 || number(2, 2) != 0x0010) throw BrokenInput("its pixels cannot be found");
-  if (length == unknown_length) return {0, true};
-  return {length, false};
+  return length == unknown_length ? std::nullopt : std::optional(length);
 }
 
-void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
+void check_native_pixels(DicomFile& file, const ByteSource& bytes, std::uint64_t length,
                          std::uint64_t offset) {
   const DicomPixels& pixels = file.pixels;
   const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), wanted = frames * frame;
-  if (head.length < wanted)
+  if (length < wanted)
     throw BrokenInput(fmt::format("its pixels have {} bytes, but {} x {} samples of {} bits in {} have {}",
-                                  head.length, pixels.columns, pixels.rows, pixels.allocated,
+                                  length, pixels.columns, pixels.rows, pixels.allocated,
                                   counted(frames, "frame"), wanted));
   if (bytes.size() < offset + wanted)
     throw BrokenInput(fmt::format("ends too soon, within its pixels: {} bytes are missing",
                                   offset + wanted - bytes.size()));
-  if (!is_padding(bytes, offset + wanted, head.length - wanted)) note_bytes_left_over(file, head.length);
+  if (!is_padding(bytes, offset + wanted, length - wanted)) note_bytes_left_over(file, length);
 }
 
 void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {
@@ -151,7 +143,7 @@ void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {
                       over = bytes - frames * frame;
   if (over <= 1) return;  // lengths are even
   if (over >= frame) return note_more_frames(file, bytes / frame);
-  DicomNotes::add(file.notes.not_understood, "PixelData",
+  file.notes.miss("PixelData",
                   fmt::format("its pixels have {} bytes more than {} x {} samples of {} bits in {}; they "
                               "are left out",
                               over, pixels.columns, pixels.rows, pixels.allocated, counted(frames, "frame")));

@@ -2,19 +2,15 @@
 
 #include <zlib.h>
 
-#include <algorithm>
 #include <new>
-#include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
+#include "tools/formats/common.h"
 #include "tools/formats/dicom/pixel_element.h"
 
 namespace tagrid {
@@ -26,11 +22,6 @@ constexpr std::size_t most_kept = std::size_t{4} << 20;  // of an inflated data 
 constexpr std::size_t long_head = 12;                    // bytes of an element with a length of 4 bytes
 constexpr std::uint32_t unknown_length = 0xFFFFFFFF;
 constexpr std::string_view explicit_little_endian("1.2.840.10008.1.2.1\0", 20);
-
-/// Thrown if a file is not as it is expected here; the reason is a sentence.
-struct NoPlainForm {
-  std::string why;
-};
 
 using Tag = std::pair<std::uint16_t, std::uint16_t>;
 constexpr Tag pixel_data = {0x7FE0, 0x0010}, group_length = {0x7FE0, 0}, offset_table = {0x7FE0, 1},
@@ -64,7 +55,17 @@ void store(std::string& bytes, std::size_t at, std::uint64_t value, std::size_t 
   for (std::size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(value >> (8 * i) & 0xFF);
 }
 
-/// The meta information with another transfer syntax; `end` receives the byte behind it.
+/// The head of native pixels.
+std::string native_head(const std::string& vr, std::uint64_t samples) {
+  std::string head(long_head, '\0');
+  store(head, 0, pixel_data.first, 2);
+  store(head, 2, pixel_data.second, 2);
+  head.replace(4, 2, vr);
+  store(head, 8, samples + samples % 2, 4);
+  return head;
+}
+
+/// The meta information with another transfer syntax; `end` receives the byte after it.
 std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
   std::string meta;
   std::optional<std::size_t> length_at;
@@ -109,7 +110,7 @@ std::uint64_t begin_of_pixels(const Bytes& bytes, const DicomFile& file) {
   return begin;
 }
 
-/// The byte behind the fragments.
+/// The byte after the fragments.
 std::uint64_t end_of_fragments(const Bytes& bytes, const DicomFile& file) {
   std::uint64_t at = *file.pixels.encapsulated;
   while (bytes.tag(at) == item) at += 8 + std::uint64_t{bytes.number<std::uint32_t>(at + 4)};
@@ -156,8 +157,8 @@ struct InflatedDataset {
   std::string before, behind;
 };
 
-/// Inflates the bytes of a file from `begin` to its end, and leaves out `samples` bytes from byte `at` of the result on.
-/// Takes little memory: it keeps at most `most_kept` bytes.
+/// Inflates the bytes of a file from `begin` to its end, and leaves out `samples` bytes from byte `at` of the
+/// result on. Takes little memory: it keeps at most `most_kept` bytes.
 InflatedDataset inflated_dataset(const ByteSource& file, std::uint64_t begin, std::uint64_t at,
                                  std::uint64_t samples) {
   InflatedDataset dataset;
@@ -186,7 +187,8 @@ InflatedDataset inflated_dataset(const ByteSource& file, std::uint64_t begin, st
   return dataset;
 }
 
-/// The pieces of a file whose data set is deflated. All of its bytes stay as they are, but for the transfer syntax.
+/// The pieces of a file whose data set is deflated. All of its bytes stay as they are, but for the transfer
+/// syntax.
 std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t number,
                                            std::uint64_t& samples_at) {
   const Bytes bytes(file.path);
@@ -197,12 +199,9 @@ std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t nu
   if (*file.pixels.inflated < end_of_meta + long_head) throw NoPlainForm{"its pixels cannot be found"};
   const InflatedDataset dataset =
       inflated_dataset(bytes.file(), end_of_meta, *file.pixels.inflated - end_of_meta, samples);
-  std::string head(long_head, '\0');
-  store(head, 0, pixel_data.first, 2);
-  store(head, 2, pixel_data.second, 2);
-  head.replace(4, 2, dataset.before, dataset.before.size() - 8, 2);  // OB or OW
-  store(head, 8, samples + samples % 2, 4);
-  if (!dataset.before.ends_with(head)) throw NoPlainForm{"its pixels do not begin as native ones do"};
+  const std::string vr = dataset.before.substr(dataset.before.size() - 8, 2);  // OB or OW
+  if (!dataset.before.ends_with(native_head(vr, samples)))
+    throw NoPlainForm{"its pixels do not begin as native ones do"};
   samples_at = preamble + meta.size() + dataset.before.size();
   return {PlainPiece::stretch(number, 0, preamble), PlainPiece::given(meta + dataset.before),
           PlainPiece::samples(samples), PlainPiece::given(dataset.behind)};
@@ -217,11 +216,7 @@ std::vector<PlainPiece> pieces_of(const DicomFile& file, std::size_t number, std
   const std::string meta = meta_of_plain_form(bytes, end_of_meta);
   const std::uint64_t begin = begin_of_pixels(bytes, file);
   if (begin < end_of_meta) throw NoPlainForm{"its pixels cannot be found"};
-  std::string head(long_head, '\0');
-  store(head, 0, pixel_data.first, 2);
-  store(head, 2, pixel_data.second, 2);
-  head.replace(4, 2, file.pixels.allocated > 8 ? "OW" : "OB");
-  store(head, 8, samples + samples % 2, 4);
+  const std::string head = native_head(file.pixels.allocated > 8 ? "OW" : "OB", samples);
   samples_at = preamble + meta.size() + (begin - end_of_meta) + head.size();
   return {PlainPiece::stretch(number, 0, preamble),
           PlainPiece::given(meta),

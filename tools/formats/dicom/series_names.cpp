@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <set>
 #include <span>
 
 #include "io/bytes/checksum.h"
 #include "io/text/text.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
@@ -28,8 +28,8 @@ std::string text_of_value(const DicomValue& value) {
   return value.is_number() ? fmt::format("{}", value.number + 0.0) : std::string(trimmed(value.text));
 }
 
-/// "=2" if all slices have this value. Otherwise, of an attribute that grows, ">10" if that is the least one: times of
-/// two volumes may be mixed, but one begins earlier. Of another attribute, "*".
+/// "=2" if all slices have this value. Otherwise, of an attribute that grows, ">10" if that is the least one:
+/// times of two volumes may be mixed, but one begins earlier. Of another attribute, "*".
 std::string summary_of(std::size_t moment, const Slices& slices, const Files& files) {
   DicomValue least = value_of(files, slices.front(), moment), most = least;
   for (const DicomSlice& slice : slices) {
@@ -119,12 +119,12 @@ std::string numbers_of(const DicomSeries& series, const Files& files) {
 
 std::string begin_of(const DicomSeries& series, const Files& files) {
   const DicomSlice& slice = series.slices.front();
-  const std::string file = "begins with " + std::filesystem::path(files[slice.file].path).filename().string();
+  const std::string file = "begins with " + file_name(files[slice.file].path);
   return files[slice.file].frames.size() > 1 ? fmt::format("{}, frame {}", file, slice.frame + 1) : file;
 }
 
-/// What can be said of a series, the most useful first. The first ones are among those by which images of one UID become
-/// several volumes. The last ones always differ.
+/// What can be said of a series, the most useful first. The first ones are among those by which images of one
+/// UID become several volumes. The last ones always differ.
 constexpr std::size_t features = 9, features_of_images = 4;
 std::string feature(std::size_t which, const DicomSeries& series, const Files& files) {
   const DicomSlice& slice = series.slices.front();
@@ -153,7 +153,8 @@ std::string feature(std::size_t which, const DicomSeries& series, const Files& f
   }
 }
 
-/// Adds to the texts of each group of series the features in which these differ, until `group_of` has others for them.
+/// Adds to the texts of each group of series the features in which these differ, until `group_of` has others
+/// for them.
 template <class GroupOf>
 void tell_apart(std::vector<DicomSeries>& series, const Files& files, std::size_t most_features,
                 GroupOf group_of) {

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <optional>
 
 #include "io/errors/errors.h"
+#include "tools/formats/common.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/pixel_element.h"
 
@@ -17,24 +17,11 @@ namespace {
 
 using Files = std::vector<DicomFile>;
 
-std::string file_name(const DicomFile& file) { return std::filesystem::path(file.path).filename().string(); }
-
 struct Said {
   const DicomNote* note;
   const DicomFile* first;
   std::size_t files;
 };
-
-SampleType stored_type(const DicomPixels& pixels) {
-  switch (pixels.allocated) {
-    case 8:
-      return pixels.is_signed ? SampleType::int8 : SampleType::uint8;
-    case 16:
-      return pixels.is_signed ? SampleType::int16 : SampleType::uint16;
-    default:
-      return pixels.is_signed ? SampleType::int32 : SampleType::uint32;
-  }
-}
 
 /// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such
 /// integers.
@@ -58,7 +45,7 @@ std::optional<SampleType> type_of_values(const std::vector<DicomSlice>& slices, 
 
 /// "1 1 2.5 ...", one number a slice.
 template <class Number>
-std::string listed(const std::vector<DicomSlice>& slices, Number number) {
+std::string one_a_slice(const std::vector<DicomSlice>& slices, Number number) {
   std::string text;
   for (const DicomSlice& slice : slices) text += fmt::format("{}{}", text.empty() ? "" : " ", number(slice));
   return text;
@@ -82,10 +69,10 @@ std::vector<std::string> said_of(const std::vector<DicomFile>& files,
   for (const Said& said : all) {
     std::string where;
     if (files.size() > 1 && said.files < files.size())
-      where = said.files == 1 ? fmt::format(" ({})", file_name(*said.first))
-                              : fmt::format(" ({} and {} more)", file_name(*said.first), said.files - 1);
+      where = said.files == 1 ? fmt::format(" ({})", file_name(said.first->path))
+                              : fmt::format(" ({} and {} more)", file_name(said.first->path), said.files - 1);
     else if (files.size() > 1)
-      where = fmt::format(" ({} and all others)", file_name(*said.first));
+      where = fmt::format(" ({} and all others)", file_name(said.first->path));
     texts.push_back(fmt::format("{}: {}{}", name, said.note->text, where));
   }
   return texts;
@@ -111,7 +98,7 @@ std::vector<std::string> about_concatenations(const std::vector<DicomFile>& file
     if (const auto found = parts.find(file.concatenation); found != parts.end()) {
       if (found->second < file.concatenated)
         texts.push_back(fmt::format("{}: {} is one of {} files of a concatenation, of which {} {} missing",
-                                    name, file_name(file), file.concatenated,
+                                    name, file_name(file.path), file.concatenated,
                                     file.concatenated - found->second,
                                     file.concatenated - found->second == 1 ? "is" : "are"));
       parts.erase(found);
@@ -119,40 +106,45 @@ std::vector<std::string> about_concatenations(const std::vector<DicomFile>& file
   return texts;
 }
 
-DicomMeaning meaning_of(const std::vector<DicomSlice>& slices, const Files& files, const std::string& name) {
-  DicomMeaning meaning;
-  meaning.added.assign(slices.size(), 0);
-  const Rescale& first = frame_of(files, slices.front()).rescale;
-  const bool is_one = std::ranges::all_of(
-      slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale == first; });
-  const auto slope = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.slope; };
-  const auto intercept = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.intercept; };
+std::vector<std::int32_t> set_meaning(const std::vector<DicomSlice>& slices, const Files& files,
+                                      const std::string& name, ServedVolume& volume) {
+  std::vector<std::int32_t> added(slices.size(), 0);
+  const auto rescale = [&](const DicomSlice& slice) -> const Rescale& {
+    return frame_of(files, slice).rescale;
+  };
+  const auto slope = [&](const DicomSlice& slice) { return rescale(slice).slope; };
+  const auto intercept = [&](const DicomSlice& slice) { return rescale(slice).intercept; };
+  const Rescale& first = rescale(slices.front());
+  const bool is_one =
+      std::ranges::all_of(slices, [&](const DicomSlice& slice) { return rescale(slice) == first; });
   if (const auto type = type_of_values(slices, files)) {
-    meaning.type = *type;
-    for (std::size_t i = 0; i < slices.size(); ++i)
-      meaning.added[i] = static_cast<std::int32_t>(intercept(slices[i]));
+    volume.type = *type;
+    std::ranges::transform(slices, added.begin(), [&](const DicomSlice& slice) {
+      return static_cast<std::int32_t>(intercept(slice));
+    });
     const bool have_units = std::ranges::all_of(
-        slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.units == first.units; });
-    if (!first.units.empty() && have_units) meaning.pairs.emplace_back("rescale_units", first.units);
+        slices, [&](const DicomSlice& slice) { return rescale(slice).units == first.units; });
+    if (!first.units.empty() && have_units) volume.pairs.emplace_back("rescale_units", first.units);
     if (!is_one || first.intercept != 0)
-      meaning.pairs.emplace_back("dicom_added_intercept",
-                                 is_one ? fmt::format("{}", first.intercept) : listed(slices, intercept));
-    return meaning;
+      volume.pairs.emplace_back("dicom_added_intercept",
+                                is_one ? fmt::format("{}", first.intercept) : one_a_slice(slices, intercept));
+    return added;
   }
-  meaning.type = stored_type(files[slices.front().file].pixels);
-  meaning.rescale = first;
-  if (is_one) return meaning;
+  const DicomPixels& pixels = files[slices.front().file].pixels;
+  volume.type = *integer_type(static_cast<std::size_t>(pixels.allocated) / 8, pixels.is_signed);
+  volume.rescale = first;
+  if (is_one) return added;
   // Bounds hold for the values of every slice.
-  meaning.rescale.intercept = 0;
+  volume.rescale.intercept = 0;
   for (const DicomSlice& slice : slices)
-    meaning.rescale.slope = std::max(std::abs(meaning.rescale.slope), std::abs(slope(slice)));
-  meaning.pairs.emplace_back("slice_slopes", listed(slices, slope));
-  meaning.pairs.emplace_back("slice_intercepts", listed(slices, intercept));
-  meaning.warnings.push_back(name +
-                             ": slices have slopes and intercepts of their own; samples are kept as they are "
-                             "stored, and slice_slopes and "
-                             "slice_intercepts with them; bounds are for the largest slope");
-  return meaning;
+    volume.rescale.slope = std::max(std::abs(volume.rescale.slope), std::abs(slope(slice)));
+  volume.pairs.emplace_back("slice_slopes", one_a_slice(slices, slope));
+  volume.pairs.emplace_back("slice_intercepts", one_a_slice(slices, intercept));
+  volume.warnings.push_back(name +
+                            ": slices have slopes and intercepts of their own; samples are kept as they are "
+                            "stored, and slice_slopes "
+                            "and slice_intercepts with them; bounds are for the largest slope");
+  return added;
 }
 
 KeyValues texts_of(const std::vector<DicomSlice>& slices, const Files& files) {
@@ -169,7 +161,7 @@ KeyValues texts_of(const std::vector<DicomSlice>& slices, const Files& files) {
 }
 
 std::string uids_of(const std::vector<DicomSlice>& slices, const Files& files) {
-  return listed(slices, [&](const DicomSlice& slice) { return files[slice.file].instance; });
+  return one_a_slice(slices, [&](const DicomSlice& slice) { return files[slice.file].instance; });
 }
 
 }  // namespace tagrid

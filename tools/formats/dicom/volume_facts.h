@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
-#include "tools/formats/dicom/parts.h"
+#include "io/programs/serve_reader.h"
+#include "tools/formats/dicom/series.h"
 
 namespace tagrid {
 
@@ -22,17 +22,11 @@ void note_more_inflated_frames(DicomFile& file);
 /// Concatenations of which files are missing.
 std::vector<std::string> about_concatenations(const std::vector<DicomFile>& files, const std::string& name);
 
-/// The samples of all slices, and what they mean.
-struct DicomMeaning {
-  SampleType type = SampleType::uint8;
-  std::vector<std::int32_t> added;  ///< to the stored integers of each slice
-  Rescale rescale;
-  KeyValues pairs;
-  std::vector<std::string> warnings;
-};
-/// `name` is for messages.
-DicomMeaning meaning_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files,
-                        const std::string& name);
+/// Sets the type of samples and their rescaling, and adds pairs and warnings. Returns what is added to the
+/// stored integers of each slice. `name` is for messages.
+std::vector<std::int32_t> set_meaning(const std::vector<DicomSlice>& slices,
+                                      const std::vector<DicomFile>& files, const std::string& name,
+                                      ServedVolume& volume);
 
 /// What all files of a volume say alike.
 KeyValues texts_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
