@@ -40,9 +40,7 @@ std::vector<NumberedFiles> series_of_slices(const std::string& folder,
   return numbered_files(files_in(folder, extensions));
 }
 
-Choice choice_of(const NumberedFiles& files) {
-  return {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())};
-}
+Choice choice_of(const NumberedFiles& files) { return {files.pattern, counted(files.paths.size(), "file")}; }
 
 void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options) {
   if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
@@ -144,13 +142,8 @@ void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::st
 }
 
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files) {
-  return {"slice files", fmt::format("{} to {} ({})", fs::path(files.paths.front()).filename().string(),
-                                     fs::path(files.paths.back()).filename().string(), files.paths.size())};
-}
-
-std::string option(const ReaderOptions& options, const std::string& name) {
-  const auto found = options.find(name);
-  return found == options.end() ? "" : found->second;
+  return {"slice files", fmt::format("{} to {} ({})", file_name(files.paths.front()),
+                                     file_name(files.paths.back()), files.paths.size())};
 }
 
 }  // namespace tagrid

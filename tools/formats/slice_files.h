@@ -9,6 +9,7 @@
 
 #include "io/programs/serve_reader.h"
 #include "io/text/numbered_names.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 
@@ -75,8 +76,5 @@ std::unique_ptr<ServedVolume> open_slices(const std::string& path, const std::ve
   add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
   return volume;
 }
-
-/// The value of an option; "" if it is not given.
-std::string option(const ReaderOptions& options, const std::string& name);
 
 }  // namespace tagrid

@@ -12,7 +12,7 @@
 
 namespace tagrid {
 
-/// How a volume becomes a grid. See tools/formats/vdb/writer/vdb_output.h for what is not given.
+/// How a volume becomes a grid. See tools/formats/vdb/writer/vdb_output.cpp for what is not given.
 struct VdbOptions {
   std::string grid;
   std::string type;  ///< "float" or "int32"

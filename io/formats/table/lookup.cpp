@@ -122,7 +122,7 @@ std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::strin
   if (format.header != nullptr) {
     const std::string header = format.header(info);
     auto file = std::make_unique<OutputFile>(path, options.files.overwrite, output_options(options.files));
-    if (format.writes_gzip) return std::make_unique<GzipSink>(info, std::move(file), header);
+    if (format.writes_gzip) return gzip_sink(info, std::move(file), header);
     return std::make_unique<AttachedSink>(info, std::move(file), header, std::string(format.trailer));
   }
   const std::string program = writer_for(path, format.help, format.writer);

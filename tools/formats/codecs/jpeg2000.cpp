@@ -10,51 +10,41 @@
 
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
+#include "io/samples/stored_bits.h"
 
 namespace tagrid {
 namespace {
 
 constexpr std::string_view code_stream = "\xff\x4f\xff\x51";
 
-/// Bytes that can be sought in: in memory, or of a file.
-class Source {
- public:
-  virtual ~Source() = default;
-  virtual std::uint64_t size() const = 0;
-  virtual void read_at(std::uint64_t position, std::span<std::byte> to) const = 0;
-  std::uint64_t at = 0;
-};
-
-class InMemory final : public Source {
+class InMemory final : public ByteSource {
  public:
   explicit InMemory(std::span<const std::byte> bytes) : bytes_(bytes) {}
   std::uint64_t size() const override { return bytes_.size(); }
   void read_at(std::uint64_t position, std::span<std::byte> to) const override {
     std::memcpy(to.data(), bytes_.data() + position, to.size());
   }
+  const std::string& name() const override { return name_; }
 
  private:
   std::span<const std::byte> bytes_;
+  std::string name_;
 };
 
-class InFile final : public Source {
- public:
-  explicit InFile(const std::string& path) : file_(path) {}
-  std::uint64_t size() const override { return file_.size(); }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    file_.read_at(position, to);
-  }
+/// Bytes, and the next one to be read.
+struct Source {
+  const ByteSource& bytes;
+  std::uint64_t at = 0;
 
- private:
-  FileSource file_;
+  std::uint64_t left() const { return bytes.size() - at; }
 };
 
 OPJ_SIZE_T read_bytes(void* out, OPJ_SIZE_T size, void* user) {
   Source& source = *static_cast<Source*>(user);
-  if (source.at == source.size()) return static_cast<OPJ_SIZE_T>(-1);
-  const std::uint64_t count = std::min<std::uint64_t>(size, source.size() - source.at);
+  if (source.left() == 0) return static_cast<OPJ_SIZE_T>(-1);
+  const std::uint64_t count = std::min<std::uint64_t>(size, source.left());
   try {
-    source.read_at(source.at, {static_cast<std::byte*>(out), count});
+    source.bytes.read_at(source.at, {static_cast<std::byte*>(out), count});
   } catch (const std::exception&) {
     return static_cast<OPJ_SIZE_T>(-1);  // C code cannot be left by an exception
   }
@@ -65,15 +55,14 @@ OPJ_SIZE_T read_bytes(void* out, OPJ_SIZE_T size, void* user) {
 OPJ_OFF_T skip_bytes(OPJ_OFF_T size, void* user) {
   Source& source = *static_cast<Source*>(user);
   if (size < 0) return -1;
-  const std::uint64_t count =
-      std::min<std::uint64_t>(static_cast<std::uint64_t>(size), source.size() - source.at);
+  const std::uint64_t count = std::min(static_cast<std::uint64_t>(size), source.left());
   source.at += count;
   return static_cast<OPJ_OFF_T>(count);
 }
 
 OPJ_BOOL seek_byte(OPJ_OFF_T at, void* user) {
   Source& source = *static_cast<Source*>(user);
-  if (at < 0 || static_cast<std::uint64_t>(at) > source.size()) return OPJ_FALSE;
+  if (at < 0 || static_cast<std::uint64_t>(at) > source.bytes.size()) return OPJ_FALSE;
   source.at = static_cast<std::uint64_t>(at);
   return OPJ_TRUE;
 }
@@ -88,9 +77,9 @@ template <class T>
 using Owned = std::unique_ptr<T, void (*)(T*)>;
 
 /// `with_samples`: not only the header. A size of 0 is any.
-Jpeg2000Image decode(Source& source, std::int64_t width, std::int64_t height, bool with_samples) {
+Jpeg2000Image decode(const ByteSource& bytes, std::int64_t width, std::int64_t height, bool with_samples) {
   std::array<std::byte, 12> beginning = {};
-  source.read_at(0, std::span(beginning).first(std::min<std::size_t>(beginning.size(), source.size())));
+  bytes.read_at(0, std::span(beginning).first(std::min<std::size_t>(beginning.size(), bytes.size())));
   const std::string_view text(reinterpret_cast<const char*>(beginning.data()), beginning.size());
   const Owned<opj_stream_t> stream(opj_stream_default_create(OPJ_TRUE),
                                    [](opj_stream_t* s) { opj_stream_destroy(s); });
@@ -98,8 +87,9 @@ Jpeg2000Image decode(Source& source, std::int64_t width, std::int64_t height, bo
       opj_create_decompress(text.starts_with(code_stream) ? OPJ_CODEC_J2K : OPJ_CODEC_JP2),
       [](opj_codec_t* c) { opj_destroy_codec(c); });
   if (!stream || !codec) throw std::bad_alloc();
+  Source source{bytes};
   opj_stream_set_user_data(stream.get(), &source, nullptr);
-  opj_stream_set_user_data_length(stream.get(), source.size());
+  opj_stream_set_user_data_length(stream.get(), bytes.size());
   opj_stream_set_read_function(stream.get(), read_bytes);
   opj_stream_set_skip_function(stream.get(), skip_bytes);
   opj_stream_set_seek_function(stream.get(), seek_byte);
@@ -145,28 +135,33 @@ Jpeg2000Image decode(Source& source, std::int64_t width, std::int64_t height, bo
 }
 
 /// Adds the path to what is wrong.
-Jpeg2000Image decode_file(const std::string& path, bool with_samples) {
-  InFile file(path);
-  try {
-    return decode(file, 0, 0, with_samples);
-  } catch (const BrokenInput& error) {
-    throw BrokenInput(fmt::format("{}: {}", path, error.what()));
-  }
+Jpeg2000Image decode_file(const std::string& path, bool with_samples) try {
+  return decode(FileSource(path), 0, 0, with_samples);
+} catch (const BrokenInput& error) {
+  throw BrokenInput(fmt::format("{}: {}", path, error.what()));
 }
 
 }  // namespace
 
 Jpeg2000Image decode_jpeg2000(std::span<const std::byte> bytes, std::int64_t width, std::int64_t height) {
-  InMemory source(bytes);
-  return decode(source, width, height, true);
+  return decode(InMemory(bytes), width, height, true);
 }
 
 Jpeg2000Image jpeg2000_header(std::span<const std::byte> bytes) {
-  InMemory source(bytes);
-  return decode(source, 0, 0, false);
+  return decode(InMemory(bytes), 0, 0, false);
 }
 
 Jpeg2000Image jpeg2000_header(const std::string& path) { return decode_file(path, false); }
 Jpeg2000Image decode_jpeg2000_file(const std::string& path) { return decode_file(path, true); }
+
+void store_samples(const Jpeg2000Image& image, std::size_t size, std::byte* out) {
+  with_bits_of(size, [&]<class Bits>(Bits) {
+    for (const std::int32_t sample : image.samples) {
+      const auto bits = static_cast<Bits>(sample);
+      std::memcpy(out, &bits, sizeof bits);
+      out += sizeof bits;
+    }
+  });
+}
 
 }  // namespace tagrid

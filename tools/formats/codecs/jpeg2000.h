@@ -29,4 +29,7 @@ Jpeg2000Image jpeg2000_header(const std::string& path);
 /// Decodes a file. The same.
 Jpeg2000Image decode_jpeg2000_file(const std::string& path);
 
+/// Stores the low bits of all samples, in `size` bytes each (1, 2 or 4), in the byte order of memory.
+void store_samples(const Jpeg2000Image& image, std::size_t size, std::byte* out);
+
 }  // namespace tagrid

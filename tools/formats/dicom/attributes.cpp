@@ -63,7 +63,7 @@ ForeignNumber number_in(DcmItem& item, const DcmTagKey& tag) {
 void remark(const ForeignNumber& number, const DcmTagKey& tag, std::string_view consequence,
             DicomNotes& notes) {
   if (std::string text = remark_on(number, name_of(tag), consequence); !text.empty())
-    DicomNotes::add(notes.warnings, name_of(tag), std::move(text));
+    notes.warn(name_of(tag), std::move(text));
 }
 
 DicomNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count, std::string_view consequence,
@@ -74,8 +74,8 @@ DicomNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count, 
   numbers.outcome = Outcome::unreadable;
   if (is_blank(*text)) return numbers;
   const auto say = [&](const std::string& what) {
-    DicomNotes::add(notes.warnings, name_of(tag),
-                    fmt::format("{} is {}{}", name_of(tag), quoted(std::string_view(*text)), what));
+    notes.warn(name_of(tag),
+               fmt::format("{} is {}{}", name_of(tag), tagrid::quoted(std::string_view(*text)), what));
   };
   bool has_comma = false;
   for (const std::string_view value : values_of(*text)) {
@@ -103,7 +103,7 @@ std::optional<std::int64_t> integer_in(DcmItem& item, const DcmTagKey& tag) {
   if (!number.is_number() || number.value != std::floor(number.value) ||
       std::abs(number.value) > largest_integer)
     throw BrokenInput(fmt::format("{} is {}, which is not a whole number", name_of(tag),
-                                  quoted(std::string_view(number.text))));
+                                  tagrid::quoted(std::string_view(number.text))));
   return static_cast<std::int64_t>(number.value);
 }
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "io/text/foreign_number.h"
-#include "tools/formats/dicom/notes.h"
+#include "tools/formats/dicom/dicom_file.h"
 
 namespace tagrid {
 

@@ -6,18 +6,14 @@
 #include <dcmtk/dcmdata/dctk.h>
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 
-#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
 #include "io/text/text.h"
 #include "tools/formats/dicom/attributes.h"
-#include "tools/formats/dicom/frames.h"
+#include "tools/formats/dicom/data_set.h"
 #include "tools/formats/dicom/pixel_element.h"
-#include "tools/formats/dicom/pixel_facts.h"
 #include "tools/formats/dicom/transfer_syntax.h"
 
 namespace tagrid {
@@ -55,7 +51,7 @@ std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
     if (tag.isPrivate()) continue;
     if (std::string text = text_of(*element); !text.empty()) texts.emplace(name, std::move(text));
   }
-  // They are told in other ways.
+  // Other fields report them.
   for (const char* name :
        {"SamplesPerPixel", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit", "PixelRepresentation",
         "RescaleSlope", "RescaleIntercept", "RescaleType", "PixelSpacing", "ImagePositionPatient",
@@ -105,9 +101,8 @@ std::string syntax_of(DcmFileFormat& format, DicomFile& file) {
     return *given;
   const DcmXfer found(format.getDataset()->getOriginalXfer());
   if (!format.getMetaInfo()->isEmpty())
-    DicomNotes::add(
-        file.notes.not_understood, "TransferSyntaxUID",
-        fmt::format("it does not give its transfer syntax; it is read as {}", found.getXferName()));
+    file.notes.miss("TransferSyntaxUID", fmt::format("it does not give its transfer syntax; it is read as {}",
+                                                     found.getXferName()));
   return found.getXferID();
 }
 
@@ -137,19 +132,19 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
   }
   try {
     const FileSource bytes(file.path);
-    const PixelHead head = pixel_head(bytes, offset, found.isExplicitVR(), pixels.big_endian);
-    if (head.has_fragments && syntax.has_fragments()) {
+    const auto length = pixel_length(bytes, offset, found.isExplicitVR(), pixels.big_endian);
+    if (!length && syntax.has_fragments()) {
       if (syntax.use == SyntaxUse::plain_fragments) return find_plain_fragments(file, bytes, offset);
       pixels.encapsulated = offset;
       return check_streams(file, bytes, offset);
     }
-    if (head.has_fragments != syntax.has_fragments()) {
+    if (length.has_value() == syntax.has_fragments()) {
       pixels.unsupported =
           fmt::format("has samples {} fragments, which is not possible in its transfer syntax, {}",
-                      head.has_fragments ? "in" : "without", in_words(syntax, pixels.syntax));
+                      length ? "without" : "in", in_words(syntax, pixels.syntax));
       return;
     }
-    check_native_pixels(file, bytes, head, offset);
+    check_native_pixels(file, bytes, *length, offset);
     // Bytes in words of another byte order are swapped in pairs; the library puts them right.
     if (pixels.big_endian && pixels.allocated == 8) return;
     pixels.offset = offset;
@@ -190,7 +185,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   read_pixel_facts(dataset, syntax_of(format, file), file);
   read_frames(dataset, most_frames(path, file), file);
   read_concatenation(dataset, file);
-  require_readable(dataset, file);
+  file.pixels.unsupported = why_not_readable(dataset, file);
   find_samples(DcmXfer(dataset.getOriginalXfer()), offset, file);
   file.pixels.lossy = lossy_compression(dataset, file);
   file.texts = texts_of(dataset);

@@ -1,19 +1,47 @@
-// What one DICOM file says, without its samples. The standard: https://dicom.nema.org
+// What one DICOM file says, without its samples, and its plain form. The standard: https://dicom.nema.org
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/programs/reader_conversation.h"
 #include "io/volume/volume_info.h"
 #include "tools/formats/dicom/moments.h"
-#include "tools/formats/dicom/notes.h"
 
 namespace tagrid {
+
+/// A sentence without a full stop and without the name of the file. Files of a series mostly have the same
+/// ones; those about one thing are reported once.
+struct DicomNote {
+  std::string about;  ///< "RescaleSlope"
+  std::string text;   ///< "RescaleSlope is empty; ..."
+};
+
+struct DicomNotes {
+  std::vector<DicomNote> warnings;
+  /// Those after which a lossy encoding must not replace the file; see SourceFacts.
+  std::vector<DicomNote> not_understood;
+  /// Those that leave the values of samples unknown.
+  std::vector<DicomNote> scale_doubts;
+
+  void warn(std::string about, std::string text) { add(warnings, std::move(about), std::move(text)); }
+  void miss(std::string about, std::string text) { add(not_understood, std::move(about), std::move(text)); }
+  void doubt(std::string about, std::string text) { add(scale_doubts, std::move(about), std::move(text)); }
+
+ private:
+  /// Adds a note, unless there is one about the same thing.
+  static void add(std::vector<DicomNote>& notes, std::string about, std::string text) {
+    if (std::ranges::find(notes, about, &DicomNote::about) == notes.end())
+      notes.push_back({std::move(about), std::move(text)});
+  }
+};
 
 using Vector3 = std::array<double, 3>;
 
@@ -101,5 +129,16 @@ std::optional<DicomFile> read_dicom_file(const std::string& path);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path);
+
+/// The plain form of a file, which is number `number` among those of its volume, without the places of
+/// slices: the same data set in Explicit VR Little Endian. All attributes stay as they are, byte for byte,
+/// except the transfer syntax and what describes the compressed pixels. `samples_at` receives the byte at
+/// which the first frame begins. A file whose samples lie plainly is its own plain form. Throws WorldError.
+/// REQUIRES: pixels.offset, pixels.encapsulated or pixels.inflated.
+ReaderPlainFile plain_dicom_file(const DicomFile& file, std::size_t number, std::uint64_t& samples_at);
+
+/// True if the code streams of a file may have more bits than it says, as those of some JPEG 2000 encoders
+/// do. Native samples have no room for numbers that need them. REQUIRES: pixels.encapsulated.
+bool may_have_wider_streams(const DicomFile& file);
 
 }  // namespace tagrid

@@ -1,131 +1,34 @@
-#include "tools/formats/dicom/dicom_volumes.h"
+// tagrid-read-dicom: reads DICOM series with DCMTK and OpenJPEG.
 
+#include <dcmtk/config/osconfig.h>
+// The configuration comes first.
+#include <dcmtk/dcmdata/dcvr.h>
+#include <dcmtk/oflog/oflog.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
+#include "io/programs/serve_reader.h"
 #include "io/samples/stored_bits.h"
+#include "tools/formats/common.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/dicom_file.h"
 #include "tools/formats/dicom/image_files.h"
 #include "tools/formats/dicom/pixel_element.h"
-#include "tools/formats/dicom/plain_file.h"
-#include "tools/formats/dicom/said_of_files.h"
 #include "tools/formats/dicom/series.h"
 #include "tools/formats/dicom/series_names.h"
+#include "tools/formats/dicom/volume_facts.h"
 
 namespace tagrid {
 namespace {
 
-namespace fs = std::filesystem;
-
 using Files = std::vector<DicomFile>;
-
-SampleType stored_type(const DicomPixels& pixels) {
-  switch (pixels.allocated) {
-    case 8:
-      return pixels.is_signed ? SampleType::int8 : SampleType::uint8;
-    case 16:
-      return pixels.is_signed ? SampleType::int16 : SampleType::uint16;
-    default:
-      return pixels.is_signed ? SampleType::int32 : SampleType::uint32;
-  }
-}
-
-/// Samples of all slices, and what they mean.
-struct Meaning {
-  SampleType type = SampleType::uint8;
-  std::vector<std::int32_t> added;  ///< to the stored integers of each slice
-  Rescale rescale;
-  KeyValues pairs;
-  std::vector<std::string> warnings;
-};
-
-/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such
-/// integers.
-std::optional<SampleType> type_of_values(const std::vector<DicomSlice>& slices, const Files& files) {
-  double least = 0, most = 0;
-  for (const DicomSlice& slice : slices) {
-    const DicomPixels& pixels = files[slice.file].pixels;
-    const Rescale& rescale = frame_of(files, slice).rescale;
-    if (pixels.allocated != 16 || rescale.slope != 1 || rescale.intercept != std::round(rescale.intercept) ||
-        std::abs(rescale.intercept) > 65536)
-      return std::nullopt;
-    const double span = std::exp2(pixels.stored);
-    const double low = pixels.is_signed ? -span / 2 : 0;
-    least = std::min(least, low + rescale.intercept);
-    most = std::max(most, low + span - 1 + rescale.intercept);
-  }
-  if (least >= -32768 && most <= 32767) return SampleType::int16;
-  if (least >= 0 && most <= 65535) return SampleType::uint16;
-  return std::nullopt;
-}
-
-/// "1 1 2.5 ...", one number a slice.
-template <class Number>
-std::string listed(const std::vector<DicomSlice>& slices, Number number) {
-  std::string text;
-  for (const DicomSlice& slice : slices) text += fmt::format("{}{}", text.empty() ? "" : " ", number(slice));
-  return text;
-}
-
-Meaning meaning_of(const std::vector<DicomSlice>& slices, const Files& files, const std::string& name) {
-  Meaning meaning;
-  meaning.added.assign(slices.size(), 0);
-  const Rescale& first = frame_of(files, slices.front()).rescale;
-  const bool is_one = std::ranges::all_of(
-      slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale == first; });
-  const auto slope = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.slope; };
-  const auto intercept = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.intercept; };
-  if (const auto type = type_of_values(slices, files)) {
-    meaning.type = *type;
-    for (std::size_t i = 0; i < slices.size(); ++i)
-      meaning.added[i] = static_cast<std::int32_t>(intercept(slices[i]));
-    const bool have_units = std::ranges::all_of(
-        slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.units == first.units; });
-    if (!first.units.empty() && have_units) meaning.pairs.emplace_back("rescale_units", first.units);
-    if (!is_one || first.intercept != 0)
-      meaning.pairs.emplace_back("dicom_added_intercept",
-                                 is_one ? fmt::format("{}", first.intercept) : listed(slices, intercept));
-    return meaning;
-  }
-  meaning.type = stored_type(files[slices.front().file].pixels);
-  meaning.rescale = first;
-  if (is_one) return meaning;
-  // Bounds hold for the values of every slice.
-  meaning.rescale.intercept = 0;
-  for (const DicomSlice& slice : slices)
-    meaning.rescale.slope = std::max(std::abs(meaning.rescale.slope), std::abs(slope(slice)));
-  meaning.pairs.emplace_back("slice_slopes", listed(slices, slope));
-  meaning.pairs.emplace_back("slice_intercepts", listed(slices, intercept));
-  meaning.warnings.push_back(name +
-                             ": slices have slopes and intercepts of their own; samples are kept as they are "
-                             "stored, and slice_slopes and "
-                             "slice_intercepts with them; bounds are for the largest slope");
-  return meaning;
-}
-
-/// What all files of the series say alike.
-KeyValues common_texts(const std::vector<DicomSlice>& slices, const Files& files) {
-  std::map<std::string, std::string> common = files[slices.front().file].texts;
-  for (const DicomSlice& slice : slices)
-    std::erase_if(common, [&](const auto& text) {
-      const auto& others = files[slice.file].texts;
-      const auto found = others.find(text.first);
-      return found == others.end() || found->second != text.second;
-    });
-  KeyValues pairs;
-  for (const auto& [key, value] : common) pairs.emplace_back("dicom_" + key, value);
-  return pairs;
-}
 
 class DicomVolume final : public ServedVolume {
  public:
@@ -135,19 +38,11 @@ class DicomVolume final : public ServedVolume {
     add_notes(name);
     const DicomPixels& pixels = files_[slices_.front().file].pixels;
     dims = {pixels.columns, pixels.rows, static_cast<std::int64_t>(slices_.size())};
-    DicomPlaces where = places_of({series.choice, slices_}, files_, name);
-    Meaning meaning = meaning_of(slices_, files_, name);
-    geometry = std::move(where.geometry);
-    type = meaning.type;
-    rescale = meaning.rescale;
-    added_ = std::move(meaning.added);
-    for (auto* more : {&where.warnings, &meaning.warnings})
-      warnings.insert(warnings.end(), more->begin(), more->end());
-    pairs = common_texts(slices_, files_);
+    pairs = texts_of(slices_, files_);
     for (DicomFile& file : files_) file.texts.clear();
-    for (auto* more : {&where.pairs, &meaning.pairs}) pairs.insert(pairs.end(), more->begin(), more->end());
-    pairs.emplace_back("slice_sop_instance_uids",
-                       listed(slices_, [&](const DicomSlice& slice) { return files_[slice.file].instance; }));
+    set_places(slices_, files_, name, *this);
+    added_ = set_meaning(slices_, files_, name, *this);
+    pairs.emplace_back("slice_sop_instance_uids", uids_of(slices_, files_));
     // A loss is not undone by a lossless copy.
     const auto is_lossy = [](const DicomFile& file) { return !file.pixels.lossy.empty(); };
     if (const auto lossy = std::ranges::find_if(files_, is_lossy); lossy != files_.end())
@@ -157,8 +52,7 @@ class DicomVolume final : public ServedVolume {
     has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
                        return file.pixels.offset || file.pixels.encapsulated || file.pixels.inflated;
                      });
-    for (const DicomFile& file : files_) texts_.push_back(file.path);
-    files = texts_;
+    for (const DicomFile& file : files_) files.push_back(file.path);
   }
 
   ReaderPlainFile plain_file(std::size_t number) override {
@@ -269,9 +163,8 @@ class DicomVolume final : public ServedVolume {
   /// To which series a file belongs, if it has others.
   std::string role_of_file() const {
     if (files_.size() == 1) return "";
-    const auto name = [](const DicomFile& file) { return fs::path(file.path).filename().string(); };
     return fmt::format("; it is one of the {} files of series {}, {} to {}", files_.size(),
-                       files_.front().series, name(files_.front()), name(files_.back()));
+                       files_.front().series, file_name(files_.front().path), file_name(files_.back().path));
   }
 
   StoredBits stored_bits(std::size_t z, int bits) const {
@@ -292,18 +185,12 @@ class DicomVolume final : public ServedVolume {
                    pixels.step,
                    pixels.big_endian,
                    stored_bits(z, pixels.stored)};
-      SliceRun* last = runs.empty() ? nullptr : &runs.back();
-      if (last != nullptr && last->file == run.file && last->stored == run.stored &&
-          run.offset == last->offset + static_cast<std::uint64_t>(last->slices) * last->step)
-        ++last->slices;
-      else
-        runs.push_back(run);
+      if (runs.empty() || !joins(runs.back(), run)) runs.push_back(run);
     }
     places = std::move(runs);
   }
 
   Files files_;
-  std::vector<std::string> texts_;
   std::vector<DicomSlice> slices_;
   std::vector<std::int32_t> added_;
   std::multimap<std::size_t, std::size_t> by_file_;  ///< numbers of slices
@@ -326,8 +213,8 @@ std::optional<DicomSeries> volume_that_was_apart(const std::string& name,
   return std::nullopt;
 }
 
-/// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws UsageError,
-/// SeveralVolumes.
+/// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws
+/// UsageError, SeveralVolumes.
 DicomSeries series_wanted(const std::string& path, const std::string& wanted, const ImageFiles& files,
                           const std::vector<DicomSeries>& series) {
   const Files& images = files.images;
@@ -347,83 +234,26 @@ DicomSeries series_wanted(const std::string& path, const std::string& wanted, co
   return series[chosen(path, "series", wanted, all)];
 }
 
-/// Leaves out the slices whose files are cut within their pixels, and returns these files.
-std::vector<UnreadableImage> leave_out_cut(DicomSeries& series, const Files& images) {
-  std::vector<UnreadableImage> cut;
-  const auto is_cut = [&](const DicomSlice& slice) { return images[slice.file].pixels.is_cut; };
-  if (std::ranges::all_of(series.slices, is_cut)) return cut;  // then the first one is the error
-  for (const DicomSlice& slice : series.slices)
-    if (const DicomFile& image = images[slice.file]; is_cut(slice) && slice.frame == 0)
-      cut.push_back({image.path, image.pixels.unsupported, image.series});
-  std::erase_if(series.slices, is_cut);
-  return cut;
-}
-
-std::string counted(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
-/// Notes about files in the directory that are not in the volume. Slices that cannot be read are left out
-/// with `gaps_ok`. Throws BrokenInput without it.
-std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
-                                        bool gaps_ok) {
-  std::vector<std::string> warnings;
-  std::vector<UnreadableImage> missing = unreadable_in(series, files);
-  if (!missing.empty() && !gaps_ok)
-    throw BrokenInput(
-        fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
-                    counted(missing.size(), "file"), uid_of(series, files.images), listed(missing)),
-        Problem::slices_missing);
-  if (gaps_ok) {
-    const std::vector<UnreadableImage> cut = leave_out_cut(series, files.images);
-    missing.insert(missing.end(), cut.begin(), cut.end());
-  }
-  if (!missing.empty())
-    warnings.push_back(fmt::format("{}: {} cannot be read, and the volume is without {}: {}", path,
-                                   counted(missing.size(), "file"), missing.size() == 1 ? "it" : "them",
-                                   listed(missing)));
-  // Those of other series are said where these are read.
-  std::vector<UnreadableImage> of_none = files.unreadable;
-  std::erase_if(of_none, [&](const UnreadableImage& image) {
-    return image.series.empty() || std::ranges::any_of(files.images, [&](const DicomFile& other) {
-             return other.series == image.series;
-           });
-  });
-  if (!of_none.empty())
-    warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
-                                   listed(of_none)));
-  if (!files.others.empty())
-    warnings.push_back(fmt::format("{}: {} without an image of DICOM: {}", path,
-                                   counted(files.others.size(), "file"), listed_names(files.others)));
-  return warnings;
-}
-
-/// Says that a file is a slice of a larger volume; "" if it is not.
-std::string about_siblings(const std::string& path, const DicomSeries& series, const Files& images) {
-  std::error_code unknown;
-  const DicomFile& image = images[series.slices.front().file];
-  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path, unknown)) return "";
-  const std::string sibling = sibling_of(image);
-  if (sibling.empty()) return "";
-  return fmt::format(
-      "{}: is one image of a series, and {} is another one; give their folder to read all of them", path,
-      sibling);
-}
-
-}  // namespace
-
+/// Opens the volume at `path`: a file, a directory, or a DICOMDIR. Of several series, the option "series"
+/// chooses one by its UID or its number. Values with a slope of 1 are given as they are meant (Hounsfield
+/// units), if 16 bits hold them; others as they are stored.
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
   ImageFiles files = image_files_at(path);
   std::vector<DicomSeries> all = series_of(files.images);
-  const auto wanted = options.find("series");
-  const std::string name = wanted == options.end() ? "" : wanted->second;
-  DicomSeries series = series_wanted(path, name, files, all);
+  DicomSeries series = series_wanted(path, option(options, "series"), files, all);
   std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
-  if (std::string text = about_siblings(path, series, files.images); !text.empty())
-    warnings.push_back(std::move(text));
   auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;
 }
 
+}  // namespace
 }  // namespace tagrid
+
+int main() {
+  // Answers report what is wrong.
+  OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+  // Archives store unknown attributes as UN.
+  dcmEnableUnknownVRConversion.set(OFTrue);
+  return tagrid::serve_volumes("dicom", tagrid::open_dicom);
+}

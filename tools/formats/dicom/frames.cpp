@@ -1,4 +1,4 @@
-#include "tools/formats/dicom/frames.h"
+#include "tools/formats/dicom/data_set.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
-#include "tools/formats/dicom/rescaling.h"
 
 namespace tagrid {
 namespace {
@@ -36,10 +35,10 @@ void read_place(DcmItem& item, DicomFrame& frame, DicomNotes& notes) {
   } else if (o.are_there()) {
     frame.orientation.reset();
     if (o.are_numbers())
-      DicomNotes::add(notes.warnings, name_of(DCM_ImageOrientationPatient),
-                      fmt::format("ImageOrientationPatient is {}, which are not two directions at right "
-                                  "angles; {}",
-                                  fmt::join(o.values, ", "), no_place));
+      notes.warn(name_of(DCM_ImageOrientationPatient),
+                 fmt::format("ImageOrientationPatient is {}, which are not two directions at right "
+                             "angles; {}",
+                             fmt::join(o.values, ", "), no_place));
   }
 }
 
@@ -60,9 +59,8 @@ void read_distances(DcmItem& item, DicomFrame& frame, DicomNotes& notes) {
   } else if (spacing.are_there()) {
     frame.spacing.reset();
     if (spacing.are_numbers())
-      DicomNotes::add(notes.warnings, name_of(DCM_PixelSpacing),
-                      fmt::format("PixelSpacing is {}, which are not distances; {}",
-                                  fmt::join(spacing.values, ", "), unknown));
+      notes.warn(name_of(DCM_PixelSpacing), fmt::format("PixelSpacing is {}, which are not distances; {}",
+                                                        fmt::join(spacing.values, ", "), unknown));
   }
   const double thickness = distance_in(item, DCM_SliceThickness, notes).value_or(frame.thickness);
   const auto step = distance_in(item, DCM_SpacingBetweenSlices, notes);
@@ -112,8 +110,8 @@ std::int64_t count_of_frames(DcmDataset& dataset, std::uint64_t most, DicomNotes
   const auto given = integer_in(dataset, DCM_NumberOfFrames);
   if (!given && !dataset.tagExists(DCM_NumberOfFrames)) return 1;
   if (given.value_or(0) == 0) {
-    DicomNotes::add(notes.not_understood, name_of(DCM_NumberOfFrames),
-                    fmt::format("NumberOfFrames is {}; it is taken as 1", given ? "0" : "empty"));
+    notes.miss(name_of(DCM_NumberOfFrames),
+               fmt::format("NumberOfFrames is {}; it is taken as 1", given ? "0" : "empty"));
     return 1;
   }
   if (*given < 0 || static_cast<std::uint64_t>(*given) > most)
@@ -155,8 +153,8 @@ Succession succession_of(DcmDataset& dataset, std::size_t frames, const DicomFra
     if (succession.is_in_space) succession.slices = numbers.values;
   } else if (!others.empty()) {
     succession.is_in_space = false;
-    DicomNotes::add(
-        notes.warnings, name_of(DCM_FrameIncrementPointer),
+    notes.warn(
+        name_of(DCM_FrameIncrementPointer),
         fmt::format("its frames follow each other by {} (FrameIncrementPointer), not in space; they are "
                     "kept in their order, as slices without places",
                     fmt::join(others, ", ")));

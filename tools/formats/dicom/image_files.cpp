@@ -14,15 +14,15 @@
 #include "io/text/natural_order.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t most_named = 5;  // in a message
 constexpr std::array extensions_of_dicom = {".dcm", ".dicom", ".ima"};
-
-std::string file_name(const std::string& path) { return fs::path(path).filename().string(); }
 
 /// The extension in lower case; "" for one of digits, as names that are UIDs have.
 std::string extension_of(const std::string& path) {
@@ -125,6 +125,62 @@ ImageFiles images_of_file(const std::string& path) {
   return images_of({path}, strangers);
 }
 
+/// "a.dcm (is empty), b.dcm (...) and 3 more".
+std::string with_reasons(const std::vector<UnreadableImage>& images) {
+  std::vector<std::string> names;
+  for (const UnreadableImage& image : images)
+    names.push_back(fmt::format("{} ({})", file_name(image.path), image.why));
+  return listed(names, most_named);
+}
+
+/// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are
+/// like its name is one. Looks into few of them.
+std::string sibling_of(const DicomFile& image) {
+  constexpr std::size_t most_looks = 8;
+  if (image.series.empty() || image.instance.empty()) return "";
+  const NamesOfImages like = names_of({image});
+  const fs::path folder = fs::path(image.path).parent_path();
+  std::size_t looks = 0;
+  for (const std::string& path : visible_files(folder.empty() ? "." : folder.string())) {
+    const bool is_itself = file_name(path) == file_name(image.path);
+    if (is_itself || !like.are_like(path) || !status_of(path) || looks++ >= most_looks) continue;
+    try {
+      const auto other = read_dicom_file(path);
+      if (other && !other->frames.empty() && other->series == image.series &&
+          other->instance != image.instance)
+        return file_name(path);
+    } catch (const Error&) {
+      continue;  // a broken file says nothing about this one
+    }
+  }
+  return "";
+}
+
+/// Leaves out the slices whose files are cut within their pixels, and returns these files.
+std::vector<UnreadableImage> leave_out_cut(DicomSeries& series, const std::vector<DicomFile>& images) {
+  std::vector<UnreadableImage> cut;
+  const auto is_cut = [&](const DicomSlice& slice) { return images[slice.file].pixels.is_cut; };
+  if (std::ranges::all_of(series.slices, is_cut)) return cut;  // then the first one is the error
+  for (const DicomSlice& slice : series.slices)
+    if (const DicomFile& image = images[slice.file]; is_cut(slice) && slice.frame == 0)
+      cut.push_back({image.path, image.pixels.unsupported, image.series});
+  std::erase_if(series.slices, is_cut);
+  return cut;
+}
+
+/// Says that a file is a slice of a larger volume; "" if it is not.
+std::string about_siblings(const std::string& path, const DicomSeries& series,
+                           const std::vector<DicomFile>& images) {
+  std::error_code unknown;
+  const DicomFile& image = images[series.slices.front().file];
+  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path, unknown)) return "";
+  const std::string sibling = sibling_of(image);
+  if (sibling.empty()) return "";
+  return fmt::format(
+      "{}: is one image of a series, and {} is another one; give their folder to read all of them", path,
+      sibling);
+}
+
 }  // namespace
 
 ImageFiles image_files_at(const std::string& path) {
@@ -152,41 +208,39 @@ std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const Imag
   return in_series;
 }
 
-std::string sibling_of(const DicomFile& image) {
-  constexpr std::size_t most_looks = 8;
-  if (image.series.empty() || image.instance.empty()) return "";
-  const NamesOfImages like = names_of({image});
-  const fs::path folder = fs::path(image.path).parent_path();
-  std::size_t looks = 0;
-  for (const std::string& path : visible_files(folder.empty() ? "." : folder.string())) {
-    const bool is_itself = file_name(path) == file_name(image.path);
-    if (is_itself || !like.are_like(path) || !status_of(path) || looks++ >= most_looks) continue;
-    try {
-      const auto other = read_dicom_file(path);
-      if (other && !other->frames.empty() && other->series == image.series &&
-          other->instance != image.instance)
-        return file_name(path);
-    } catch (const Error&) {
-      continue;  // a broken file says nothing about this one
-    }
+std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
+                                        bool gaps_ok) {
+  std::vector<std::string> warnings;
+  std::vector<UnreadableImage> missing = unreadable_in(series, files);
+  if (!missing.empty() && !gaps_ok)
+    throw BrokenInput(fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
+                                  counted(missing.size(), "file"),
+                                  files.images[series.slices.front().file].series, with_reasons(missing)),
+                      Problem::slices_missing);
+  if (gaps_ok) {
+    const std::vector<UnreadableImage> cut = leave_out_cut(series, files.images);
+    missing.insert(missing.end(), cut.begin(), cut.end());
   }
-  return "";
-}
-
-std::string listed(const std::vector<UnreadableImage>& images) {
-  std::vector<std::string> names;
-  for (const UnreadableImage& image : images)
-    names.push_back(fmt::format("{} ({})", file_name(image.path), image.why));
-  return listed_names(names);
-}
-
-std::string listed_names(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
-    text += fmt::format("{}{}", i > 0 ? ", " : "", names[i]);
-  if (names.size() > most) text += fmt::format(" and {} more", names.size() - most);
-  return text;
+  if (!missing.empty())
+    warnings.push_back(fmt::format("{}: {} cannot be read, and the volume is without {}: {}", path,
+                                   counted(missing.size(), "file"), missing.size() == 1 ? "it" : "them",
+                                   with_reasons(missing)));
+  // Those of other series are reported when these are read.
+  std::vector<UnreadableImage> of_none = files.unreadable;
+  std::erase_if(of_none, [&](const UnreadableImage& image) {
+    return image.series.empty() || std::ranges::any_of(files.images, [&](const DicomFile& other) {
+             return other.series == image.series;
+           });
+  });
+  if (!of_none.empty())
+    warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
+                                   with_reasons(of_none)));
+  if (!files.others.empty())
+    warnings.push_back(fmt::format("{}: {} without an image of DICOM: {}", path,
+                                   counted(files.others.size(), "file"), listed(files.others, most_named)));
+  if (std::string text = about_siblings(path, series, files.images); !text.empty())
+    warnings.push_back(std::move(text));
+  return warnings;
 }
 
 }  // namespace tagrid

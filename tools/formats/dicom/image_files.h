@@ -32,13 +32,10 @@ ImageFiles image_files_at(const std::string& path);
 /// names are like those of its files, or unlike those of all images.
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
 
-/// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are
-/// like its name is one. Looks into few of them.
-std::string sibling_of(const DicomFile& image);
-
-/// "a.dcm (is empty), b.dcm (...) and 3 more".
-std::string listed(const std::vector<UnreadableImage>& images);
-/// "a.txt, b.txt and 3 more".
-std::string listed_names(const std::vector<std::string>& names);
+/// Notes about files at `path` that are not in the volume: unreadable and other ones, and, if `path` is a
+/// file, another image of its series in the same folder. With `gaps_ok`, slices that cannot be read are left
+/// out of the series; without it, they are BrokenInput.
+std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
+                                        bool gaps_ok);
 
 }  // namespace tagrid

@@ -67,20 +67,22 @@ const std::array rows = {
     Row{DCM_InstanceNumber, "InstanceNumber", Kind::growing},
 };
 
+auto find_in(auto& moments, std::size_t number) {
+  return std::ranges::find(moments, static_cast<std::uint8_t>(number), &Moments::value_type::first);
+}
+
+void set_moment(Moments& moments, std::size_t number, std::string value) {
+  if (const auto found = find_in(moments, number); found != moments.end())
+    found->second = std::move(value);
+  else
+    moments.emplace_back(static_cast<std::uint8_t>(number), std::move(value));
+}
+
 }  // namespace
 
 std::size_t count_of_moments() { return rows.size(); }
 std::string_view name_of_moment(std::size_t number) { return rows[number].name; }
 bool grows_from_slice_to_slice(std::size_t number) { return rows[number].kind == Kind::growing; }
-
-void set_moment(Moments& moments, std::size_t number, std::string value) {
-  const auto key = static_cast<std::uint8_t>(number);
-  const auto found = std::ranges::find(moments, key, &Moments::value_type::first);
-  if (found != moments.end())
-    found->second = std::move(value);
-  else
-    moments.emplace_back(key, std::move(value));
-}
 
 void read_moments(DcmItem& item, Moments& moments) {
   for (DcmObject* object = item.nextInContainer(nullptr); object != nullptr;
@@ -113,8 +115,7 @@ void read_vectors(DcmItem& dataset, std::vector<Moments*> frames) {
 }
 
 std::string_view value_in(const Moments& moments, std::size_t number) {
-  const auto found =
-      std::ranges::find(moments, static_cast<std::uint8_t>(number), &Moments::value_type::first);
+  const auto found = find_in(moments, number);
   return found == moments.end() ? std::string_view() : std::string_view(found->second);
 }
 

@@ -24,7 +24,6 @@ bool grows_from_slice_to_slice(std::size_t number);
 
 /// Sets those that the item has.
 void read_moments(DcmItem& item, Moments& moments);
-void set_moment(Moments& moments, std::size_t number, std::string value);
 
 /// The values that a file with many frames lists for them in vectors, such as EnergyWindowVector: of frame
 /// `frame` of `frames`.

@@ -1,9 +1,8 @@
-#include "tools/formats/dicom/parts.h"
+#include "tools/formats/dicom/series.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <optional>
 

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <cstddef>
 #include <span>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "tools/formats/codecs/jpeg2000.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
@@ -54,14 +56,10 @@ bool begins_stream(const ByteSource& file, const Item& item) {
   return at(0) == 0xFF && ((at(1) == 0xD8 && at(2) == 0xFF) || (at(1) == 0x4F && at(2) == 0xFF));
 }
 
-std::string counted(std::uint64_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 void note_more_frames(DicomFile& file, std::uint64_t found) {
   const std::uint64_t frames = file.frames.size();
-  DicomNotes::add(
-      file.notes.not_understood, "NumberOfFrames",
+  file.notes.miss(
+      "NumberOfFrames",
       fmt::format(
           "its pixels are those of {}, but it says that it has {} (NumberOfFrames); the others are left out",
           counted(found, "frame"), frames));
@@ -76,37 +74,67 @@ bool is_padding(const ByteSource& file, std::uint64_t begin, std::uint64_t lengt
   return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
 }
 
+/// Of a stream; its header is at its beginning.
+constexpr std::uint64_t most_bytes = 1 << 16;
+
+/// The length of an item, which its tag and four bytes say.
+std::uint64_t length_at(const ByteSource& file, std::uint64_t item) {
+  std::byte bytes[4];
+  if (item + 8 > file.size()) throw BrokenInput("ends too soon");
+  file.read_at(item + 4, bytes);
+  return load_little_endian<std::uint32_t>(bytes);
+}
+
+std::vector<std::byte> beginning_of_stream(const ByteSource& file, std::uint64_t fragments) {
+  const std::uint64_t begin = first_stream(file, fragments);
+  const std::uint64_t length = length_at(file, begin - 8);
+  std::vector<std::byte> bytes(std::min({length, most_bytes, file.size() - begin}));
+  file.read_at(begin, bytes);
+  return bytes;
+}
+
+/// The error of samples that a JPEG-LS stream allows (NEAR in its scan); nothing if there is no such scan.
+std::optional<int> error_of_jpeg_ls(std::span<const std::byte> bytes) {
+  const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(bytes[i]); };
+  constexpr unsigned start_of_scan = 0xDA;
+  for (std::size_t i = 2; i + 5 <= bytes.size() && at(i) == 0xFF;) {
+    if (at(i + 1) == start_of_scan) {
+      const std::size_t near = i + 5 + std::size_t{2} * at(i + 4);
+      return near < bytes.size() ? std::optional<int>(at(near)) : std::nullopt;
+    }
+    i += 2 + (std::size_t{at(i + 2)} << 8 | at(i + 3));
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian) {
+std::optional<std::uint64_t> pixel_length(const ByteSource& file, std::uint64_t offset, bool is_explicit,
+                                          bool big_endian) {
   std::array<std::byte, 12> head = {};
   const std::uint64_t bytes = is_explicit ? 12 : 8;
   if (offset < bytes || offset > file.size()) throw BrokenInput("its pixels cannot be found");
   file.read_at(offset - bytes, std::span(head).first(bytes));
   const auto number = [&](std::size_t at, std::size_t count) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      value = value << 8 | std::to_integer<unsigned>(head[big_endian ? at + i : at + count - 1 - i]);
-    return value;
+    return number_in(std::span(head).subspan(at, count), big_endian);
   };
   const std::uint64_t length = number(bytes - 4, 4);
   if (number(0, 2) != 0x7fe0 || number(2, 2) != 0x0010) throw BrokenInput("its pixels cannot be found");
-  if (length == unknown_length) return {0, true};
-  return {length, false};
+  return length == unknown_length ? std::nullopt : std::optional(length);
 }
 
-void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
+void check_native_pixels(DicomFile& file, const ByteSource& bytes, std::uint64_t length,
                          std::uint64_t offset) {
   const DicomPixels& pixels = file.pixels;
   const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), wanted = frames * frame;
-  if (head.length < wanted)
+  if (length < wanted)
     throw BrokenInput(fmt::format("its pixels have {} bytes, but {} x {} samples of {} bits in {} have {}",
-                                  head.length, pixels.columns, pixels.rows, pixels.allocated,
+                                  length, pixels.columns, pixels.rows, pixels.allocated,
                                   counted(frames, "frame"), wanted));
   if (bytes.size() < offset + wanted)
     throw BrokenInput(fmt::format("ends too soon, within its pixels: {} bytes are missing",
                                   offset + wanted - bytes.size()));
-  if (!is_padding(bytes, offset + wanted, head.length - wanted)) note_bytes_left_over(file, head.length);
+  if (!is_padding(bytes, offset + wanted, length - wanted)) note_bytes_left_over(file, length);
 }
 
 void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {
@@ -115,7 +143,7 @@ void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {
                       over = bytes - frames * frame;
   if (over <= 1) return;  // lengths are even
   if (over >= frame) return note_more_frames(file, bytes / frame);
-  DicomNotes::add(file.notes.not_understood, "PixelData",
+  file.notes.miss("PixelData",
                   fmt::format("its pixels have {} bytes more than {} x {} samples of {} bits in {}; they "
                               "are left out",
                               over, pixels.columns, pixels.rows, pixels.allocated, counted(frames, "frame")));
@@ -187,6 +215,24 @@ void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* ou
   }
   if (left > 0)
     throw BrokenInput(fmt::format("{}: DICOM file: frame {} is not complete", file.path, frame + 1));
+}
+
+std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments) {
+  return fragments + 8 + length_at(file, fragments) + 8;
+}
+
+std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels) {
+  const bool is_jpeg_ls =
+      pixels.syntax == "1.2.840.10008.1.2.4.80" || pixels.syntax == "1.2.840.10008.1.2.4.81";
+  if (!pixels.is_jpeg2000() && !is_jpeg_ls) return std::nullopt;
+  try {
+    const std::vector<std::byte> stream = beginning_of_stream(FileSource(path), *pixels.encapsulated);
+    if (pixels.is_jpeg2000()) return !jpeg2000_header(stream).is_lossless;
+    const auto error = error_of_jpeg_ls(stream);
+    return error ? std::optional(*error > 0) : std::nullopt;
+  } catch (const BrokenInput&) {
+    return std::nullopt;  // decoding it will say what is wrong
+  }
 }
 
 }  // namespace tagrid

@@ -1,7 +1,10 @@
-// The element of the samples in a file: its head, and the fragments in it. DICOM PS3.5, A.4.
+// The element of the samples in a file: its head, the fragments in it (DICOM PS3.5, A.4), and what their code
+// streams say.
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "io/files/byte_source.h"
@@ -9,18 +12,14 @@
 
 namespace tagrid {
 
-/// The head of the pixels.
-struct PixelHead {
-  std::uint64_t length = 0;    ///< bytes; 0 if it is not defined
-  bool has_fragments = false;  ///< Its length is not defined.
-};
+/// Reads the head before byte `offset` of a file: the bytes of the element; nothing if its length is not
+/// defined, because it has fragments. Throws BrokenInput if there is none.
+std::optional<std::uint64_t> pixel_length(const ByteSource& file, std::uint64_t offset, bool is_explicit,
+                                          bool big_endian);
 
-/// Reads the head before byte `offset` of a file. Throws BrokenInput if there is none.
-PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian);
-
-/// Checks that a file has all of its native samples, which have the head `head` before byte `offset`;
+/// Checks that a file has all of its native samples, an element of `length` bytes from byte `offset` on;
 /// notes bytes that are left over and are more than padding. Throws BrokenInput.
-void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
+void check_native_pixels(DicomFile& file, const ByteSource& bytes, std::uint64_t length,
                          std::uint64_t offset);
 
 /// Notes frames in the fragments from byte `begin` on that no attribute counts. Errors are left to the
@@ -36,5 +35,15 @@ void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_
 
 /// Reads a frame from pixels.stretches. Throws BrokenInput and WorldError.
 void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* out);
+
+/// The byte at which the code stream of the first frame begins, after the table of offsets. `fragments`: the
+/// byte at which that table begins. The file may end before the stream. Throws BrokenInput if it ends before
+/// the table.
+std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments);
+
+/// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000
+/// (9-7), or as near-lossless JPEG-LS. Nothing if the stream does not say, for it is damaged, or of another
+/// kind. Throws WorldError. REQUIRES: pixels.encapsulated.
+std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels);
 
 }  // namespace tagrid

@@ -1,32 +1,27 @@
-#include "tools/formats/dicom/plain_file.h"
+#include "tools/formats/dicom/dicom_file.h"
 
-#include <optional>
+#include <zlib.h>
+
+#include <new>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/errors/errors.h"
 #include "io/files/byte_source.h"
-#include "tools/formats/dicom/code_stream.h"
-#include "tools/formats/dicom/inflated.h"
+#include "tools/formats/common.h"
+#include "tools/formats/dicom/pixel_element.h"
 
 namespace tagrid {
 namespace {
 
 constexpr std::uint64_t preamble = 128 + 4;  // bytes, with the magic
 constexpr std::uint64_t longest_meta = 1 << 20;
-constexpr std::size_t long_head = 12;  // bytes of an element with a length of 4 bytes
+constexpr std::size_t most_kept = std::size_t{4} << 20;  // of an inflated data set
+constexpr std::size_t long_head = 12;                    // bytes of an element with a length of 4 bytes
 constexpr std::uint32_t unknown_length = 0xFFFFFFFF;
 constexpr std::string_view explicit_little_endian("1.2.840.10008.1.2.1\0", 20);
-
-/// Thrown if a file is not as it is expected here; the reason is a sentence.
-struct NoPlainForm {
-  std::string why;
-};
 
 using Tag = std::pair<std::uint16_t, std::uint16_t>;
 constexpr Tag pixel_data = {0x7FE0, 0x0010}, group_length = {0x7FE0, 0}, offset_table = {0x7FE0, 1},
@@ -60,7 +55,17 @@ void store(std::string& bytes, std::size_t at, std::uint64_t value, std::size_t 
   for (std::size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(value >> (8 * i) & 0xFF);
 }
 
-/// The meta information with another transfer syntax; `end` receives the byte behind it.
+/// The head of native pixels.
+std::string native_head(const std::string& vr, std::uint64_t samples) {
+  std::string head(long_head, '\0');
+  store(head, 0, pixel_data.first, 2);
+  store(head, 2, pixel_data.second, 2);
+  head.replace(4, 2, vr);
+  store(head, 8, samples + samples % 2, 4);
+  return head;
+}
+
+/// The meta information with another transfer syntax; `end` receives the byte after it.
 std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
   std::string meta;
   std::optional<std::size_t> length_at;
@@ -105,7 +110,7 @@ std::uint64_t begin_of_pixels(const Bytes& bytes, const DicomFile& file) {
   return begin;
 }
 
-/// The byte behind the fragments.
+/// The byte after the fragments.
 std::uint64_t end_of_fragments(const Bytes& bytes, const DicomFile& file) {
   std::uint64_t at = *file.pixels.encapsulated;
   while (bytes.tag(at) == item) at += 8 + std::uint64_t{bytes.number<std::uint32_t>(at + 4)};
@@ -113,7 +118,77 @@ std::uint64_t end_of_fragments(const Bytes& bytes, const DicomFile& file) {
   return at + 8;
 }
 
-/// The pieces of a file whose data set is deflated. All of its bytes stay as they are, but for the transfer syntax.
+/// A stream without the head and the checksum of zlib.
+class RawDeflate {
+ public:
+  RawDeflate() {
+    if (inflateInit2(&z_, -MAX_WBITS) != Z_OK) throw std::bad_alloc();
+  }
+  ~RawDeflate() { inflateEnd(&z_); }
+  RawDeflate(const RawDeflate&) = delete;
+  RawDeflate& operator=(const RawDeflate&) = delete;
+
+  /// Inflates `input`, and calls `use` with all that it gives. Returns false if the stream is damaged.
+  template <class Use>
+  bool inflate_all(std::span<std::byte> input, Use use) {
+    z_.next_in = reinterpret_cast<Bytef*>(input.data());
+    z_.avail_in = static_cast<uInt>(input.size());
+    while (!is_done_) {
+      z_.next_out = reinterpret_cast<Bytef*>(output_.data());
+      z_.avail_out = static_cast<uInt>(output_.size());
+      const int result = inflate(&z_, Z_NO_FLUSH);
+      if (result == Z_BUF_ERROR) return true;  // it needs more input
+      if (result != Z_OK && result != Z_STREAM_END) return false;
+      use(std::span<const char>(output_).first(output_.size() - z_.avail_out));
+      is_done_ = result == Z_STREAM_END;
+    }
+    return true;
+  }
+  bool is_done() const { return is_done_; }
+
+ private:
+  z_stream z_ = {};
+  std::vector<char> output_ = std::vector<char>(std::size_t{1} << 16);
+  bool is_done_ = false;
+};
+
+/// What lies around the samples of an inflated data set.
+struct InflatedDataset {
+  std::string before, behind;
+};
+
+/// Inflates the bytes of a file from `begin` to its end, and leaves out `samples` bytes from byte `at` of the
+/// result on. Takes little memory: it keeps at most `most_kept` bytes.
+InflatedDataset inflated_dataset(const ByteSource& file, std::uint64_t begin, std::uint64_t at,
+                                 std::uint64_t samples) {
+  InflatedDataset dataset;
+  RawDeflate stream;
+  std::uint64_t position = 0;
+  const auto take = [&](std::span<const char> bytes) {
+    while (!bytes.empty()) {
+      const bool is_before = position < at, is_behind = position >= at + samples;
+      const std::uint64_t end = is_before ? at : is_behind ? position + bytes.size() : at + samples;
+      const std::size_t n = std::min<std::uint64_t>(bytes.size(), end - position);
+      if (is_before) dataset.before.append(bytes.data(), n);
+      if (is_behind) dataset.behind.append(bytes.data(), n);
+      if (dataset.before.size() + dataset.behind.size() > most_kept)
+        throw NoPlainForm{"its attributes are too many"};
+      position += n;
+      bytes = bytes.subspan(n);
+    }
+  };
+  std::vector<std::byte> input;
+  for (std::uint64_t from = begin; from < file.size() && !stream.is_done(); from += input.size()) {
+    input.resize(std::min<std::uint64_t>(file.size() - from, 1 << 16));
+    file.read_at(from, input);
+    if (!stream.inflate_all(input, take)) throw NoPlainForm{"its deflated data set is damaged"};
+  }
+  if (!stream.is_done() || position < at + samples) throw NoPlainForm{"its deflated data set ends too soon"};
+  return dataset;
+}
+
+/// The pieces of a file whose data set is deflated. All of its bytes stay as they are, but for the transfer
+/// syntax.
 std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t number,
                                            std::uint64_t& samples_at) {
   const Bytes bytes(file.path);
@@ -124,13 +199,9 @@ std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t nu
   if (*file.pixels.inflated < end_of_meta + long_head) throw NoPlainForm{"its pixels cannot be found"};
   const InflatedDataset dataset =
       inflated_dataset(bytes.file(), end_of_meta, *file.pixels.inflated - end_of_meta, samples);
-  if (!dataset.why_not.empty()) throw NoPlainForm{dataset.why_not};
-  std::string head(long_head, '\0');
-  store(head, 0, pixel_data.first, 2);
-  store(head, 2, pixel_data.second, 2);
-  head.replace(4, 2, dataset.before, dataset.before.size() - 8, 2);  // OB or OW
-  store(head, 8, samples + samples % 2, 4);
-  if (!dataset.before.ends_with(head)) throw NoPlainForm{"its pixels do not begin as native ones do"};
+  const std::string vr = dataset.before.substr(dataset.before.size() - 8, 2);  // OB or OW
+  if (!dataset.before.ends_with(native_head(vr, samples)))
+    throw NoPlainForm{"its pixels do not begin as native ones do"};
   samples_at = preamble + meta.size() + dataset.before.size();
   return {PlainPiece::stretch(number, 0, preamble), PlainPiece::given(meta + dataset.before),
           PlainPiece::samples(samples), PlainPiece::given(dataset.behind)};
@@ -145,11 +216,7 @@ std::vector<PlainPiece> pieces_of(const DicomFile& file, std::size_t number, std
   const std::string meta = meta_of_plain_form(bytes, end_of_meta);
   const std::uint64_t begin = begin_of_pixels(bytes, file);
   if (begin < end_of_meta) throw NoPlainForm{"its pixels cannot be found"};
-  std::string head(long_head, '\0');
-  store(head, 0, pixel_data.first, 2);
-  store(head, 2, pixel_data.second, 2);
-  head.replace(4, 2, file.pixels.allocated > 8 ? "OW" : "OB");
-  store(head, 8, samples + samples % 2, 4);
+  const std::string head = native_head(file.pixels.allocated > 8 ? "OW" : "OB", samples);
   samples_at = preamble + meta.size() + (begin - end_of_meta) + head.size();
   return {PlainPiece::stretch(number, 0, preamble),
           PlainPiece::given(meta),

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <tuple>
 
 #include "io/errors/errors.h"
 #include "io/text/natural_order.h"
+#include "tools/formats/common.h"
 #include "tools/formats/dicom/series_names.h"
-#include "tools/formats/dicom/series_words.h"
 
 namespace tagrid {
 namespace {
@@ -70,18 +69,12 @@ void sort(Slices& slices, const Files& files) {
 
 std::string name_in(const Files& files, const DicomSlice& slice) {
   const DicomFile& file = files[slice.file];
-  const std::string name = std::filesystem::path(file.path).filename().string();
+  const std::string name = file_name(file.path);
   return file.frames.size() == 1 ? name : fmt::format("{}, frame {}", name, slice.frame + 1);
 }
 
-double median(std::vector<double> numbers) {
-  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
-  std::ranges::nth_element(numbers, middle);
-  return *middle;
-}
-
 /// Says which steps are unlike the usual one.
-std::string about_steps(const std::vector<double>& steps, double usual, const DicomSeries& series,
+std::string about_steps(const std::vector<double>& steps, double usual, const Slices& slices,
                         const Files& files) {
   std::size_t unlike = 0, first = 0;
   for (std::size_t i = 0; i < steps.size(); ++i)
@@ -91,8 +84,8 @@ std::string about_steps(const std::vector<double>& steps, double usual, const Di
   std::string text =
       unlike == 1
           ? fmt::format("between slices {} and {} ({} and {}) the distance is {:.6g} mm, elsewhere {:.6g} mm",
-                        first, first + 1, name_in(files, series.slices[first]),
-                        name_in(files, series.slices[first + 1]), steps[first], usual)
+                        first, first + 1, name_in(files, slices[first]), name_in(files, slices[first + 1]),
+                        steps[first], usual)
           : fmt::format("the distances between slices are not equal: {:.6g} to {:.6g} mm, mostly {:.6g} mm",
                         least, most, usual);
   double missing = 0;
@@ -209,10 +202,9 @@ std::vector<double> steps_between(const Slices& slices, const Files& files) {
 
 /// Sets the third direction by the positions of at least two slices. If they are not even, their positions
 /// are kept.
-void set_direction_of_slices(const DicomSeries& series, const Files& files, const std::string& name,
-                             DicomPlaces& places) {
-  const Slices& slices = series.slices;
-  Geometry& geometry = places.geometry;
+void set_direction_of_slices(const Slices& slices, const Files& files, const std::string& name,
+                             ServedVolume& volume) {
+  Geometry& geometry = volume.geometry;
   const DicomFrame& first = frame_of(files, slices.front());
   const std::vector<double> steps = steps_between(slices, files);
   const double usual = median(steps);
@@ -235,48 +227,45 @@ void set_direction_of_slices(const DicomSeries& series, const Files& files, cons
     geometry.directions[2] = scaled(whole, 1 / static_cast<double>(slices.size() - 1));
     return;
   }
-  places.pairs.emplace_back("slice_positions", positions);
-  places.warnings.push_back(
+  volume.pairs.emplace_back("slice_positions", positions);
+  volume.warnings.push_back(
       fmt::format("{}: {}; the position of each slice is kept, but a mesh has equal steps", name,
-                  about_steps(steps, usual, series, files)));
+                  about_steps(steps, usual, slices, files)));
 }
 
 }  // namespace
 
-DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::string& name) {
-  const Slices& slices = series.slices;
+void set_places(const Slices& slices, const Files& files, const std::string& name, ServedVolume& volume) {
   const DicomFrame& first = frame_of(files, slices.front());
   const auto placed = static_cast<std::size_t>(
       std::ranges::count_if(slices, [&](const DicomSlice& s) { return has_place(frame_of(files, s)); }));
   require_places_of_their_own(slices, files, placed, name);
-  DicomPlaces places;
-  Geometry& geometry = places.geometry;
+  Geometry& geometry = volume.geometry;
   geometry = geometry_given_by(first);
   if (placed == 0) {
     if (slices.size() > 1)
-      places.warnings.push_back(fmt::format("{}: slices have no positions; they are in the order of their "
+      volume.warnings.push_back(fmt::format("{}: slices have no positions; they are in the order of their "
                                             "numbers, and the distance between them {}",
                                             name, about_distance_without_places(first)) +
                                 about_missing_numbers(slices, files));
-    return places;
+    return;
   }
   if (!geometry.has_spacing) {
-    places.warnings.push_back(
+    volume.warnings.push_back(
         name + ": the distances between samples are not given (PixelSpacing), so their places are not known");
     geometry = {};
-    return places;
+    return;
   }
   if (slices.size() == 1 && !(first.thickness > 0))
-    places.warnings.push_back(name + ": the thickness of the slice is not given; it is taken as 1 mm");
+    volume.warnings.push_back(name + ": the thickness of the slice is not given; it is taken as 1 mm");
   geometry.space = "left-posterior-superior";
   geometry.origin = *first.position;
   geometry.has_origin = true;
   for (std::size_t axis = 0; axis < 2; ++axis)
     geometry.directions[axis] = scaled((*first.orientation)[axis], geometry.spacing[axis]);
   geometry.directions[2] = scaled(normal_of(first), first.thickness > 0 ? first.thickness : 1);
-  if (slices.size() > 1) set_direction_of_slices(series, files, name, places);
+  if (slices.size() > 1) set_direction_of_slices(slices, files, name, volume);
   geometry.has_directions = true;
-  return places;
 }
 
 }  // namespace tagrid

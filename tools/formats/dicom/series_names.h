@@ -1,4 +1,5 @@
-// Names of volumes that stay when files of other volumes come or go.
+// How series and their volumes are called: names that stay when files of other volumes come or go, and words
+// for users.
 #pragma once
 
 #include <optional>
@@ -6,22 +7,31 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/formats/dicom/parts.h"
+#include "tools/formats/dicom/series.h"
 
 namespace tagrid {
 
-/// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes apart: size, type of
-/// samples, orientation, spacing, and the attributes of moments.h. It depends on these slices alone. Volumes of one
-/// series that differ in any of these have different names. REQUIRES: sorted slices, at least one.
+/// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes apart:
+/// size, type of samples, orientation, spacing, and the attributes of moments.h. It depends on these slices
+/// alone. Volumes of one series that differ in any of these have different names. REQUIRES: sorted slices, at
+/// least one.
 std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
 
 /// The UID in a name that lasting_name_of() gave; "" if it cannot be one.
 std::string_view uid_in(std::string_view name);
 
-/// The slices among `slices` that have this name, by splitting them once or twice by an attribute. Images of two volumes
-/// are one volume while nothing lies where both have images, so a volume that is gone may have kept them apart.
+/// The slices among `slices` that have this name, by splitting them once or twice by an attribute. Images of
+/// two volumes are one volume while nothing lies where both have images, so a volume that is gone may have
+/// kept them apart.
 std::optional<std::vector<DicomSlice>> slices_called(const std::string& name,
                                                      const std::vector<DicomSlice>& slices,
                                                      const std::vector<DicomFile>& files);
+
+/// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
+std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
+
+/// Adds to equal texts what distinguishes their series: direction, spacing, numbers of images and others.
+/// Texts of one UID that differ in the number of slices alone count as equal.
+void make_distinct(std::vector<DicomSeries>& series, const std::vector<DicomFile>& files);
 
 }  // namespace tagrid

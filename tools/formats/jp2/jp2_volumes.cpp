@@ -2,22 +2,116 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
 #include "tools/formats/codecs/jpeg2000.h"
-#include "tools/formats/jp2/outline.h"
+#include "tools/formats/common.h"
 #include "tools/formats/slice_files.h"
 
 namespace tagrid {
 namespace {
 
+/// The contents of a JPEG 2000 file besides the image that is read: ISO/IEC 15444-1, annexes A and I.
+struct Jp2Outline {
+  std::uint64_t images = 0;  ///< code streams; 0 if none was found
+  std::uint64_t after = 0;   ///< bytes after the last box, or after the end of the code stream
+  bool has_palette = false;  ///< Samples are numbers of colors.
+  bool has_extensions =
+      false;  ///< The code stream says that it needs more than part 1 of the standard, and part 15.
+};
+
+/// The number of `size` bytes at `at`, the highest one first; nothing beyond `end`.
+std::optional<std::uint64_t> number(const ByteSource& file, std::uint64_t at, std::size_t size,
+                                    std::uint64_t end) {
+  std::array<std::byte, 8> bytes = {};
+  if (at > end || end - at < size) return std::nullopt;
+  file.read_at(at, std::span(bytes).first(size));
+  return number_in(std::span(bytes).first(size), true);
+}
+
+constexpr std::uint64_t start_of_tile = 0xff90, end_of_stream = 0xffd9, start_of_stream = 0xff4f;
+
+/// The byte after a code stream, whose tiles say how long they are; `end` if one does not, or is damaged.
+std::uint64_t end_of_code_stream(const ByteSource& file, std::uint64_t at, std::uint64_t end) {
+  at += 2;  // the start of the stream has no length
+  while (const auto marker = number(file, at, 2, end)) {
+    if (*marker == end_of_stream) return at + 2;
+    const bool is_tile = *marker == start_of_tile;
+    const auto length = is_tile ? number(file, at + 6, 4, end) : number(file, at + 2, 2, end);
+    // A tile counts its marker, and is the last one if its length is 0. Others count their length.
+    if (!length || *length < 2 || *length > end - at) return end;
+    at += *length + (is_tile ? 0 : 2);
+  }
+  return end;
+}
+
+/// Walks over boxes, and over the parts of code streams, without decoding any. Of damaged files, which the
+/// decoder refuses, as far as it comes. Safe for any bytes. Throws WorldError.
+class Walk {
+ public:
+  explicit Walk(const ByteSource& file) : file_(file) {
+    const std::uint64_t size = file.size();
+    if (number(file, 0, 2, size) == start_of_stream) {
+      add_code_stream(0, size);
+      return;
+    }
+    const std::uint64_t end = boxes(0, size, 0);
+    outline.after += size - end;
+  }
+
+  Jp2Outline outline;
+
+ private:
+  static constexpr std::uint64_t box(std::string_view name) {
+    std::uint64_t value = 0;
+    for (const char c : name) value = value << 8 | static_cast<unsigned char>(c);
+    return value;
+  }
+
+  /// Returns where the last box ends. A length of 0 is that of all that is left, and 1 says that a longer
+  /// number follows.
+  std::uint64_t boxes(std::uint64_t at, std::uint64_t end, int depth) {
+    while (at < end) {
+      auto length = number(file_, at, 4, end);
+      const auto name = number(file_, at + 4, 4, end);
+      std::uint64_t head = 8;
+      if (length == 1) {
+        length = number(file_, at + 8, 8, end);
+        head = 16;
+      }
+      if (length == 0) length = end - at;
+      if (!length || !name || *length < head || *length > end - at) return at;
+      if (*name == box("jp2c")) add_code_stream(at + head, at + *length);
+      if (*name == box("pclr")) outline.has_palette = true;
+      if (*name == box("jp2h") && depth == 0) boxes(at + head, at + *length, 1);
+      at += *length;
+    }
+    return end;
+  }
+
+  void add_code_stream(std::uint64_t at, std::uint64_t end) {
+    ++outline.images;
+    constexpr std::uint64_t extensions = 0x8000;
+    if (const auto needs = number(file_, at + 6, 2, end); needs && (*needs & extensions) != 0)
+      outline.has_extensions = true;
+    outline.after += end - std::min(end, end_of_code_stream(file_, at, end));
+  }
+
+  const ByteSource& file_;
+};
+
 SampleType type_of(const std::string& path, const Jpeg2000Image& image) {
-  if (image.bits <= 8) return image.is_signed ? SampleType::int8 : SampleType::uint8;
-  if (image.bits <= 16) return image.is_signed ? SampleType::int16 : SampleType::uint16;
+  if (image.bits <= 16) return *integer_type(image.bits <= 8 ? 1 : 2, image.is_signed);
   if (image.bits <= 31) return SampleType::int32;
   throw BrokenInput(
       fmt::format("{}: JPEG 2000 file: samples of {} bits are not supported", path, image.bits));
@@ -56,17 +150,8 @@ class Jp2Slices final : public ServedVolume {
     const std::string& path = files[static_cast<std::size_t>(z)];
     const Jpeg2000Image image = decode_jpeg2000_file(path);
     require_like_first(path, image);
-    const std::size_t size = size_of(type);
-    for (std::size_t i = 0; i < image.samples.size(); ++i) switch (size) {
-        case 1:
-          out[i] = static_cast<std::byte>(image.samples[i]);
-          break;
-        case 2:
-          store_little_endian(out + 2 * i, static_cast<std::uint16_t>(image.samples[i]));
-          break;
-        default:
-          store_little_endian(out + 4 * i, image.samples[i]);
-      }
+    store_samples(image, size_of(type), out);
+    swap_if_not_native(out, image.samples.size(), size_of(type), false);
   }
 
  private:
@@ -78,7 +163,7 @@ class Jp2Slices final : public ServedVolume {
   }
 
   void look_at_outline(const std::string& path) {
-    const Jp2Outline outline = jp2_outline(FileSource(path));
+    const Jp2Outline outline = Walk(FileSource(path)).outline;
     if (outline.has_palette)
       throw BrokenInput(path +
                         ": JPEG 2000 file: its samples are colors of a palette, not single numbers; convert "

@@ -1,11 +1,12 @@
-// Messages of libtiff, which it passes to handlers for the entire process.
+// libtiff's messages, which it passes to handlers for the entire process, and its numbers in words.
 #pragma once
 
 #include <tiffio.h>
 
+#include <cstdint>
 #include <string>
 
-#include "tools/formats/tiff/remarks.h"
+#include "tools/formats/tiff/tiff_page.h"
 
 namespace tagrid {
 
@@ -24,5 +25,16 @@ T value_of(TIFF* tiff, std::uint32_t tag, T otherwise) {
   T value = otherwise;
   return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
 }
+
+/// Of a scheme that is not read.
+std::string name_of_compression(std::uint16_t scheme);
+/// What pixels are if they are not single numbers.
+std::string name_of_meaning(std::uint16_t photometric);
+/// How the samples of the current page are stored, for users.
+std::string name_of_storage(TIFF* tiff, const TiffPage& page);
+
+bool may_have_predictor(std::uint16_t scheme);
+/// Whether decoding gives the numbers that were stored.
+bool is_lossless(std::uint16_t scheme);
 
 }  // namespace tagrid

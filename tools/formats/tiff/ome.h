@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/formats/tiff/lengths.h"
+#include "tools/formats/tiff/descriptions.h"
 
 namespace tagrid {
 

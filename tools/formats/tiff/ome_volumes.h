@@ -24,10 +24,4 @@ std::string beside(const std::string& path, const std::string& name);
 /// it, "" if there is none. Some programs describe a set in its first file only.
 std::string file_that_names(const std::string& path);
 
-/// The name of a channel and a moment, where there are several.
-Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time, std::int64_t times);
-
-/// "24 x 16 uint16".
-std::string in_words(const TiffPage& page);
-
 }  // namespace tagrid

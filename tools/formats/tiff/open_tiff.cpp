@@ -1,18 +1,19 @@
-#include "tools/formats/tiff/open_tiff.h"
+// tagrid-read-tiff: TIFF files, and directories of slices.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/programs/serve_reader.h"
 #include "io/text/natural_order.h"
 #include "io/text/text.h"
 #include "tools/formats/slice_files.h"
-#include "tools/formats/tiff/tiff_slices.h"
 #include "tools/formats/tiff/tiff_volumes.h"
 
 namespace tagrid {
@@ -173,8 +174,9 @@ std::unique_ptr<ServedVolume> open_folder(const std::string& folder, const Reade
   return slices_of(std::move(entry.volumes), number);
 }
 
-}  // namespace
-
+/// Opens a file, or a folder: of slices by the numbers in their names, of files that are volumes by
+/// themselves, and of sets whose OME-XML names their files. Of several volumes, the option "series" chooses
+/// one. Throws BrokenInput, UsageError, WorldError, SeveralVolumes.
 std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOptions& options) {
   std::error_code unknown;
   if (fs::is_directory(path, unknown)) return open_folder(path, options);
@@ -186,4 +188,7 @@ std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOpt
   return slices_of(std::move(volumes), number);
 }
 
+}  // namespace
 }  // namespace tagrid
+
+int main() { return tagrid::serve_volumes("tiff", tagrid::open_tiff); }

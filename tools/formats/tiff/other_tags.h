@@ -4,7 +4,6 @@
 #include <tiffio.h>
 
 #include "tools/formats/tiff/directories.h"
-#include "tools/formats/tiff/remarks.h"
 #include "tools/formats/tiff/tiff_page.h"
 
 namespace tagrid {

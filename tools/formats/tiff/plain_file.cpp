@@ -1,4 +1,4 @@
-#include "tools/formats/tiff/plain_file.h"
+#include "tools/formats/tiff/tiff_file.h"
 
 #include <fmt/format.h>
 #include <tiff.h>

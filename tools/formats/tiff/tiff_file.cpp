@@ -16,7 +16,6 @@
 #include "tools/formats/tiff/directories.h"
 #include "tools/formats/tiff/libtiff.h"
 #include "tools/formats/tiff/other_tags.h"
-#include "tools/formats/tiff/words.h"
 
 namespace tagrid {
 namespace {

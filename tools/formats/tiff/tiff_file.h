@@ -1,4 +1,4 @@
-// One TIFF file: its pages, and their samples. On libtiff (https://libtiff.gitlab.io/libtiff/).
+// One TIFF file: its pages, their samples, and its plain form. On libtiff (https://libtiff.gitlab.io/libtiff/).
 #pragma once
 
 #include <tiffio.h>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/formats/tiff/remarks.h"
+#include "io/programs/reader_conversation.h"
 #include "tools/formats/tiff/tiff_page.h"
 
 namespace tagrid {
@@ -66,5 +66,14 @@ class TiffFile {
   TiffRemarks remarks_;
   std::unique_ptr<TIFF, Close> tiff_;
 };
+
+/// The plain form of the file at `path`, which is number `number` among those of its volume; `pages` are those of its
+/// pages that are slices, in the order of the volume. Their samples lie one after the other from `samples_at` on, and all
+/// directories come after them. Pages keep all tags but those that say how samples are stored: they become uncompressed, in
+/// one strip each, and packed samples get 8 or 16 bits. Pages that are not slices of the volume keep their strips as they are; but if they are compressed and of full size, there is no
+/// plain form.
+/// The file is BigTIFF if it was, or if it would be too large otherwise. Without a plain form, `why_not` is given. Throws WorldError.
+ReaderPlainFile plain_tiff_file(const std::string& path, std::size_t number,
+                                const std::vector<const TiffPage*>& pages, std::uint64_t& samples_at);
 
 }  // namespace tagrid

@@ -1,15 +1,39 @@
-// An image in a TIFF file.
+// An image in a TIFF file, and what users should know of it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_info.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {
+
+/// What users should know of TIFF files: sentences without names of files, each once; see SourceFacts.
+struct TiffRemarks {
+  std::vector<std::string> warnings, not_understood;
+  std::string scale_doubt;
+
+  void warn(const std::string& sentence) { add_once(warnings, sentence); }
+  void miss(const std::string& sentence) { add_once(not_understood, sentence); }
+  void doubt(const std::string& sentence) {
+    if (scale_doubt.empty()) scale_doubt = sentence;
+  }
+  void add(const TiffRemarks& others) {
+    for (const std::string& sentence : others.warnings) warn(sentence);
+    for (const std::string& sentence : others.not_understood) miss(sentence);
+    doubt(others.scale_doubt);
+  }
+
+ private:
+  static void add_once(std::vector<std::string>& list, const std::string& sentence) {
+    if (!sentence.empty() && std::ranges::find(list, sentence) == list.end()) list.push_back(sentence);
+  }
+};
 
 /// An image in a TIFF file: one slice.
 struct TiffPage {

@@ -1,4 +1,4 @@
-#include "tools/formats/tiff/tiff_slices.h"
+#include "tools/formats/tiff/tiff_volumes.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/byte_source.h"
 #include "io/samples/stored_bits.h"
-#include "tools/formats/tiff/plain_file.h"
+#include "tools/formats/tiff/tiff_file.h"
 
 namespace tagrid {
 namespace {

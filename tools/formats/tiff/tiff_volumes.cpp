@@ -9,9 +9,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/text/text.h"
-#include "tools/formats/tiff/image_j.h"
+#include "tools/formats/tiff/descriptions.h"
 #include "tools/formats/tiff/ome_volumes.h"
-#include "tools/formats/tiff/shapes.h"
 
 namespace tagrid {
 

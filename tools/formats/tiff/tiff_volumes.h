@@ -1,14 +1,16 @@
 // The volumes in TIFF files: what programs wrote of their order, and what follows from pages and names.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "io/programs/serve_reader.h"
-#include "tools/formats/tiff/calibration.h"
-#include "tools/formats/tiff/remarks.h"
+#include "tools/formats/tiff/descriptions.h"
 #include "tools/formats/tiff/tiff_file.h"
+#include "tools/formats/tiff/tiff_page.h"
 
 namespace tagrid {
 
@@ -44,5 +46,14 @@ TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok);
 
 /// The volume whose slices are these files, with one page each.
 TiffVolumes volume_of_files(const std::vector<std::string>& paths);
+
+/// Volume `number` of `volumes`, which are not needed any more.
+std::unique_ptr<ServedVolume> slices_of(TiffVolumes volumes, std::size_t number);
+
+/// The name of a channel and a moment, where there are several.
+Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time, std::int64_t times);
+
+/// "24 x 16 uint16".
+std::string in_words(const TiffPage& page);
 
 }  // namespace tagrid

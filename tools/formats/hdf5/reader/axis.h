@@ -1,12 +1,15 @@
-// A data set of one axis that says where samples lie.
+// Data sets of one axis that say where samples lie, and one unit for all axes of a volume.
 #pragma once
 
 #include <hdf5.h>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 
@@ -34,5 +37,20 @@ struct AxisReading {
 /// if the data set is not a list of as many finite numbers, or if it is in another directory than the file at
 /// `path`.
 AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
+
+/// How axes with units of their own become axes of one unit.
+struct UnitOfAxes {
+  struct Conversion {
+    LengthUnit from, to;
+  };
+  std::array<std::string, 3> units;                      ///< of the axes x, y, z from then on
+  std::array<std::optional<Conversion>, 3> conversions;  ///< of their lengths
+  std::string remark;  ///< a sentence on units that cannot be converted into each other; "" if all is well
+
+  double convert(std::size_t axis, double length) const;
+};
+
+/// The unit that most of the `used` axes have; the first one, if several are as frequent.
+UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array<bool, 3>& used);
 
 }  // namespace tagrid

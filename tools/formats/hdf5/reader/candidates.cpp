@@ -11,10 +11,9 @@
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/reader/datasets.h"
-#include "tools/formats/hdf5/reader/image_data.h"
+#include "tools/formats/hdf5/reader/geometry.h"
 #include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/nexus.h"
-#include "tools/formats/hdf5/sample_types.h"
 
 namespace tagrid {
 namespace {

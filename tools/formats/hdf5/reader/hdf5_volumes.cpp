@@ -1,22 +1,23 @@
-#include "tools/formats/hdf5/reader/hdf5_volumes.h"
+// tagrid-read-hdf5: reads data sets of HDF5 files (https://docs.hdfgroup.org/hdf5).
 
 #include <fmt/format.h>
 #include <hdf5.h>
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
+#include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
+#include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
-#include "tools/formats/hdf5/reader/plain_copy.h"
 #include "tools/formats/hdf5/reader/storage.h"
-#include "tools/formats/hdf5/sample_types.h"
 
 namespace tagrid {
 namespace {
@@ -171,12 +172,15 @@ class Hdf5Volume final : public ServedVolume {
   std::vector<std::byte> slices_;
 };
 
-}  // namespace
-
+/// Opens a data set of three axes (z, y, x): the one that the option "dataset" names, otherwise the default one of NeXus,
+/// otherwise the only one.
 std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOptions& options) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const auto wanted = options.find("dataset");
   return std::make_unique<Hdf5Volume>(path, wanted == options.end() ? "" : wanted->second);
 }
 
+}  // namespace
 }  // namespace tagrid
+
+int main() { return tagrid::serve_volumes("hdf5", tagrid::open_hdf5); }

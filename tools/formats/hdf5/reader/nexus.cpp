@@ -12,7 +12,6 @@
 #include "tools/formats/hdf5/reader/axis.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/links.h"
-#include "tools/formats/hdf5/reader/unit_of_axes.h"
 
 namespace tagrid {
 namespace {

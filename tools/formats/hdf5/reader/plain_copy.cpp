@@ -1,4 +1,4 @@
-#include "tools/formats/hdf5/reader/plain_copy.h"
+#include "tools/formats/hdf5/reader/storage.h"
 
 #include <fmt/format.h>
 

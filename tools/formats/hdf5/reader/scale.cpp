@@ -1,4 +1,4 @@
-#include "tools/formats/hdf5/reader/scale.h"
+#include "tools/formats/hdf5/reader/geometry.h"
 
 #include <fmt/format.h>
 

@@ -1,16 +1,19 @@
-#include "tools/formats/vdb/reader/vdb_volumes.h"
+// tagrid-read-vdb: reads grids of OpenVDB files (https://www.openvdb.org).
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
+#include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
 #include "tools/formats/vdb/reader/grid_file.h"
 #include "tools/formats/vdb/reader/grid_slices.h"
@@ -196,8 +199,10 @@ std::unique_ptr<ServedVolume> open_grid(const std::string& path, GridFile& file,
                     path, tagrid::quoted(std::string_view(grid.gridName())), grid.gridType()));
 }
 
-}  // namespace
-
+/// Opens a grid of floats, halves, doubles, 32-bit integers, or bits: the one that the option "grid" names, otherwise the
+/// only one. The volume is the box of the active voxels or, if tagrid wrote the file, the original volume. An inactive
+/// voxel has the value that the tree has there. The type is that of the grid, or the original type that tagrid recorded
+/// when it wrote the grid; a value that does not fit this type is BrokenInput.
 std::unique_ptr<ServedVolume> open_vdb(const std::string& path, const ReaderOptions& options) try {
   GridFile file(path);
   const auto wanted = options.find("grid");
@@ -209,4 +214,10 @@ std::unique_ptr<ServedVolume> open_vdb(const std::string& path, const ReaderOpti
   throw_broken_vdb(path, error.what());
 }
 
+}  // namespace
 }  // namespace tagrid
+
+int main() {
+  const tagrid::OpenVdbLibrary library;
+  return tagrid::serve_volumes("vdb", tagrid::open_vdb);
+}

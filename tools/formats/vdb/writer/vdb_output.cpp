@@ -1,23 +1,95 @@
-#include "tools/formats/vdb/writer/vdb_output.h"
+// tagrid-write-vdb: writes volumes as grids of OpenVDB files.
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/programs/serve.h"
+#include "io/programs/serve_writer.h"
 #include "io/text/text.h"
 #include "stages/sample/value_rule.h"
+#include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
-#include "tools/formats/vdb/writer/grid_archive.h"
 #include "tools/formats/vdb/writer/grid_builder.h"
 
 namespace tagrid {
 namespace {
+
+/// A file that tells tagrid that this program still works, and keeps the reason of a failure.
+class OutputBuffer final : public std::filebuf {
+ public:
+  int error() const { return error_; }
+
+ private:
+  int_type overflow(int_type c) override {
+    say_working();
+    const int_type result = std::filebuf::overflow(c);
+    if (traits_type::eq_int_type(result, traits_type::eof())) error_ = errno;
+    return result;
+  }
+  std::streamsize xsputn(const char* bytes, std::streamsize size) override {
+    say_working();
+    const std::streamsize count = std::filebuf::xsputn(bytes, size);
+    if (count != size) error_ = errno;
+    return count;
+  }
+  int sync() override {
+    const int result = std::filebuf::sync();
+    if (result != 0) error_ = errno;
+    return result;
+  }
+
+  int error_ = 0;
+};
+
+class GridArchive final : public openvdb::io::Archive {
+ public:
+  void write_to(std::ostream& out, const openvdb::GridBase::Ptr& grid) {
+    setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    openvdb::io::Archive::write(out, openvdb::GridCPtrVec{grid}, true);
+  }
+};
+
+std::string identifier_of(std::uint64_t content) {
+  const std::uint64_t other = chained_checksum(content, 0);
+  const std::string digits = fmt::format("{:016x}{:016x}", content, other);
+  return fmt::format("{}-{}-{}-{}-{}", digits.substr(0, 8), digits.substr(8, 4), digits.substr(12, 4),
+                     digits.substr(16, 4), digits.substr(20));
+}
+
+// After the magic number, the versions of the format and of the library, and a flag.
+constexpr std::streamoff place_of_identifier = 21;
+
+/// Writes the grid to the existing file at `path`, compressed by Blosc, without inactive values. The file's identifier,
+/// which the library makes at random, follows from `content` instead. Throws WorldError, which calls the file `name`.
+void write_grid(const openvdb::GridBase::Ptr& grid, std::uint64_t content, const std::string& path,
+                const std::string& name) {
+  OutputBuffer buffer;
+  std::vector<char> bytes(std::size_t{1} << 20);
+  buffer.pubsetbuf(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (buffer.open(path, std::ios::out | std::ios::binary | std::ios::trunc) == nullptr)
+    throw world_error("cannot open a temporary file for it", name, errno);
+  std::ostream out(&buffer);
+  try {
+    out.exceptions(std::ios::failbit | std::ios::badbit);
+    GridArchive().write_to(out, grid);
+    out.seekp(place_of_identifier);
+    out << identifier_of(content);
+    out.flush();
+  } catch (const std::ios::failure&) {
+    throw world_error("cannot write", name, buffer.error() != 0 ? buffer.error() : EIO);
+  }
+  if (buffer.close() == nullptr) throw world_error("cannot write", name, errno);
+}
 
 std::string option_in(const WriterOptions& options, const char* name) {
   const auto found = options.find(name);
@@ -131,8 +203,15 @@ class VdbOutput final : public ServedOutput {
   RunningChecksum content_;
 };
 
-}  // namespace
-
+/// Begins a grid. Options, all of them texts:
+///   grid        its name; by default that of the grid from which the volume came, or "density"
+///   background  the value of inactive voxels; by default the background of that grid, or the value of the first sample,
+///               which lies outside the body in most scans
+///   tolerance   samples at most this far from the background become the background; 0 by default
+///   type        float or int32: what samples of 8 and 16 bits are stored as; float by default
+///   max-error   the largest error that the samples already have; absent if there is no bound
+/// int32 and floats are stored unchanged, uint32 as double. The entire tree is in memory until the file is
+/// written.
 std::unique_ptr<ServedOutput> begin_vdb(const WriteRequest& request) {
   const SampleType type = request.info.type;
   const bool is_short = size_of(type) <= 2;
@@ -150,4 +229,10 @@ std::unique_ptr<ServedOutput> begin_vdb(const WriteRequest& request) {
   return std::make_unique<VdbOutput<openvdb::DoubleGrid>>(request);
 }
 
+}  // namespace
 }  // namespace tagrid
+
+int main() {
+  const tagrid::OpenVdbLibrary library;
+  return tagrid::serve_writer("vdb", tagrid::begin_vdb);
+}
