@@ -20,7 +20,7 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/output_names.h"
 #include "tools/archive/settings_used.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 
@@ -105,20 +105,20 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
 void require_same_volume(const KnownOutput& known, const std::string& input, const std::string& output,
                          const std::vector<InputFile>& files) {
   if (const std::string others = other_volume(known, files); !others.empty())
-    throw BrokenInput(fmt::format(
+    throw broken_input(
         "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
         "name (output=NAME)",
-        input, others, output));
+        input, others, output);
 }
 
 /// Throws BrokenInput if the volume is not the one that was encoded.
 void require_unchanged(const KnownOutput& known, const std::string& input, const std::string& output,
                        const std::vector<InputFile>& files, VolumeSource& source) {
   if (const std::string change = change_of(known, files, source); !change.empty())
-    throw BrokenInput(
-        fmt::format("{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f "
-                    "to replace it",
-                    input, change, output));
+    throw broken_input(
+        "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to replace "
+        "it",
+        input, change, output);
 }
 
 }  // namespace
@@ -151,10 +151,10 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     const std::string difference = difference_of(*known, line.options, options_.run, *source);
     if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
     if (!difference.empty() && !options_.overwrite)
-      throw UsageError(
-          fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
-                      "such volumes alone",
-                      volume.output, difference));
+      throw usage_error(
+          "{}: was encoded with other options: {}; to encode it again, run with -f and a list of such "
+          "volumes alone",
+          volume.output, difference);
   }
   // The source may have been damaged since, and the output may be all that is left of it.
   if (is_ours && !options_.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
@@ -169,10 +169,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     if (options_.skip_done) return adopt(volume, was_removed, record);
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
     if (is_regular_output(volume.output))
-      throw UsageError(
-          volume.output +
-          ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
-          "them again");
+      throw UsageError(volume.output +
+                       ": already exists; give --skip-done to leave out volumes that are done, or -f to "
+                       "encode them again");
   }
   make_own_folders(options_.output_dir, line.output);
   try {
@@ -217,7 +216,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   encoded.commit();
   for (const std::string& warning : result.warnings) warn(options_.run, warning);
   if (!result.reason_of_bound.empty() && !options_.run.quiet)
-    say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
+    say("{}: {}", volume.input, result.reason_of_bound);
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
   warn_of_lossy_source(options_.run, volume.input, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
@@ -256,9 +255,8 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));
-    throw UsageError(
-        fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
-                    volume.output, volume.input, words_of(broken)));
+    throw usage_error("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
+                      volume.output, volume.input, words_of(broken));
   }
 }
 

@@ -16,7 +16,6 @@
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "tools/archive/found_lines.h"
-#include "tools/archive/passed_over.h"
 
 namespace tagrid {
 namespace {

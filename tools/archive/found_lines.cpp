@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <string_view>
 
 #include "io/bytes/checksum.h"
+#include "io/files/file_bytes.h"
+#include "io/formats/table/formats.h"
 #include "io/text/text.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -71,6 +74,9 @@ std::string output_name_of(const std::string& relative, const OptionTexts& optio
   return name.string();
 }
 
+/// Extensions of files that often hold samples alone.
+constexpr std::array samples_alone = {".raw", ".vol", ".bin", ".dat", ".img", ".rec"};
+
 }  // namespace
 
 bool is_directory_of_dicom(const fs::path& path) {
@@ -100,6 +106,44 @@ std::string FoundLines::output_of(const fs::path& path, const OptionTexts& optio
   name += "-" + checksum_of_source(path.lexically_relative(root_).string(), options);
   taken_.insert(file_of(name));
   return name;
+}
+
+void PassedOver::add(const fs::path& file, const std::string& why) {
+  names_[{file.parent_path().string(), why}].push_back(file.filename().string());
+}
+
+void PassedOver::belongs(const std::string& file) { of_volumes_.insert(fs::weakly_canonical(file).string()); }
+
+void PassedOver::report(const fs::path& root,
+                        const std::function<void(const std::string&, std::size_t)>& use) const {
+  constexpr std::size_t most_names = 5;
+  for (const auto& [where, names] : names_) {
+    std::string listed;
+    std::size_t count = 0;
+    for (const std::string& name : names) {
+      if (of_volumes_.contains((fs::path(where.first) / name).string())) continue;
+      if (++count <= most_names) listed += fmt::format("{}{}", listed.empty() ? "" : ", ", name);
+    }
+    if (count == 0) continue;
+    if (count > most_names) listed += fmt::format(" and {} more", count - most_names);
+    use(fmt::format("{}: {}: {}", fs::path(where.first).lexically_relative(root).string(), listed,
+                    where.second),
+        count);
+  }
+}
+
+std::string why_no_volume(const std::string& path) {
+  FileBytes file(path);
+  const std::string_view beginning = file.peek(bytes_to_recognise());
+  if (beginning.empty()) return "empty";
+  if (const Format* other = format_of(beginning, false)) {
+    const std::string_view what = other->what;
+    return std::string(what.substr(0, what.find(';')));
+  }
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  if (std::ranges::find(samples_alone, extension) != samples_alone.end())
+    return "perhaps samples without a header: a line needs the columns dims= and type=";
+  return "no known format";
 }
 
 }  // namespace tagrid

@@ -1,10 +1,13 @@
-// What a search reports about volumes: lines of a list, each with an output of its own.
+// What a search reports: volumes as lines of a list, each with an output of its own, and files that are passed over.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "tools/archive/find_volumes.h"
@@ -36,5 +39,25 @@ class FoundLines {
 
 /// True for a file that lists the images of a disk.
 bool is_directory_of_dicom(const std::filesystem::path& path);
+
+/// Files below a folder that are not volumes and do not belong to one.
+class PassedOver {
+ public:
+  /// `why`: "no known format". A file is one of its folder.
+  void add(const std::filesystem::path& file, const std::string& why);
+  /// The file belongs to a volume, whether it was added or will be.
+  void belongs(const std::string& file);
+
+  /// Calls use(text, files) for each folder and reason: "2019: notes.txt, a.jpg and 3 more: no known format".
+  void report(const std::filesystem::path& root,
+              const std::function<void(const std::string& text, std::size_t files)>& use) const;
+
+ private:
+  std::map<std::pair<std::string, std::string>, std::vector<std::string>> names_;  // by folder and reason
+  std::set<std::string> of_volumes_;
+};
+
+/// Why a file that no format knows is passed over. Throws WorldError if it cannot be read.
+std::string why_no_volume(const std::string& path);
 
 }  // namespace tagrid

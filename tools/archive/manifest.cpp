@@ -11,7 +11,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "tools/archive/output_names.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -46,13 +46,13 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
-    throw UsageError(fmt::format("{}: is not the name of a file or a folder", columns[0]));
+    throw usage_error("{}: is not the name of a file or a folder", columns[0]);
   line.input = absolute_name(path);
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
-    throw UsageError(fmt::format(
-        "{}: there is no such file; if these are columns, separate them by tabs, not by spaces", columns[0]));
+    throw usage_error("{}: there is no such file; if these are columns, separate them by tabs, not by spaces",
+                      columns[0]);
   line.options = given;
   std::set<std::string> names;
   for (std::size_t i = 1; i < columns.size(); ++i) {
@@ -60,9 +60,9 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     if (columns[i].empty()) continue;
     const std::size_t equals = columns[i].find('=');
     if (equals == 0 || equals >= columns[i].size() - 1)
-      throw UsageError(fmt::format("{}: must be option=value", columns[i]));
+      throw usage_error("{}: must be option=value", columns[i]);
     const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
-    if (!names.insert(name).second) throw UsageError(fmt::format("{} is given twice", name));
+    if (!names.insert(name).second) throw usage_error("{} is given twice", name);
     if (name == "output")
       line.output = output_called(value);
     else
@@ -108,7 +108,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       taken.take(line.output, number);
       lines.push_back(std::move(line));
     } catch (const UsageError& error) {
-      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, words_of(error)));
+      throw usage_error("{}: line {}: {}", file.name(), number, words_of(error));
     }
   }
   if (lines.empty())

@@ -16,10 +16,10 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/output_names.h"
 #include "tools/commands/commands.h"
-#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -33,7 +33,7 @@ Shard shard_option(const std::string& text) {
   const auto count =
       slash == text.npos ? std::nullopt : whole_number<std::size_t>(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count)
-    throw UsageError(fmt::format("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text));
+    throw usage_error("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text);
   return {*index, *count};
 }
 
@@ -51,7 +51,7 @@ struct ConvertCommand {
     }
     for (const auto& [name, value] :
          {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
-      if (value->empty()) throw UsageError(fmt::format("convert: {} is required", name));
+      if (value->empty()) throw usage_error("convert: {} is required", name);
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
@@ -95,12 +95,12 @@ struct ConvertCommand {
     if (options.run.is_watched()) {
       say_line(summary(sums, wrong));
       if (sums.not_restorable > 0)
-        say_line(fmt::format("{} of them cannot be restored byte for byte{}", sums.not_restorable,
-                             options.run.verbosity > 0 ? "" : "; -v lists them, and why"));
+        say("{} of them cannot be restored byte for byte{}", sums.not_restorable,
+            options.run.verbosity > 0 ? "" : "; -v lists them, and why");
     }
     if (sums.failed > 0)
-      throw BrokenInput(fmt::format("{} of {} volume{} {}; see {}", sums.failed, sums.files,
-                                    sums.files == 1 ? "" : "s", wrong, results.name()));
+      throw broken_input("{} of {} volume{} {}; see {}", sums.failed, sums.files, sums.files == 1 ? "" : "s",
+                         wrong, results.name());
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.
@@ -119,8 +119,8 @@ struct ConvertCommand {
     for (const auto& [name, value] : given)
       if (name != "gaps-ok") refused.push_back("--" + name);
     if (!refused.empty())
-      throw UsageError(fmt::format(
-          "{}: has no effect with --find, which encodes nothing; give it with --manifest", refused.front()));
+      throw usage_error("{}: has no effect with --find, which encodes nothing; give it with --manifest",
+                        refused.front());
   }
 
   // Writes a list for --manifest to the standard output.
@@ -168,7 +168,7 @@ struct ConvertCommand {
       try {
         refuse_without_bound(encoding_of(line.options, options.run).options, "--remove-verified");
       } catch (const UsageError& error) {
-        throw UsageError(fmt::format("{}: line {}: {}", shown_input(manifest), line.number, error.what()));
+        throw usage_error("{}: line {}: {}", shown_input(manifest), line.number, error.what());
       }
     }
   }
@@ -238,44 +238,29 @@ struct ConvertCommand {
 Action add_convert_command(CLI::App& app) {
   auto state = std::make_shared<ConvertCommand>();
   CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each output");
-  const char* group = "The list";
-  command->add_option("--manifest", state->manifest, "List of volumes, one per line, or - for standard input")
-      ->option_text("FILE")
-      ->group(group);
-  command
-      ->add_option("--output-dir", state->options.output_dir, "Directory for the outputs and their records")
-      ->option_text("DIR")
-      ->group(group);
-  command
-      ->add_option("--find", state->find,
-                   "Encode nothing; print a list of all volumes below ROOT, for --manifest")
-      ->option_text("ROOT")
-      ->group(group);
-  command
-      ->add_flag("--keep-folders", state->keep_folders,
-                 "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag")
-      ->group(group);
-  command
-      ->add_option("--shard", state->shard,
-                   "Process only part i of n equal parts of the list; i counts from 0")
-      ->option_text("i/n")
-      ->group(group);
-  CLI::Option* skip = command
-                          ->add_flag("--skip-done", state->options.skip_done,
-                                     "Skip volumes that are done according to the records")
-                          ->group(group);
+  const std::string usual_group = command->option_defaults()->get_group();
+  command->option_defaults()->group("The list");
+  add_text_option(*command, "--manifest", state->manifest, "FILE",
+                  "List of volumes, one per line, or - for standard input");
+  add_text_option(*command, "--output-dir", state->options.output_dir, "DIR",
+                  "Directory for the outputs and their records");
+  add_text_option(*command, "--find", state->find, "ROOT",
+                  "Encode nothing; print a list of all volumes below ROOT, for --manifest");
+  command->add_flag("--keep-folders", state->keep_folders,
+                    "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag");
+  add_text_option(*command, "--shard", state->shard, "i/n",
+                  "Process only part i of n equal parts of the list; i counts from 0");
+  CLI::Option* skip = command->add_flag("--skip-done", state->options.skip_done,
+                                        "Skip volumes that are done according to the records");
   command
       ->add_flag("--remove-verified", state->remove_verified,
                  "Encode nothing; verify the outputs again, and remove their originals")
-      ->excludes(skip)
-      ->group(group);
+      ->excludes(skip);
+  command->option_defaults()->group(usual_group);
   add_trust_option(*command, state->options.trust_description);
   command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
   add_encoding_options(*command, state->encoding);
-  add_run_options(*command, state->options.run);
-  add_json_option(*command, state->options.run);
-  add_memory_option(*command, state->options.run);
-  add_spool_option(*command, state->options.run);
+  add_job_options(*command, state->options.run, true);
   return [state, command](Ranks& ranks) { state->execute(ranks, encoding_options_given(*command)); };
 }
 

@@ -12,10 +12,8 @@
 
 #include "io/errors/errors.h"
 #include "tools/commands/commands.h"
-#include "tools/options/command_line_error.h"
-#include "tools/options/help_layout.h"
+#include "tools/options/command_line.h"
 #include "tools/options/shared_options.h"
-#include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
 #ifdef TAGRID_MPI

@@ -1,8 +1,11 @@
 // Signals, standard streams and memory of the process.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <string_view>
+#include <utility>
 
 namespace tagrid {
 
@@ -26,6 +29,11 @@ std::uint64_t peak_memory();
 /// Writes a line for people to standard error, in the form of printable(). It is not a failure if that does
 /// not work.
 void say_line(std::string_view text);
+/// The same for a text that is formatted.
+template <class... Values>
+void say(fmt::format_string<Values...> text, Values&&... values) {
+  say_line(fmt::format(text, std::forward<Values>(values)...));
+}
 /// The same for text that the terminal should interpret: it is written as it is. Every part that comes from
 /// outside must be printable().
 void say_to_terminal(std::string_view text);

@@ -17,8 +17,8 @@
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
-#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

@@ -29,6 +29,19 @@ bool same_name(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint64_t bytes_in,
+                      std::uint64_t bytes_out) {
+  const CodingParameters& parameters = header.parameters;
+  RunFigures figures;
+  figures.dims = parameters.dims;
+  figures.type = parameters.type;
+  figures.settings = settings_json(parameters);
+  figures.bytes_in = bytes_in;
+  figures.bytes_out = bytes_out;
+  figures.achieved = achieved_json(header, index);
+  return figures;
+}
+
 RunReport::RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
                      std::string output, const std::string& another)
     : path_(std::move(path)),

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "io/files/output_file.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
 #include "stages/grid/box.h"
 #include "stages/sample/sample_type.h"
 
@@ -23,6 +25,10 @@ struct RunFigures {
   nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< what only some runs have
 };
 
+/// Those of a run on a .tag file.
+RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint64_t bytes_in,
+                      std::uint64_t bytes_out);
+
 /// Create it before the run, so that a bad file name is found first and the time is measured. Write it after
 /// the run.
 class RunReport {
@@ -36,6 +42,13 @@ class RunReport {
   /// Ends the run: measures its time, and writes the report if one was requested. Without keep() the file is
   /// removed again: a run has succeeded only when its output has its name, too.
   void write(const RunFigures& figures);
+  /// The same, then gives the output its name and keeps the report. `finished` has commit(): a Finished.
+  template <class Output>
+  void write(const RunFigures& figures, Output& finished) {
+    write(figures);
+    finished.commit();
+    keep();
+  }
   /// The same for a run that is not about one volume; `figures` is an object.
   void write_json(nlohmann::ordered_json figures);
   void keep();

@@ -1,6 +1,7 @@
-// The lost parts of a damaged .tag file, for people and for scripts.
+// Sizes, and the lost parts of a damaged .tag file, for people and for scripts.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +9,9 @@
 #include "stages/grid/brick_run.h"
 
 namespace tagrid {
+
+/// "1.2 MB" and the like, in powers of 1000, as in file managers.
+std::string human_bytes(std::uint64_t bytes);
 
 /// A line for each run of bricks: their numbers, and their samples in the form of --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
