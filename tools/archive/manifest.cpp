@@ -1,7 +1,5 @@
 #include "tools/archive/manifest.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <set>
 #include <string_view>

@@ -1,6 +1,5 @@
 #include "tools/archive/output_names.h"
 
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>

@@ -1,7 +1,5 @@
 #include "tools/archive/removal_pass.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <set>
 #include <utility>

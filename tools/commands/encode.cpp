@@ -1,7 +1,5 @@
 // tagrid encode: encodes a volume to a .tag file.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>

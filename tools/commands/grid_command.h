@@ -1,8 +1,6 @@
 // What the commands mesh and surface have in common: each writes a form of the grid of a .tag file.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <stdexcept>

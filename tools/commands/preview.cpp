@@ -2,8 +2,6 @@
 
 #include "pipeline/reading/read_preview.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 
 #include "io/files/file_attributes.h"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"

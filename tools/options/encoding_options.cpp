@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <vector>
-
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/text/printable.h"

@@ -17,6 +17,18 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
   command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
 }
 
+std::string output_beside(const std::string& input, const std::string& ending) {
+  if (input == "-") return "-";
+  return std::filesystem::path(input).replace_extension(ending).string();
+}
+
+void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
+  if (output != "-" || !isatty(STDOUT_FILENO)) return;
+  if (ranks.count() > 1)
+    throw UsageError("standard output: is a terminal under mpirun, which changes bytes; give -o FILE");
+  throw usage_error("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what);
+}
+
 void add_format_option(CLI::App& command, std::string& format) {
   std::vector<std::string> help;
   for (const Format* written : written_formats())

@@ -1,12 +1,10 @@
 #include "tools/options/shared_options.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"

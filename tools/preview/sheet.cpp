@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "io/text/printable.h"
-#include "stages/picture/image.h"
 #include "stages/picture/panel.h"
 #include "stages/picture/text.h"
 
