@@ -35,8 +35,8 @@ class RunReport {
   /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws
   /// UsageError if the file exists and `overwrite` is false, or if it is the input, the output, or `another`
   /// file that the run reads or writes ("": none).
-  RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-            std::string output, const std::string& another = "");
+  RunReport(const std::string& path, int threads, bool overwrite, const std::string& command,
+            const std::string& input, const std::string& output, const std::string& another = "");
 
   /// Ends the run: measures its time, and writes the report if one was requested. Without keep() the file is
   /// removed again: a run has succeeded only when its output has its name, too.
@@ -58,7 +58,7 @@ class RunReport {
   double seconds() const;
   void put(const nlohmann::ordered_json& figures);
 
-  std::string path_, command_, input_, output_;
+  nlohmann::ordered_json json_;  ///< what is known before the run
   int threads_;
   std::optional<OutputFile> file_;
   Clock::time_point start_ = Clock::now();
