@@ -158,13 +158,13 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
-  const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
+  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop};
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
     LineRecord record(line, known->next_sequence(line.output));
     try {
-      encoding.run(line, record.json);
+      encode_line(pass, line, record.json);
     } catch (const std::exception&) {
       record.fail(ranks.machine());
     }
