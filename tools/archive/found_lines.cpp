@@ -108,16 +108,15 @@ std::string FoundLines::output_of(const fs::path& path, const OptionTexts& optio
   return name;
 }
 
-void PassedOver::add(const fs::path& file, const std::string& why) {
-  names_[{file.parent_path().string(), why}].push_back(file.filename().string());
+void FoundLines::pass_over(const fs::path& file, const std::string& why) {
+  passed_over_[{file.parent_path().string(), why}].push_back(file.filename().string());
 }
 
-void PassedOver::belongs(const std::string& file) { of_volumes_.insert(fs::weakly_canonical(file).string()); }
+void FoundLines::belongs(const std::string& file) { of_volumes_.insert(fs::weakly_canonical(file).string()); }
 
-void PassedOver::report(const fs::path& root,
-                        const std::function<void(const std::string&, std::size_t)>& use) const {
+void FoundLines::report_passed_over() const {
   constexpr std::size_t most_names = 5;
-  for (const auto& [where, names] : names_) {
+  for (const auto& [where, names] : passed_over_) {
     std::string listed;
     std::size_t count = 0;
     for (const std::string& name : names) {
@@ -126,9 +125,13 @@ void PassedOver::report(const fs::path& root,
     }
     if (count == 0) continue;
     if (count > most_names) listed += fmt::format(" and {} more", count - most_names);
-    use(fmt::format("{}: {}: {}", fs::path(where.first).lexically_relative(root).string(), listed,
-                    where.second),
-        count);
+    use_({.path = "",
+          .options = {},
+          .output = "",
+          .text = fmt::format("{}: {}: {}", fs::path(where.first).lexically_relative(root_).string(), listed,
+                              where.second),
+          .kind = Kind::passed_over,
+          .files = count});
   }
 }
 

@@ -26,6 +26,14 @@ class FoundLines {
   /// The number of reported errors.
   std::size_t broken() const { return broken_.size(); }
 
+  /// A file that is not a volume. `why`: "no known format". A file is one of its folder.
+  void pass_over(const std::filesystem::path& file, const std::string& why);
+  /// The file belongs to a volume, whether it was passed over or will be.
+  void belongs(const std::string& file);
+  /// Reports what was passed over and belongs to no volume, by folder and reason: "2019: notes.txt, a.jpg and 3
+  /// more: no known format".
+  void report_passed_over() const;
+
  private:
   /// Follows from the path and the options. If a volume that was found before has this name, a checksum of
   /// both is added.
@@ -35,27 +43,13 @@ class FoundLines {
   const std::function<void(const FoundVolume&)>& use_;
   std::set<std::string> taken_;   // outputs
   std::set<std::string> broken_;  // what is wrong with something, in words
+  std::map<std::pair<std::string, std::string>, std::vector<std::string>>
+      passed_over_;  // by folder and reason
+  std::set<std::string> of_volumes_;
 };
 
 /// True for a file that lists the images of a disk.
 bool is_directory_of_dicom(const std::filesystem::path& path);
-
-/// Files below a folder that are not volumes and do not belong to one.
-class PassedOver {
- public:
-  /// `why`: "no known format". A file is one of its folder.
-  void add(const std::filesystem::path& file, const std::string& why);
-  /// The file belongs to a volume, whether it was added or will be.
-  void belongs(const std::string& file);
-
-  /// Calls use(text, files) for each folder and reason: "2019: notes.txt, a.jpg and 3 more: no known format".
-  void report(const std::filesystem::path& root,
-              const std::function<void(const std::string& text, std::size_t files)>& use) const;
-
- private:
-  std::map<std::pair<std::string, std::string>, std::vector<std::string>> names_;  // by folder and reason
-  std::set<std::string> of_volumes_;
-};
 
 /// Why a file that no format knows is passed over. Throws WorldError if it cannot be read.
 std::string why_no_volume(const std::string& path);

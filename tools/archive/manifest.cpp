@@ -38,7 +38,7 @@ std::string absolute_name(const fs::path& path) {
 }
 
 ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
-                        const OptionTexts& given, OutputNaming naming) {
+                        const OptionTexts& given, bool keep_folders) {
   ManifestLine line;
   std::string listed = columns[0];
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
@@ -69,23 +69,22 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   // A folder may have dots in its name.
   const bool has_suffix = !is_folder(path);
   if (line.output.empty())
-    line.output = naming == OutputNaming::with_folders
-                      ? output_mirroring(listed, !has_suffix)
-                      : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
+    line.output = keep_folders ? output_mirroring(listed, !has_suffix)
+                               : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
   return line;
 }
 
 }  // namespace
 
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
-                                        OutputNaming naming) {
+                                        bool keep_folders) {
   FileBytes file(path);
   // Relative paths cannot start at the folder of a pipe: the pipe of <(...) in a shell is in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
-  TakenOutputs taken(naming == OutputNaming::with_folders
+  TakenOutputs taken(keep_folders
                          ? "give it another name in a column output=NAME"
                          : "give it another name in a column output=NAME; --keep-folders keeps volumes of "
                            "different folders apart");
@@ -99,7 +98,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
       if (text.find('\0') != text.npos) throw UsageError("contains a zero byte, so the list is not text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
-      ManifestLine line = parse_line(columns_of(text), folder, given, naming);
+      ManifestLine line = parse_line(columns_of(text), folder, given, keep_folders);
       line.number = number;
       // Most lines have the same options.
       if (seen.insert(line.options).second) encoding_of(line.options);

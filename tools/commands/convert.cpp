@@ -60,8 +60,7 @@ struct ConvertCommand {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given, options.run);
-    const std::vector<ManifestLine> lines =
-        read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
+    const std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
     // The report may be the first file in the folder of the outputs.

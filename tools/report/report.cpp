@@ -23,6 +23,8 @@
 namespace tagrid {
 namespace {
 
+using nlohmann::ordered_json;
+
 struct LevelRow {
   int level;
   std::uint64_t points, active;
@@ -37,36 +39,35 @@ std::vector<LevelRow> level_rows(const TagHeader& header, const TagIndex& index)
   return rows;
 }
 
-nlohmann::ordered_json number_or_null(double value, bool present) {
+ordered_json number_or_null(double value, bool present) {
   if (!present) return nullptr;
   // Whole numbers are shown without a fraction.
   if (value == std::floor(value) && std::abs(value) < 9e15) return static_cast<std::int64_t>(value);
   return value;
 }
 
+/// A negative bound is none.
+ordered_json bound_or_null(double bound) { return number_or_null(bound, bound >= 0); }
+
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
 
 /// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
-nlohmann::ordered_json slice_positions(const TagHeader& header) {
-  using nlohmann::ordered_json;
-  for (const auto& [key, value] : key_values_of(header.nrrd_fields)) {
-    if (key != slice_positions_key) continue;
-    ordered_json positions = ordered_json::array();
-    for (const std::string_view place : positions_in(value)) {
-      ordered_json position = ordered_json::array();
-      for (const std::string_view word : tagrid::words_of(place)) {
-        const auto number = number_of(word);
-        position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
-      }
-      positions.push_back(std::move(position));
+ordered_json slice_positions(const TagHeader& header) {
+  const std::string list = text_of_key(header.nrrd_fields, slice_positions_key);
+  if (list.empty()) return nullptr;
+  ordered_json positions = ordered_json::array();
+  for (const std::string_view place : positions_in(list)) {
+    ordered_json position = ordered_json::array();
+    for (const std::string_view word : tagrid::words_of(place)) {
+      const auto number = number_of(word);
+      position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
     }
-    return positions;
+    positions.push_back(std::move(position));
   }
-  return nullptr;
+  return positions;
 }
 
-nlohmann::ordered_json geometry_json(const TagHeader& header) {
-  using nlohmann::ordered_json;
+ordered_json geometry_json(const TagHeader& header) {
   ordered_json json = {{"spacing", nullptr}, {"directions", nullptr},
                        {"origin", nullptr},  {"space", nullptr},
                        {"units", nullptr},   {"slice_positions", slice_positions(header)}};
@@ -101,8 +102,7 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
 using Line = std::function<void(const char* name, const std::string& value)>;
 
 /// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
-nlohmann::ordered_json source_json(const TagHeader& header) {
-  using nlohmann::ordered_json;
+ordered_json source_json(const TagHeader& header) {
   ordered_json json = {{"fields", ordered_json::object()},
                        {"pairs", ordered_json::object()},
                        {"comments", ordered_json::array()}};
@@ -182,7 +182,9 @@ std::uint64_t voxels(const TagHeader& header) {
 
 }  // namespace
 
-bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
+bool has_uneven_slices(const TagHeader& header) {
+  return !text_of_key(header.nrrd_fields, slice_positions_key).empty();
+}
 
 std::string coordinates_text(const TagHeader& header) {
   const Geometry g = in_one_unit(geometry_of(header.nrrd_fields));
@@ -199,8 +201,8 @@ std::string json_text(const std::string& bytes) {
   return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
-nlohmann::ordered_json json_text_or_null(const std::string& bytes) {
-  return bytes.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(json_text(bytes));
+ordered_json json_text_or_null(const std::string& bytes) {
+  return bytes.empty() ? ordered_json(nullptr) : ordered_json(json_text(bytes));
 }
 
 std::string error_text(double error, const TagHeader& header) {
@@ -237,27 +239,23 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
   return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
 }
 
-nlohmann::ordered_json settings_json(const CodingParameters& p) {
-  nlohmann::ordered_json json;
-  json["cube"] = p.cube_size;
-  json["brick"] = p.brick_edge;
-  json["accuracy"] = p.accuracy;
-  json["field_scale"] = p.field_scale;
-  if (p.range_low == p.range_high)
-    json["range"] = nullptr;
-  else
-    json["range"] = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
-  json["max_level"] = p.max_level;
-  json["max_error"] = number_or_null(p.max_error, p.max_error >= 0);
-  json["surface_error"] = number_or_null(p.surface_error, p.surface_error >= 0);
-  json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
-  json["effort"] = name_of(p.effort);
-  json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
-  json["grid"] = name_of(p.grid);
-  return json;
+ordered_json settings_json(const CodingParameters& p) {
+  const ordered_json range = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
+  return {{"cube", p.cube_size},
+          {"brick", p.brick_edge},
+          {"accuracy", p.accuracy},
+          {"field_scale", p.field_scale},
+          {"range", p.range_low == p.range_high ? ordered_json(nullptr) : range},
+          {"max_level", p.max_level},
+          {"max_error", bound_or_null(p.max_error)},
+          {"surface_error", bound_or_null(p.surface_error)},
+          {"mesh_error", bound_or_null(p.mesh_error)},
+          {"effort", name_of(p.effort)},
+          {"mode", p.mode == FileMode::voxels ? "voxels" : "grid"},
+          {"grid", name_of(p.grid)}};
 }
 
-nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
+ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
   const Achieved a = achieved_of(index.total);
   const bool is_known =
       !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
@@ -265,8 +263,8 @@ nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& in
   const double slope = std::abs(rescale.slope);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
-          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)},
-          {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)},
+          {"psnr", std::isnan(a.psnr) ? ordered_json(nullptr) : ordered_json(a.psnr)},
+          {"mesh_error", bound_or_null(index.total.mesh_error)},
           {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
           {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
@@ -292,9 +290,9 @@ std::string source_files_text(const TagSummary& file) {
 
 }  // namespace
 
-nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
+ordered_json info_json(const TagSummary& file, bool with_levels) {
   const auto& [header, index, sizes, beginning] = file;
-  nlohmann::ordered_json json;
+  ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
   json["type"] = name_of(header.parameters.type);
@@ -302,7 +300,7 @@ nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
   json.update(settings_json(header.parameters));
   json["levels"] = nullptr;
   if (with_levels) {
-    json["levels"] = nlohmann::ordered_json::array();
+    json["levels"] = ordered_json::array();
     for (const LevelRow& row : level_rows(header, index))
       json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
   }
