@@ -164,10 +164,6 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
     if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
   }
   if (error) throw world_error("cannot read", folder, error.value());
-  for (auto& [output, known] : outputs_)
-    if (const auto last = last_runs_.find(output);
-        last != last_runs_.end() && last->second.time >= known.time)
-      known.failed_since = last->second.failure;
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -252,8 +248,10 @@ const KnownOutput* KnownOutputs::find(const std::string& output) const {
 }
 
 std::string KnownOutputs::last_failure(const std::string& output) const {
-  const auto found = last_runs_.find(output);
-  return found == last_runs_.end() ? "" : found->second.failure;
+  const auto last = last_runs_.find(output);
+  const KnownOutput* known = find(output);
+  if (last == last_runs_.end() || (known != nullptr && last->second.time < known->time)) return "";
+  return last->second.failure;
 }
 
 std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }

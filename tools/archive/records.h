@@ -58,8 +58,6 @@ struct KnownOutput {
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   RecordTime time;
-  /// Why a later run failed with it, if none has since found it to be good; "" if none failed.
-  std::string failed_since;
   std::string record;  ///< the entire record, as its line
 };
 
@@ -100,7 +98,8 @@ class KnownOutputs {
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
-  /// Why the last run failed that was to encode it; "" if it did not fail.
+  /// Why the last run that was to encode it failed, if no record has since found the output to be good; "" if it
+  /// did not fail.
   std::string last_failure(const std::string& output) const;
   /// How many files of records the folder has.
   std::size_t files() const { return files_; }

@@ -108,7 +108,8 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
   if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
-  if (const std::string failure = known_.last_failure(line.output); !known && !failure.empty())
+  const std::string failure = known_.last_failure(line.output);
+  if (!known && !failure.empty())
     throw usage_error("{}: its last encoding failed: {}; it is kept", line.input, failure);
   if (!known)
     throw usage_error(
@@ -121,11 +122,11 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
         "choose another name (output=NAME)",
         line.input, line.output, known->input);
   add_output(*known, record);
-  if (!known->failed_since.empty())
+  if (!failure.empty())
     throw usage_error(
         "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options of its "
         "encoding succeeds",
-        line.input, known->failed_since);
+        line.input, failure);
   if (const std::string line_of_none = known_.possibly_newer(line.output); !line_of_none.empty())
     throw usage_error(
         "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
