@@ -120,8 +120,7 @@ struct DoneLine {
 };
 TAGRID_MEMBERS(DoneLine, index, record, error)
 
-/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none:
-/// outputs would be scattered.
+/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none.
 void require_shared_folder(Ranks& ranks, const std::string& folder) {
   if (ranks.machine().empty()) return;
   std::unique_ptr<OutputFile> seen;  // no other folder has its temporary name
@@ -223,8 +222,7 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
     }
     std::string text = record.text();
     results.append(text);
-    // The record is written first: if the run is killed in between, the next run finds the original still
-    // there, and verifies once more.
+    // The record comes first: if the run is killed in between, the next one verifies the original once more.
     try {
       remove_files(originals);
     } catch (const std::exception&) {

@@ -61,8 +61,7 @@ void describe(const Volume& volume, const TagHeader& header, const TagIndex& ind
   record["status"] = "ok";
 }
 
-/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples
-/// were exact.
+/// Why the files do not come back byte for byte; "" if they do. `why_lost`: the reasons besides the samples.
 std::string why_not_restorable(const std::string& why_lost, const CodingParameters& parameters) {
   if (!why_lost.empty() || parameters.is_exact()) return why_lost;
   return parameters.max_error < 0 ? "nothing bounds the error of its samples"
@@ -99,8 +98,8 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
   return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples differ";
 }
 
-/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was encoded. That
-/// is never what replaces the output.
+/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was
+/// encoded. That is never what replaces the output.
 void require_same_volume(const KnownOutput& known, const Volume& volume) {
   if (const std::string others = other_volume(known, volume.files); !others.empty())
     throw broken_input(
@@ -156,8 +155,7 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
            output_checksum, record);
 }
 
-/// Describes an existing output that was made from the volume with the options of its line. Throws UsageError if
-/// it was not.
+/// Describes an existing output. Throws UsageError if it was not made from the volume with these options.
 void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ordered_json& record) {
   const SourceDescription& source = volume.asked.source;
   try {
@@ -235,9 +233,8 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
     require_unchanged(*known, volume, *source);
     if (is_there && known->state == KnownOutput::State::ok) return adopt(pass, volume, was_removed, record);
   }
-  // An output may have no record: a run was killed between naming the output and recording it, or records
-  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume,
-  // which no option replaces.
+  // An output may have no record: a run was killed before it recorded it, or records were lost. It may also
+  // be all that is left of a volume, which no option replaces.
   const bool replace = !was_removed && (options.overwrite || is_ours);
   if (!replace && status_of_name(volume.output)) {
     if (options.skip_done) return adopt(pass, volume, was_removed, record);

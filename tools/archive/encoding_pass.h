@@ -17,9 +17,9 @@ struct EncodingPass {
   const std::atomic<bool>& stop;  ///< If it becomes true, no result is needed: encode_line() throws Stopped.
 };
 
-/// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips this if
-/// a record or an existing output shows that it is not necessary. Adds the result to `record`. If it throws,
-/// nothing new is left under the name of the output.
+/// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips this
+/// if a record or an existing output shows that it is not necessary. Adds the result to `record`. If it
+/// throws, nothing new is left under the name of the output.
 void encode_line(const EncodingPass& pass, const ManifestLine& line, nlohmann::ordered_json& record);
 
 }  // namespace tagrid

@@ -37,8 +37,7 @@ bool are_numbered(const std::vector<Choice>& choices) {
   return true;
 }
 
-/// What distinguishes a DICOM series from others, as the choice lists it after the size: ", CT, EchoTime
-/// 2.46".
+/// What distinguishes a DICOM series, as the choice lists it after the size: ", CT, EchoTime 2.46".
 std::string told_by(const Choice& choice) {
   const std::size_t comma = choice.text.find(", ");
   return comma == std::string::npos ? "" : choice.text.substr(comma);
@@ -93,8 +92,8 @@ class Finder {
     }
   }
 
-  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are
-  /// met through their links alone.
+  /// True if the search also meets the target of a link. Targets elsewhere or in hidden folders it does not
+  /// meet.
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
@@ -274,8 +273,7 @@ class Finder {
         known->second);
   }
 
-  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file
-  /// is compressed.
+  /// Volumes of one file, all of one size: opening each would take long where the file is compressed.
   void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
                         const Format& format) {
     const bool may_be_short = path.extension() != ".gz";

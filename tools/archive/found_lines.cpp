@@ -33,8 +33,7 @@ std::string file_of(const std::string& output) {
   return output.ends_with(".tag") ? output.substr(0, output.size() - 4) : output;
 }
 
-/// Eight hexadecimal digits for the path of a volume and the options that choose it. Whether slices are
-/// missing does not count.
+/// Eight hexadecimal digits for the path of a volume and the options that choose it, gaps-ok excepted.
 std::string checksum_of_source(const std::string& relative, const OptionTexts& options) {
   std::string source = relative;
   for (const auto& [name, value] : options)
@@ -101,8 +100,7 @@ std::string FoundLines::output_of(const fs::path& path, const OptionTexts& optio
   std::string name = output_name_of(place.lexically_relative(root_).string(), options);
   if (name.empty()) name = root_.filename();
   if (taken_.insert(file_of(name)).second) return name;
-  // A file may have the name of a series. What is added depends on this volume alone, as names must stay when
-  // others come.
+  // A file may have the name of a series. The suffix depends on this volume alone: names must stay.
   name += "-" + checksum_of_source(path.lexically_relative(root_).string(), options);
   taken_.insert(file_of(name));
   return name;

@@ -1,4 +1,4 @@
-// What a search reports: volumes as lines of a list, each with an output of its own, and files that are passed over.
+// What a search reports: volumes as lines of a list, each with its own output, and files that it passes over.
 #pragma once
 
 #include <filesystem>
@@ -30,13 +30,12 @@ class FoundLines {
   void pass_over(const std::filesystem::path& file, const std::string& why);
   /// The file belongs to a volume, whether it was passed over or will be.
   void belongs(const std::string& file);
-  /// Reports what was passed over and belongs to no volume, by folder and reason: "2019: notes.txt, a.jpg and 3
-  /// more: no known format".
+  /// Reports what belongs to no volume, by folder and reason: "2019: a.txt, b.jpg and 3 more: no known
+  /// format".
   void report_passed_over() const;
 
  private:
-  /// Follows from the path and the options. If a volume that was found before has this name, a checksum of
-  /// both is added.
+  /// Follows from path and options. If an earlier volume has this name, a checksum of both is added.
   std::string output_of(const std::filesystem::path& path, const OptionTexts& options);
 
   std::filesystem::path root_;

@@ -16,10 +16,10 @@ namespace tagrid {
 /// go: one in the list of a folder, or of a set of files. The message says the name of that volume.
 void require_lasting_choice(const std::string& input, const SourceDescription& source);
 
-/// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is not a
-/// file that can be removed, or if `output` is not a file that stays; `advice` ends the message. Throws as
-/// require_lasting_choice() does, too. What else decides is checked with require_replaceable() and then with
-/// require_files_come_back(), whose reasons are the weaker ones.
+/// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is
+/// not a file that can be removed, or if `output` is not a file that stays; `advice` ends the message. Throws
+/// as require_lasting_choice() does, too. What else decides is checked with require_replaceable() and then
+/// with require_files_come_back(), whose reasons are the weaker ones.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice);
 
@@ -35,14 +35,13 @@ struct Replacement {
 /// harm without loss. But within a bound of 5, a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
 /// Files are removed only if every byte comes back, except that samples may have the error that was asked
-/// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding keeps
-/// the files; with --strip it does not.
+/// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding
+/// keeps the files; with --strip it does not.
 void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
                              const char* advice);
 /// True if a volume that is encoded with these options can be restored within a bound.
 bool has_bound(const EncodeOptions& options);
-/// The same check for options alone: throws UsageError if they give no bound. `option` is the option that
-/// asks for the removal.
+/// Throws UsageError if these options give no bound. `option` is the one that asks for the removal.
 void refuse_without_bound(const EncodeOptions& options, const std::string& option);
 
 /// How a .tag file is decoded, as far as something can be lost by it.
@@ -53,8 +52,8 @@ struct Decoding {
   Numbers numbers = Numbers::automatic;
 };
 
-/// Throws UsageError if a .tag file cannot be removed after it was decoded: if it is not a file, if `output` is not
-/// a file that stays, or if the output would hold less. Also throws BrokenInput and WorldError.
+/// Throws UsageError if a .tag file cannot be removed after it was decoded: if it is not a file, if `output`
+/// is not a file that stays, or if the output would hold less. Also throws BrokenInput and WorldError.
 void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding);
 
 /// Removes the files. Throws WorldError.

@@ -12,8 +12,8 @@ namespace tagrid {
 /// through a folder with the name of a file of records.
 std::string output_called(const std::string& name);
 
-/// The output that keeps the folders of `listed`, a path as written in the list: 2019/knee.nhdr becomes
-/// 2019/knee.tag. All of a folder's name is kept: 2019/1.2.3 becomes 2019/1.2.3.tag. Throws UsageError if the path is absolute or contains "..".
+/// The output that keeps the folders of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr, and
+/// 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".
 std::string output_mirroring(const std::string& listed, bool is_folder);
 
 /// The outputs of a list so far. No two may be the same file, and none may be a folder of another.

@@ -38,8 +38,7 @@ std::string name_in(const ordered_json& object, const char* key) {
   return name_of_text(object.at(key).get<std::string>());
 }
 
-/// Nothing if the record does not describe an output. Throws nlohmann::json::exception if it is not a valid
-/// record.
+/// Nothing if the record describes no output. Throws nlohmann::json::exception if it is not a valid record.
 std::optional<KnownOutput> known_output(const ordered_json& record) {
   const auto state = state_of(record.at("status").get<std::string>());
   if (!state) return std::nullopt;
@@ -68,8 +67,8 @@ RecordTime time_of(const ordered_json& record) {
   return time;
 }
 
-/// Whether `record` describes the output instead of `newest`. In one file, the later of two lines is the newer one. Of two runs at
-/// the same time, one that removed an original counts: then its output may be the only copy.
+/// Whether `record` describes the output instead of `newest`. In one file, the later line is the newer one.
+/// Of two simultaneous runs, one that removed an original counts: its output may be the only copy.
 bool replaces(const KnownOutput& record, const KnownOutput& newest) {
   const auto is_removal = [](const KnownOutput& known) { return known.state == KnownOutput::State::removed; };
   if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&

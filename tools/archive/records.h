@@ -1,5 +1,4 @@
-// The records that `convert` writes for every volume, and that later runs read. A record is a line of JSON;
-// docs/archives.md describes its content.
+// The records that `convert` writes and later runs read: lines of JSON, described in docs/archives.md.
 #pragma once
 
 #include <array>
@@ -26,8 +25,7 @@ struct InputFile {
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
-/// Throws WorldError if there is nothing at the path of a volume, and UsageError if it is neither a file nor
-/// a folder: opening a pipe would block.
+/// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a folder.
 void require_file_or_folder(const std::string& path);
 
 /// Names in records are those of text_of_name(); in memory they are the names themselves.
@@ -80,13 +78,11 @@ void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 
 /// Skips the volume if its original was removed and `input` does not exist again; returns whether it did.
-/// Throws BrokenInput if `output`, then the only copy, is gone or has another size. `run` limits the memory
-/// of readers.
+/// Throws BrokenInput if `output`, the only copy, is gone or has another size. `run` limits memory.
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, nlohmann::ordered_json& record);
 
-/// The outputs in the records of a folder: in this run's file and all others, whatever their number of
-/// shards.
+/// The outputs in all records of a folder, whatever their number of shards.
 class KnownOutputs {
  public:
   /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
@@ -98,15 +94,14 @@ class KnownOutputs {
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
-  /// Why the last run that was to encode it failed, if no record has since found the output to be good; "" if it
-  /// did not fail.
+  /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
   /// How many files of records the folder has.
   std::size_t files() const { return files_; }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
-  /// The first such line that may be newer than the records of the output. It may have said that the original was
-  /// removed. Returns "" if there is no such line.
+  /// The first such line that may be newer than the records of the output. It may have said that the original
+  /// was removed. Returns "" if there is no such line.
   std::string possibly_newer(const std::string& output) const;
 
  private:

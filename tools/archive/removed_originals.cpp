@@ -33,7 +33,7 @@ bool is_back(const InputFile& file) {
   return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == file.bytes;
 }
 
-/// A record is a line of text that anybody may have changed. Returns why it cannot be one of convert; "" if it can.
+/// Why a record, which anybody may have changed, cannot be one of convert; "" if it can.
 std::string impossible_name(const std::string& output, const KnownOutput& known) {
   const auto ends_early = [](const std::string& name) {
     return name.empty() || name.find('\0') != name.npos;

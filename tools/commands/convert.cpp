@@ -159,8 +159,7 @@ struct ConvertCommand {
     return fmt::format("{} file{}", count, count == 1 ? "" : "s");
   }
 
-  // A line may have the bound that the command lacks. If a line asks for a grid without a bound, only its own
-  // original is kept.
+  // A line may have the bound that the command lacks. Without any, only the original of that line is kept.
   void refuse_lines_without_bound(const Encoding& asked, const std::vector<ManifestLine>& lines) const {
     if (has_bound(asked.options)) return;
     for (const ManifestLine& line : lines) {

@@ -53,8 +53,7 @@ struct DecodeCommand {
       throw UsageError(
           "a region or a step needs -o FILE: without it, the output would have the name of the entire "
           "volume");
-    // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
-    // is its own output.
+    // For an NRRD file, "is not a .tag file" is the better message than "is its own output".
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     require_tag_input(input);
     refuse_terminal(ranks, path, "samples");

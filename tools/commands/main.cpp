@@ -1,5 +1,4 @@
-// tagrid: stores a CT volume in one file, as a conforming adaptive tetrahedral grid and every voxel within a
-// bound.
+// tagrid: stores a CT volume in one file, as an adaptive tetrahedral grid and every voxel within a bound.
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
@@ -42,7 +41,7 @@ int fail(const Failure& failure) {
   return failure.code;
 }
 
-/// The arguments from last to first, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git and others.
+/// The arguments in reverse order, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git.
 std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments.front() == "help") {

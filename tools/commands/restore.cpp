@@ -48,7 +48,7 @@ struct RestoreCommand {
     tell(result);
   }
 
-  // Every original that convert removed goes back to its place. One that fails does not keep others from coming back.
+  // Restores every original that convert removed to its place. A failure does not stop the others.
   void restore_all(Ranks& ranks) const {
     if (!input.empty())
       throw UsageError("--records: restores all originals of a directory; leave out " + input);

@@ -77,7 +77,7 @@ struct VerifyCommand {
                                        : "not compared: only one file defines it";
   }
 
-  /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.
+  /// Compares the files of the original. Throws BrokenInput if files of the same names differ.
   std::string compare_files(const SourceDescription& description) const {
     if (original.empty() || original == "-" || !is_regular_input(input) || !is_file_or_folder(original))
       return "not compared";

@@ -9,12 +9,11 @@
 
 namespace tagrid {
 
-/// Lays out the help of `app` and of all commands that are added later: no line is wider than 100 columns, and
-/// the value of an option is in angle brackets, `--cube <S>`.
+/// Lays out the help of `app` and of all commands that are added later: no line is wider than 100 columns,
+/// and the value of an option is in angle brackets, `--cube <S>`.
 void lay_out_help(CLI::App& app);
 
-/// Explains the error in one line: what is wrong, where, and what the user may have meant or where to read
-/// more.
+/// Explains the error in one line: what is wrong, where, and what the user may have meant.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
 /// The options of the command that reduce its memory; "" if none does.

@@ -147,7 +147,7 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result) {
-  // A span that is less than an eighth of a voxel high, such as that of a mask, leaves hardly a mark on the grid.
+  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
   constexpr double far_more = 4, far_less = 1.0 / 64;
   constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
   const CodingParameters& p = result.header.parameters;

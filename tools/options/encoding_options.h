@@ -46,8 +46,7 @@ struct EncodingOptions {
   Encoding checked(const RunOptions& run = {}) const;
 };
 
-/// An option as a row of a table, so that the command line and the lines of convert's manifest read the same
-/// options.
+/// An option as a row of a table, which the command line and the lines of convert's manifest share.
 struct OptionRow {
   std::string name;   ///< without dashes
   std::string group;  ///< heading in the help

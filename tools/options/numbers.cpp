@@ -6,7 +6,7 @@
 namespace tagrid {
 namespace {
 
-/// What read() makes of the parts of "a,b,c"; nothing if there are not exactly three, or if it makes nothing of one.
+/// What read() makes of the parts of "a,b,c"; nothing unless there are three and it can read all of them.
 template <class Part, class Read>
 std::optional<std::array<Part, 3>> three_parts(std::string_view text, Read read) {
   std::array<Part, 3> parts;

@@ -57,8 +57,7 @@ void check_vdb_options(const VdbOptions& options, const Format& format);
 /// The same, as the program that writes grids gets them.
 std::map<std::string, std::string> wishes_of(const VdbOptions& options);
 
-/// Reports how large errors can be if a tolerance has added to them. `facts` is what the program said of the
-/// grid.
+/// Reports how large errors can be with a tolerance. `facts` is what the program reported of the grid.
 void tell_of_tolerance(const RunOptions& run, const std::string& output, const nlohmann::ordered_json& facts);
 
 }  // namespace tagrid

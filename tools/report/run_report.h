@@ -28,8 +28,7 @@ struct RunFigures {
 RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint64_t bytes_in,
                       std::uint64_t bytes_out);
 
-/// Create it before the run, so that a bad file name is found first and the time is measured. Write it after
-/// the run.
+/// Create it before the run, so that a bad name is found first and time is measured.
 class RunReport {
  public:
   /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws

@@ -13,7 +13,7 @@ namespace tagrid {
 /// "1.2 MB" and the like, in powers of 1000, as in file managers.
 std::string human_bytes(std::uint64_t bytes);
 
-/// A line for each run of bricks: their numbers, and their samples in the form of --region. Long lists are cut.
+/// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
 
 /// A list of boxes of samples: [{"low": [x0, y0, z0], "high": [x1, y1, z1]}, ...], half open as --region is.
