@@ -98,13 +98,16 @@ struct ConvertCommand {
             options.run.verbosity > 0 ? "" : "; -v lists them, and why");
     }
     if (sums.failed > 0)
-      throw broken_input("{} of {} volume{} {}; see {}", sums.failed, sums.files, sums.files == 1 ? "" : "s",
-                         wrong, results.name());
+      throw broken_input("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
+                         results.name());
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.
   void refuse_beside_find(const OptionTexts& given) const {
-    std::vector<std::string> refused;
+    const auto refuse = [](const std::string& name) {
+      throw usage_error("{}: has no effect with --find, which encodes nothing; give it with --manifest",
+                        name);
+    };
     for (const auto& [name, is_given] : {std::pair("--manifest", !manifest.empty()),
                                          {"--output-dir", !options.output_dir.empty()},
                                          {"--shard", !shard.empty()},
@@ -114,12 +117,9 @@ struct ConvertCommand {
                                          {"--trust-description", options.trust_description},
                                          {"--force", options.overwrite},
                                          {"--json", !options.run.json.empty()}})
-      if (is_given) refused.emplace_back(name);
+      if (is_given) refuse(name);
     for (const auto& [name, value] : given)
-      if (name != "gaps-ok") refused.push_back("--" + name);
-    if (!refused.empty())
-      throw usage_error("{}: has no effect with --find, which encodes nothing; give it with --manifest",
-                        refused.front());
+      if (name != "gaps-ok") refuse("--" + name);
   }
 
   // Writes a list for --manifest to the standard output.
@@ -151,12 +151,8 @@ struct ConvertCommand {
     std::string sums = fmt::format("volumes: {}", count);
     if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
     if (passed_over > 0)
-      sums += fmt::format(", {} passed over, as comments of the list say", files_in_words(passed_over));
+      sums += fmt::format(", {} passed over, as comments of the list say", counted(passed_over, "file"));
     say_line(sums);
-  }
-
-  static std::string files_in_words(std::size_t count) {
-    return fmt::format("{} file{}", count, count == 1 ? "" : "s");
   }
 
   // A line may have the bound that the command lacks. Without any, only the original of that line is kept.

@@ -16,6 +16,7 @@
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -80,8 +81,7 @@ struct RestoreCommand {
       say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
           there == 1 ? "was" : "were", failed);
     if (failed > 0)
-      throw broken_input("{} of {} original{} could not be restored", failed, originals.size(),
-                         originals.size() == 1 ? "" : "s");
+      throw broken_input("{} of {} could not be restored", failed, counted(originals.size(), "original"));
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");
@@ -101,9 +101,7 @@ struct RestoreCommand {
   static std::string named(const std::vector<EnvelopeFile>& files, Meant is_meant) {
     const auto first = std::ranges::find_if(files, is_meant);
     const auto others = std::ranges::count_if(first + 1, files.end(), is_meant);
-    return fmt::format(
-        "{}{}", printable(first->name),
-        others == 0 ? "" : fmt::format(" and {} other file{}", others, others == 1 ? "" : "s"));
+    return printable(first->name) + (others == 0 ? "" : " and " + counted(others, "other file"));
   }
 
   void tell(const RestoreResult& result) const {
@@ -127,8 +125,7 @@ struct RestoreCommand {
     if (!run.is_verbose()) return;
     for (const EnvelopeFile& file : files) say("{}/{}: {} bytes", output.path, file.name, file.size);
     if (is_exact && compression.empty())
-      say("{} file{} restored, byte for byte: all checksums agree", files.size(),
-          files.size() == 1 ? "" : "s");
+      say("{} restored, byte for byte: all checksums agree", counted(files.size(), "file"));
   }
 };
 

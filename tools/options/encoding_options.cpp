@@ -8,20 +8,9 @@
 #include "pipeline/raw/dims_order.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
-
-Index3 dims_option(const std::string& dims) {
-  const auto sizes = three_sizes(dims);
-  if (!sizes) throw usage_error("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);
-  return *sizes;
-}
-
-SampleType sample_type_option(const std::string& name) {
-  if (const auto type = sample_type_named(name)) return *type;
-  throw usage_error("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name);
-}
-
 namespace {
 
 /// Nothing if no layout was given.
@@ -58,7 +47,43 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   return raw;
 }
 
+const OptionRow& row_named(const std::string& name) {
+  std::vector<std::string> names;
+  for (const OptionRow& row : encoding_rows()) {
+    if (row.name == name) return row;
+    names.push_back(row.name);
+  }
+  if (const auto meant = nearest(name, names))
+    throw usage_error("unknown option --{}; did you mean --{}?", name, *meant);
+  throw usage_error("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --"));
+}
+
+std::string in_words(SampleType type, bool big_endian) {
+  const char* order = size_of(type) == 1 ? "" : big_endian ? " --endian big" : " --endian little";
+  return fmt::format("--type {}{}", name_of(type), order);
+}
+
+std::string doubt(const RawDescription& given, const LikelierReading& likelier) {
+  const std::string as_given = in_words(given.type, given.big_endian.value_or(false));
+  if (likelier.sample_bytes == size_of(given.type))
+    return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
+                       in_words(likelier.type, likelier.big_endian), as_given);
+  return fmt::format("looks far more like samples of {} than like {}; check the type and the dims",
+                     counted(likelier.sample_bytes, "byte"), as_given);
+}
+
 }  // namespace
+
+Index3 dims_option(const std::string& dims) {
+  const auto sizes = three_sizes(dims);
+  if (!sizes) throw usage_error("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);
+  return *sizes;
+}
+
+SampleType sample_type_option(const std::string& name) {
+  if (const auto type = sample_type_named(name)) return *type;
+  throw usage_error("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name);
+}
 
 SourceDescription SourceOptions::description() const {
   SourceDescription description(layout_of(*this), vdb_grid);
@@ -93,44 +118,11 @@ OptionTexts encoding_options_given(const CLI::App& command) {
   return texts;
 }
 
-namespace {
-
-const OptionRow& row_named(const std::string& name) {
-  std::vector<std::string> names;
-  for (const OptionRow& row : encoding_rows()) {
-    if (row.name == name) return row;
-    names.push_back(row.name);
-  }
-  if (const auto meant = nearest(name, names))
-    throw usage_error("unknown option --{}; did you mean --{}?", name, *meant);
-  throw usage_error("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --"));
-}
-
-}  // namespace
-
 Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
   EncodingOptions options;
   for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
   return options.checked(run);
 }
-
-namespace {
-
-std::string in_words(SampleType type, bool big_endian) {
-  const char* order = size_of(type) == 1 ? "" : big_endian ? " --endian big" : " --endian little";
-  return fmt::format("--type {}{}", name_of(type), order);
-}
-
-std::string doubt(const RawDescription& given, const LikelierReading& likelier) {
-  const std::string as_given = in_words(given.type, given.big_endian.value_or(false));
-  if (likelier.sample_bytes == size_of(given.type))
-    return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
-                       in_words(likelier.type, likelier.big_endian), as_given);
-  return fmt::format("looks far more like samples of {} byte{} than like {}; check the type and the dims",
-                     likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
-}
-
-}  // namespace
 
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
   if (run.quiet || is_folder(input)) return;

@@ -9,6 +9,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "tools/report/process.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 
@@ -153,7 +154,7 @@ void remove_abandoned(const RunOptions& options, const std::vector<std::string>&
   const std::size_t removed = remove_abandoned_files(outputs);
   if (removed > 0 && options.is_watched())
     say("tagrid: removed {} that a killed run left beside the output",
-        removed == 1 ? "a temporary file" : fmt::format("{} temporary files", removed));
+        removed == 1 ? "a temporary file" : counted(removed, "temporary file"));
 }
 
 }  // namespace tagrid

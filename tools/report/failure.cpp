@@ -96,11 +96,11 @@ std::string words_of(const std::string& message, const ErrorDetail& detail) {
 
 }  // namespace
 
-std::string words_of(const SortedError& error) { return words_of(error.message, error.detail); }
 std::string words_of(const Error& error) { return words_of(error.what(), error.detail()); }
 
 Failure current_failure(const std::string& memory_advice) {
   const SortedError error = sorted_error(std::current_exception());
+  const std::string message = words_of(error.message, error.detail);
   switch (error.kind) {
     case ErrorKind::usage: {
       std::vector<std::string> list;
@@ -112,14 +112,14 @@ Failure current_failure(const std::string& memory_advice) {
       if (const std::vector<Term>& terms = error.detail.sentence.terms;
           !list.empty() && !terms.empty() && is_folder(terms.front().text))
         list.push_back("`tagrid convert --find` lists all volumes in the folder");
-      return {exit_usage, words_of(error), std::move(list)};
+      return {exit_usage, message, std::move(list)};
     }
     case ErrorKind::broken_input:
-      return {exit_broken_input, words_of(error)};
+      return {exit_broken_input, message};
     case ErrorKind::closed_pipe:
       return {exit_world, ""};
     case ErrorKind::world:
-      return {exit_world, words_of(error)};
+      return {exit_world, message};
     case ErrorKind::memory:
       return {exit_world, "out of memory" + (memory_advice.empty() ? "" : "; " + memory_advice)};
     case ErrorKind::bug:

@@ -18,7 +18,6 @@ inline constexpr int exit_resumable = 75;     ///< interrupted; the same command
 
 /// The message of the error with the names of options, and with advice. All code that shows errors to people
 /// takes their messages from here, as what() names no options.
-std::string words_of(const SortedError& error);
 std::string words_of(const Error& error);
 
 struct Failure {

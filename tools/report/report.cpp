@@ -180,6 +180,22 @@ std::uint64_t voxels(const TagHeader& header) {
   return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
 }
 
+/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
+std::string compression_of(const TagSummary& file) {
+  const auto& beginning = file.beginning_of_envelope;
+  return beginning.empty() ? "" : compression_in("the file", beginning);
+}
+
+std::string source_files_text(const TagSummary& file) {
+  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
+  const bool is_exact = file.header.parameters.is_exact();
+  const std::string compression = compression_of(file);
+  if (!compression.empty())
+    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
+                       printable(compression), is_exact ? "" : ", with the decoded samples");
+  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
+}
+
 }  // namespace
 
 bool has_uneven_slices(const TagHeader& header) {
@@ -270,26 +286,6 @@ ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
 }
 
-namespace {
-
-/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
-std::string compression_of(const TagSummary& file) {
-  const auto& beginning = file.beginning_of_envelope;
-  return beginning.empty() ? "" : compression_in("the file", beginning);
-}
-
-std::string source_files_text(const TagSummary& file) {
-  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
-  const bool is_exact = file.header.parameters.is_exact();
-  const std::string compression = compression_of(file);
-  if (!compression.empty())
-    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
-                       printable(compression), is_exact ? "" : ", with the decoded samples");
-  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
-}
-
-}  // namespace
-
 ordered_json info_json(const TagSummary& file, bool with_levels) {
   const auto& [header, index, sizes, beginning] = file;
   ordered_json json;
@@ -344,8 +340,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
-  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {} {}", p.cube_size, p.brick_edge,
-                                 p.bricks().count(), p.bricks().count() == 1 ? "brick" : "bricks"));
+  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {}", p.cube_size, p.brick_edge,
+                                 counted(p.bricks().count(), "brick")));
   line("criterion",
        fmt::format(
            "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
