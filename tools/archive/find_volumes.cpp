@@ -52,13 +52,13 @@ const char* oddity_of(const VolumeInfo& info) {
 
 class Finder {
  public:
-  Finder(const std::string& root, const FindOptions& options,
+  Finder(const std::string& root, bool gaps_ok, const RunOptions& run,
          const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), options_(options), lines_(root_, use) {}
+      : root_(fs::canonical(root)), gaps_ok_(gaps_ok), run_(run), lines_(root_, use) {}
 
   void search_all() {
     search(root_);
-    if (options_.passed_over) lines_.report_passed_over();
+    if (!run_.quiet) lines_.report_passed_over();
   }
 
  private:
@@ -198,7 +198,7 @@ class Finder {
   /// True if the file has several slices, so that it is a volume of its own.
   bool has_slices(const std::string& path) const {
     try {
-      return open_volume(path, options_.run.limited({}))->info().dims.z > 1;
+      return open_volume(path, run_.limited({}))->info().dims.z > 1;
     } catch (const UsageError& error) {
       return !error.detail().choices.empty();  // several volumes
     } catch (const BrokenInput& error) {
@@ -213,7 +213,7 @@ class Finder {
   void look_at_volume(const fs::path& path, OptionTexts options, const Format& format,
                       const std::string& details = "") {
     try {
-      const auto volume = open_volume(path, encoding_of(options, options_.run).source);
+      const auto volume = open_volume(path, encoding_of(options, run_).source);
       if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
@@ -236,7 +236,7 @@ class Finder {
         look_at_volume(path, own, format, format.name == "dicom" ? told_by(choice) : "");
       }
     } catch (const BrokenInput& error) {
-      const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
+      const bool may_have_gaps = gaps_ok_ && !options.contains("gaps-ok");
       if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
         return lines_.give_broken(path, options, error);
       options["gaps-ok"] = "true";
@@ -280,8 +280,7 @@ class Finder {
     std::string text;
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
-        const auto volume =
-            open_volume(path, encoding_of({{option, std::to_string(number)}}, options_.run).source);
+        const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}, run_).source);
         is_known(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
       }
@@ -314,7 +313,8 @@ class Finder {
   }
 
   fs::path root_;
-  FindOptions options_;
+  bool gaps_ok_;
+  const RunOptions& run_;
   FoundLines lines_;
   std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
   std::set<std::string> files_of_sets_;                   // that are volumes together
@@ -326,12 +326,12 @@ class Finder {
 
 }  // namespace
 
-void find_volumes(const std::string& root, const FindOptions& options,
+void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use) {
   if (status_of(root) && !is_folder(root))
     throw UsageError(root + ": is a file; --find takes a folder; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
-  Finder(root, options, use).search_all();
+  Finder(root, gaps_ok, run, use).search_all();
 }
 
 }  // namespace tagrid

@@ -1,8 +1,10 @@
 #include "tools/archive/manifest.h"
 
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -19,6 +21,33 @@ namespace fs = std::filesystem;
 constexpr std::size_t longest_line = std::size_t{1} << 16;
 /// Some editors write this at the beginning of a file.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+/// The outputs of a list so far. No two may be the same file, and none may be a folder of another.
+class TakenOutputs {
+ public:
+  /// `advice` ends every message.
+  explicit TakenOutputs(std::string advice) : advice_(std::move(advice)) {}
+
+  /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
+  void take(const std::string& output, std::size_t line) {
+    const fs::path name = output;
+    if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
+      throw usage_error("{} would also be the output of line {}; {}", output, file->second, advice_);
+    if (const auto folder = folders_.find(name.string()); folder != folders_.end())
+      throw usage_error("{} would also be a folder of the output of line {}; {}", output, folder->second,
+                        advice_);
+    for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
+      if (const auto file = files_.find(folder.string()); file != files_.end())
+        throw usage_error("{} is impossible, because {} is the output of line {}, not a folder; {}", output,
+                          folder.string(), file->second, advice_);
+      folders_.emplace(folder.string(), line);
+    }
+  }
+
+ private:
+  std::string advice_;
+  std::map<std::string, std::size_t> files_, folders_;  ///< with their first lines
+};
 
 std::vector<std::string> columns_of(std::string_view line) {
   std::vector<std::string> columns;

@@ -77,21 +77,6 @@ std::string output_mirroring(const std::string& listed, bool is_folder) {
   return output.string();
 }
 
-void TakenOutputs::take(const std::string& output, std::size_t line) {
-  const fs::path name = output;
-  if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
-    throw usage_error("{} would also be the output of line {}; {}", output, file->second, advice_);
-  if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-    throw usage_error("{} would also be a folder of the output of line {}; {}", output, folder->second,
-                      advice_);
-  for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-    if (const auto file = files_.find(folder.string()); file != files_.end())
-      throw usage_error("{} is impossible, because {} is the output of line {}, not a folder; {}", output,
-                        folder.string(), file->second, advice_);
-    folders_.emplace(folder.string(), line);
-  }
-}
-
 void require_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, is_own_folder);
 }

@@ -125,28 +125,27 @@ struct ConvertCommand {
   // Writes a list for --manifest to the standard output.
   void list_volumes(bool gaps_ok) const {
     std::size_t count = 0, broken = 0, passed_over = 0;
-    find_volumes(find, {.gaps_ok = gaps_ok, .passed_over = !options.run.quiet, .run = options.run},
-                 [&](const FoundVolume& volume) {
-                   std::string text = volume.text;
-                   for (char& c : text)
-                     if (c == '\n' || c == '\r' || c == '\0') c = ' ';
-                   switch (volume.kind) {
-                     case FoundVolume::Kind::broken:
-                       ++broken;
-                       fmt::print("# not listed: {}\n", text);
-                       return warn(options.run, text);
-                     case FoundVolume::Kind::passed_over:
-                       passed_over += volume.files;
-                       return fmt::print("# passed over: {}\n", text);
-                     case FoundVolume::Kind::volume:
-                       break;
-                   }
-                   ++count;
-                   fmt::print("# {}\n{}", text, volume.path);
-                   for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
-                   fmt::print("\toutput={}\n", volume.output);
-                   std::fflush(stdout);
-                 });
+    find_volumes(find, gaps_ok, options.run, [&](const FoundVolume& volume) {
+      std::string text = volume.text;
+      for (char& c : text)
+        if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+      switch (volume.kind) {
+        case FoundVolume::Kind::broken:
+          ++broken;
+          fmt::print("# not listed: {}\n", text);
+          return warn(options.run, text);
+        case FoundVolume::Kind::passed_over:
+          passed_over += volume.files;
+          return fmt::print("# passed over: {}\n", text);
+        case FoundVolume::Kind::volume:
+          break;
+      }
+      ++count;
+      fmt::print("# {}\n{}", text, volume.path);
+      for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
+      fmt::print("\toutput={}\n", volume.output);
+      std::fflush(stdout);
+    });
     if (options.run.quiet) return;
     std::string sums = fmt::format("volumes: {}", count);
     if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
