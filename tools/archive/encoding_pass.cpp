@@ -146,10 +146,8 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
   volume.watched->require();
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
-  for (const std::string& warning : result.warnings) warn(run, warning);
+  warn_of_encoding(run, volume.input, volume.asked.options, result);
   if (!result.reason_of_bound.empty() && !run.quiet) say("{}: {}", volume.input, result.reason_of_bound);
-  warn_of_range(run, volume.input, volume.asked.options, result);
-  warn_of_lossy_source(run, volume.input, result);
   describe(volume, result.header, result.index, result.file_bytes, result.lossy_source,
            why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
            output_checksum, record);

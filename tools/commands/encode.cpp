@@ -67,10 +67,8 @@ struct EncodeCommand {
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
-    for (const std::string& warning : result.warnings) warn(run, warning);
+    warn_of_encoding(run, input, asked.options, result);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
-    warn_of_range(run, input, asked.options, result);
-    warn_of_lossy_source(run, input, result);
     if (run.is_verbose()) {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));

@@ -72,6 +72,40 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
                      counted(likelier.sample_bytes, "byte"), as_given);
 }
 
+void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                   const EncodeResult& result) {
+  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
+  constexpr double far_more = 4, far_less = 1.0 / 64;
+  constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
+  const CodingParameters& p = result.header.parameters;
+  // Wide types take their range from the data.
+  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
+    return;
+  const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
+  const double span = high - low, made_for = p.range_high - p.range_low;
+  const std::string name = shown_input(input);
+  if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
+    return warn(run,
+                "{}: its samples span {}, but the grid was made for {}, the default range of {}: meshes and "
+                "surfaces will miss detail; give --range {}",
+                name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto");
+  if (!(span > far_more * made_for)) return;
+  warn(run,
+       "{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the default range of {}; "
+       "it may be finer, and the file larger, than you want; {}--range lo:hi sets the span that matters",
+       name, low, high, p.range_low, p.range_high, name_of(p.type),
+       input == "-" ? "" : "--range auto takes the span of the samples, ");
+}
+
+void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
+  if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
+  const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
+  warn(run,
+       "{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep "
+       "the source instead, or give a bound with --max-error",
+       shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0);
+}
+
 }  // namespace
 
 Index3 dims_option(const std::string& dims) {
@@ -137,38 +171,11 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
        input, other.x, other.y, other.z, given.x, given.y, given.z);
 }
 
-void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                   const EncodeResult& result) {
-  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
-  constexpr double far_more = 4, far_less = 1.0 / 64;
-  constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
-  const CodingParameters& p = result.header.parameters;
-  // Wide types take their range from the data.
-  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
-    return;
-  const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
-  const double span = high - low, made_for = p.range_high - p.range_low;
-  const std::string name = shown_input(input);
-  if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
-    return warn(run,
-                "{}: its samples span {}, but the grid was made for {}, the default range of {}: meshes and "
-                "surfaces will miss detail; give --range {}",
-                name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto");
-  if (!(span > far_more * made_for)) return;
-  warn(run,
-       "{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the default range of {}; "
-       "it may be finer, and the file larger, than you want; {}--range lo:hi sets the span that matters",
-       name, low, high, p.range_low, p.range_high, name_of(p.type),
-       input == "-" ? "" : "--range auto takes the span of the samples, ");
-}
-
-void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
-  if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
-  const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
-  warn(run,
-       "{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep "
-       "the source instead, or give a bound with --max-error",
-       shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0);
+void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                      const EncodeResult& result) {
+  for (const std::string& warning : result.warnings) warn(run, warning);
+  warn_of_range(run, input, asked, result);
+  warn_of_lossy_source(run, input, result);
 }
 
 }  // namespace tagrid

@@ -92,11 +92,9 @@ SampleType sample_type_option(const std::string& name);
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// Warns if the grid was made for the usual range of a type, but the samples span far more.
-void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                   const EncodeResult& result);
-
-/// Warns if the samples were already compressed with loss, and the .tag file is larger than its source.
-void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result);
+/// Gives the warnings of an encoding. Also warns if the grid was made for the usual range of a type, but the
+/// samples span far more, and if the source was compressed with loss, and the .tag file is larger.
+void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                      const EncodeResult& result);
 
 }  // namespace tagrid
