@@ -154,7 +154,7 @@ TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
     choice += (choice.empty() ? "" : " | ") + std::string(format->name);
   }
   EXPECT_NE(text_of("docs/tagrid.1").find(".It Fl -format Cm " + choice + "\n"), std::string::npos);
-  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("-W '" + words + "'"), std::string::npos);
+  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("values='" + words + "'"), std::string::npos);
   EXPECT_NE(text_of("tools/completion/_tagrid").find(":format:(" + words + ")"), std::string::npos);
   const std::string help = tagrid({"decode", "--help"}).out;
   for (const Format* format : written_formats())
