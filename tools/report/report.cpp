@@ -51,6 +51,12 @@ ordered_json bound_or_null(double bound) { return number_or_null(bound, bound >=
 
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
 
+/// `bytes` as text that JSON can hold.
+std::string json_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
+
 /// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
 ordered_json slice_positions(const TagHeader& header) {
   const std::string list = text_of_key(header.nrrd_fields, slice_positions_key);
@@ -210,11 +216,6 @@ std::string coordinates_text(const TagHeader& header) {
   if (units[0] == units[1] && units[1] == units[2] && !units[0].empty())
     text += ", in " + printable(units[0]);
   return text;
-}
-
-std::string json_text(const std::string& bytes) {
-  using nlohmann::json;
-  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 ordered_json json_text_or_null(const std::string& bytes) {

@@ -38,9 +38,7 @@ nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels = true
 /// The same for people, with the table of levels if these are known.
 std::string info_text(const TagSummary& file, bool with_levels = true);
 
-/// `bytes` as text that JSON can hold: file names may contain any bytes.
-std::string json_text(const std::string& bytes);
-/// The same; null if there are none.
+/// `bytes` as text that JSON can hold, as file names may contain any bytes; null if there are none.
 nlohmann::ordered_json json_text_or_null(const std::string& bytes);
 
 }  // namespace tagrid
