@@ -59,7 +59,9 @@ class LineRecord {
   /// The line of the record, as it is now.
   std::string text() {
     json["seconds"] = std::chrono::duration<double>(Clock::now() - begin_).count();
-    json["finished"] = seconds_since_1970();
+    // Since 1970.
+    json["finished"] =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
     return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   }
 

@@ -206,7 +206,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   const bool was_removed =
       (last && last->state == KnownOutput::State::removed) || !pass.known.possibly_newer(line.output).empty();
   const KnownOutput* known = options.skip_done ? last : nullptr;
-  const bool is_there = known && has_size(*known, volume.output);
+  const bool is_there = known && is_file_of_size(volume.output, known->bytes_out);
   if (known && skip_removed(*known, volume.input, volume.output, options.run, record)) return;
   require_own_folders(options.output_dir, line.output);
   require_file_or_folder(volume.input);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <set>
 #include <system_error>
@@ -130,9 +129,9 @@ std::string other_volume(const KnownOutput& known, const std::vector<InputFile>&
   return fmt::format("{} instead of {}", files.front().path, known.input_files.front().path);
 }
 
-bool has_size(const KnownOutput& known, const std::string& path) {
+bool is_file_of_size(const std::string& path, std::uint64_t bytes) {
   const auto status = status_of(path);
-  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == known.bytes_out;
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
 }
 
 void add_output(const KnownOutput& known, ordered_json& record) {
@@ -149,7 +148,7 @@ void skip(const KnownOutput& known, ordered_json& record) {
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, ordered_json& record) {
   if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
-  if (!has_size(known, output))
+  if (!is_file_of_size(output, known.bytes_out))
     throw BrokenInput(output +
                       ": is gone or has another size, and its original was removed; restore it from a copy");
   skip(known, record);
@@ -254,9 +253,5 @@ std::string KnownOutputs::last_failure(const std::string& output) const {
 }
 
 std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
-
-double seconds_since_1970() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace tagrid

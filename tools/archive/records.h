@@ -68,8 +68,8 @@ inline constexpr std::array output_keys = {"dims",         "type",        "setti
 /// "b.dcm instead of a.dcm" if `files` are those of another volume: none of them was encoded. "" otherwise.
 std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files);
 
-/// Whether the output exists with the size that it was written with.
-bool has_size(const KnownOutput& known, const std::string& path);
+/// True if there is a regular file of this size at the path.
+bool is_file_of_size(const std::string& path, std::uint64_t bytes);
 
 /// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
@@ -125,8 +125,5 @@ class KnownOutputs {
 
 /// A checksum as in records: 16 hexadecimal digits.
 std::string checksum_text(std::uint64_t checksum);
-
-/// The current time, in seconds since 1970.
-double seconds_since_1970();
 
 }  // namespace tagrid

@@ -34,7 +34,7 @@ std::optional<double> finite_number(std::string_view text) {
 std::string hint_of_decimal_comma(std::string_view text) {
   std::string with_point(text);
   std::ranges::replace(with_point, ',', '.');
-  return with_point != text && finite_number(with_point) ? "; use a decimal point: " + with_point : "";
+  return with_point != text && finite_number(with_point) ? "; use a decimal point, not a comma" : "";
 }
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {
