@@ -92,8 +92,7 @@ class Finder {
     }
   }
 
-  /// True if the search also meets the target of a link. Targets elsewhere or in hidden folders it does not
-  /// meet.
+  /// True if the search also meets the target of a link: if it is below the root and in no hidden folder.
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
