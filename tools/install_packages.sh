@@ -2,6 +2,8 @@
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
 # with other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
 #   tools/install_packages.sh build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper
+# The sets are chosen by their names.
+# shellcheck disable=SC2034
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
@@ -22,16 +24,7 @@ pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build) wanted=("${build[@]}") ;;
-  mpi) wanted=("${mpi[@]}") ;;
-  python) wanted=("${python[@]}") ;;
-  packages) wanted=("${packages[@]}") ;;
-  test) wanted=("${test[@]}") ;;
-  slurm) wanted=("${slurm[@]}") ;;
-  fuzz) wanted=("${fuzz[@]}") ;;
-  bench) wanted=("${bench[@]}") ;;
-  pictures) wanted=("${pictures[@]}") ;;
-  paper) wanted=("${paper[@]}") ;;
+  build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
   *) echo "usage: $0 build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 

@@ -1,7 +1,7 @@
 // Exceptions for errors outside the program. Each kind has its own exit code.
 //
 // what() is a sentence that makes sense to any caller. It names no option of the command line: an error
-// carries a code and values, from which tools/report/advice.h makes words for people.
+// carries a code and values, from which tools/report/failure.h makes words for people.
 #pragma once
 
 #include <concepts>

@@ -3,18 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
+#include "io/text/printable.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
-#include "tools/archive/account.h"
 #include "tools/archive/encoding_pass.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/records.h"
 #include "tools/archive/removal_pass.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -24,6 +27,86 @@ TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, sp
 TAGRID_MEMBERS(ConversionOptions, output_dir, overwrite, skip_done, trust_description, run)
 
 namespace {
+
+using nlohmann::ordered_json;
+
+/// The record of a line, created when its work begins. From then on it has all keys; unknown values are null.
+class LineRecord {
+ public:
+  /// `sequence`: see KnownOutputs::next_sequence().
+  LineRecord(const ManifestLine& line, std::uint64_t sequence)
+      : json({{"input", text_of_name(line.input)},
+              {"output", text_of_name(line.output)},
+              {"status", "failed"},
+              {"error", nullptr},
+              {"code", exit_ok},
+              {"version", TAGRID_VERSION},
+              {"options", json_of(line.options)}}) {
+    for (const char* key : output_keys) json[key] = nullptr;
+    json["sequence"] = sequence;
+    json["seconds"] = json["finished"] = nullptr;
+  }
+
+  /// Records that the exception being handled ended the work, on this machine if it has to be named.
+  void fail(const std::string& machine = {}) {
+    const Failure failure =
+        current_failure("fewer threads (-T), a limit (-M SIZE) or a smaller --brick need less");
+    error = machine.empty() ? failure.message : fmt::format("on {}: {}", machine, failure.message);
+    json["error"] = error;
+    json["code"] = failure.code;
+  }
+
+  /// The line of the record, as it is now.
+  std::string text() {
+    json["seconds"] = std::chrono::duration<double>(Clock::now() - begin_).count();
+    // Since 1970.
+    json["finished"] =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  }
+
+  ordered_json json;  ///< The results for the line are added here.
+  std::string error;  ///< the message in its original bytes; "" if nothing failed
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  Clock::time_point begin_ = Clock::now();
+};
+
+/// Collects the results of all lines, in one process.
+struct ConversionAccount {
+  const RunOptions& run;
+  LineFile& results;
+  ConversionSums sums = {};
+
+  /// Counts a line by its last record, and reports its result.
+  void settle(const ManifestLine& line, const std::string& record, const std::string& error) {
+    const ordered_json json = ordered_json::parse(record);
+    const auto status = json.at("status").get<std::string>();
+    ++sums.files;
+    ++(status == "ok"        ? sums.ok
+       : status == "skipped" ? sums.skipped
+       : status == "removed" ? sums.removed
+                             : sums.failed);
+    if (status == "ok" || status == "removed") {
+      sums.bytes_in += json.at("bytes_in").get<std::uint64_t>();
+      sums.bytes_out += json.at("bytes_out").get<std::uint64_t>();
+    }
+    if ((status == "ok" || status == "skipped") && json.value("restorable", ordered_json()) == false) {
+      ++sums.not_restorable;
+      const ordered_json why = json.value("why_not_restorable", ordered_json());
+      if (run.is_verbose())
+        say("{}: cannot be restored byte for byte: {}", line.input,
+            why.is_string() ? why.get<std::string>() : "an earlier run did not record why");
+    }
+    const bool bad = json.at("code").get<int>() != exit_ok;
+    // "out of memory" names no file, but a list has many volumes.
+    const bool is_named = error.find(line.input) != error.npos || error.find(line.output) != error.npos;
+    if (bad) say_line("tagrid: " + (is_named ? "" : line.input + ": ") + error);
+    if (!bad && run.is_verbose()) say_line(line.input + ": " + status);
+  }
+};
 
 /// The data that the other ranks need.
 struct ConversionOrder {
@@ -39,8 +122,7 @@ struct DoneLine {
 };
 TAGRID_MEMBERS(DoneLine, index, record, error)
 
-/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none:
-/// outputs would be scattered.
+/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none.
 void require_shared_folder(Ranks& ranks, const std::string& folder) {
   if (ranks.machine().empty()) return;
   std::unique_ptr<OutputFile> seen;  // no other folder has its temporary name
@@ -66,7 +148,7 @@ void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
   const std::vector<std::string>& lines = known.unreadable();
   for (std::size_t i = 0; i < std::min(lines.size(), most); ++i)
     warn(run, lines[i] + "; volumes without a later record count as not done");
-  if (lines.size() > most) warn(run, fmt::format("{} more lines are not records", lines.size() - most));
+  if (lines.size() > most) warn(run, "{} more lines are not records", lines.size() - most);
 }
 
 /// Collective. `account` is that of rank 0; for other ranks it is null.
@@ -77,21 +159,21 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
-  const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
+  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop};
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
     LineRecord record(line, known->next_sequence(line.output));
     try {
-      encoding.run(line, record.json());
+      encode_line(pass, line, record.json);
     } catch (const std::exception&) {
       record.fail(ranks.machine());
     }
-    shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
+    shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error});
   };
   shared.take = [&](const Bytes& bytes) {
     const auto done = unpacked_order<DoneLine>(bytes);
-    account->record(done.record);
+    account->results.append(done.record);
     account->settle(order.lines.at(done.index), done.record, done.error);
   };
   share_out(ranks, shared);
@@ -109,9 +191,9 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
                             const ConversionOptions& options, LineFile& results) {
   const ConversionOrder order{lines, options};
   send_order(ranks, packed_order(order));
-  ConversionAccount account(options.run, results);
+  ConversionAccount account{options.run, results};
   share_lines(ranks, order, &account);
-  return account.sums();
+  return account.sums;
 }
 
 void obey_conversion(Ranks& ranks, const Bytes& bytes) {
@@ -131,30 +213,29 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
   const KnownOutputs known(options.output_dir);
   warn_of_unreadable(options.run, known);
   const RemovalPass removal(all, options, options.run.resources(ranks), known);
-  ConversionAccount account(options.run, results);
+  ConversionAccount account{options.run, results};
   for (const ManifestLine& line : lines) {
     LineRecord record(line, known.next_sequence(line.output));
     std::vector<std::string> originals;
     try {
-      originals = removal.verified(line, record.json());
+      originals = removal.verified(line, record.json);
     } catch (const std::exception&) {
       record.fail();
     }
     std::string text = record.text();
-    account.record(text);
-    // The record is written first: if the run is killed in between, the next run finds the original still
-    // there, and verifies once more.
+    results.append(text);
+    // The record comes first: if the run is killed in between, the next one verifies the original once more.
     try {
       remove_files(originals);
     } catch (const std::exception&) {
-      record.json()["status"] = "kept";
+      record.json["status"] = "kept";
       record.fail();
       text = record.text();
-      account.record(text);
+      results.append(text);
     }
-    account.settle(line, text, record.error());
+    account.settle(line, text, record.error);
   }
-  return account.sums();
+  return account.sums;
 }
 
 }  // namespace tagrid

@@ -1,5 +1,4 @@
-// The work of `convert`: encodes the volumes of a manifest one after the other, each with the entire
-// pipeline.
+// The work of `convert`: encodes the volumes of a manifest, each with the entire pipeline.
 #pragma once
 
 #include <cstdint>
@@ -42,9 +41,8 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
 /// Called by the other ranks when rank 0 orders it: see serve().
 void obey_conversion(Ranks& ranks, const Bytes& order);
 
-/// Encodes nothing, but removes the originals of those `lines` whose outputs are verified again and found
-/// good. `all` are the lines of the entire manifest. Records and failures are handled as in encode_lines().
-/// Called by one rank.
+/// Removes the originals of those `lines` whose outputs pass another verification. `all` are the lines of the
+/// entire manifest. Records and failures: see encode_lines(). Called by one rank.
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results);

@@ -20,13 +20,17 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/output_names.h"
 #include "tools/archive/settings_used.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
 
-struct EncodingPass::Volume {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Volume {
   std::string input, output;
   Encoding asked;
   std::vector<InputFile> files;
@@ -34,18 +38,13 @@ struct EncodingPass::Volume {
   std::unique_ptr<UnchangedFiles> watched;  ///< the same files
 };
 
-namespace {
-
-using nlohmann::ordered_json;
-
 /// Adds the description of an output to its record, which says from now on that the output is good.
-void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
-              bool headerless, std::uint64_t bytes_out, const std::string& lossy_source,
-              const std::string& why_not_restorable, std::uint64_t input_checksum,
-              std::uint64_t output_checksum, ordered_json& record) {
+void describe(const Volume& volume, const TagHeader& header, const TagIndex& index, std::uint64_t bytes_out,
+              const std::string& lossy_source, const std::string& why_not_restorable,
+              std::uint64_t input_checksum, std::uint64_t output_checksum, ordered_json& record) {
   const CodingParameters& parameters = header.parameters;
   std::uint64_t bytes_in = 0;
-  for (const InputFile& file : files) bytes_in += file.bytes;
+  for (const InputFile& file : volume.files) bytes_in += file.bytes;
   record["dims"] = {parameters.dims.x, parameters.dims.y, parameters.dims.z};
   record["type"] = name_of(parameters.type);
   record["settings"] = settings_json(parameters);
@@ -54,28 +53,27 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["restorable"] = why_not_restorable.empty();
   record["why_not_restorable"] = json_text_or_null(why_not_restorable);
   record["lossy_source"] = json_text_or_null(lossy_source);
-  record["input_files"] = json_of(files);
-  record["headerless"] = headerless;
+  record["input_files"] = json_of(volume.files);
+  record["headerless"] = volume.headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
   record["achieved"] = achieved_json(header, index);
   record["status"] = "ok";
 }
 
-/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples
-/// were exact.
+/// Why the files do not come back byte for byte; "" if they do. `why_lost`: the reasons besides the samples.
 std::string why_not_restorable(const std::string& why_lost, const CodingParameters& parameters) {
   if (!why_lost.empty() || parameters.is_exact()) return why_lost;
   return parameters.max_error < 0 ? "nothing bounds the error of its samples"
                                   : fmt::format("its samples are kept within {}", parameters.max_error);
 }
 
-std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
-  return fmt::format(
+UsageError only_copy(const Volume& volume, const std::string& why) {
+  return usage_error(
       "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
       "original ({}); choose another name (output=NAME), or give the options of its encoding if it was "
       "restored from there",
-      output, input, why);
+      volume.output, volume.input, why);
 }
 
 /// "its samples differ", "19 files instead of 20"; "" if at most the times of its files are new.
@@ -100,101 +98,34 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
   return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples differ";
 }
 
-/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was encoded. That
-/// is never what replaces the output.
-void require_same_volume(const KnownOutput& known, const std::string& input, const std::string& output,
-                         const std::vector<InputFile>& files) {
-  if (const std::string others = other_volume(known, files); !others.empty())
-    throw BrokenInput(fmt::format(
+/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was
+/// encoded. That is never what replaces the output.
+void require_same_volume(const KnownOutput& known, const Volume& volume) {
+  if (const std::string others = other_volume(known, volume.files); !others.empty())
+    throw broken_input(
         "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
         "name (output=NAME)",
-        input, others, output));
+        volume.input, others, volume.output);
 }
 
 /// Throws BrokenInput if the volume is not the one that was encoded.
-void require_unchanged(const KnownOutput& known, const std::string& input, const std::string& output,
-                       const std::vector<InputFile>& files, VolumeSource& source) {
-  if (const std::string change = change_of(known, files, source); !change.empty())
-    throw BrokenInput(
-        fmt::format("{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f "
-                    "to replace it",
-                    input, change, output));
+void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSource& source) {
+  if (const std::string change = change_of(known, volume.files, source); !change.empty())
+    throw broken_input(
+        "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to replace "
+        "it",
+        volume.input, change, volume.output);
 }
 
-}  // namespace
-
-void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
-  Volume volume{line.input,
-                (std::filesystem::path(options_.output_dir) / line.output).string(),
-                encoding_of(line.options, options_.run),
-                {},
-                false,
-                nullptr};
-  const KnownOutput* last = known_.find(line.output);
-  // A line that is not a record may say so, too.
-  const bool was_removed =
-      (last && last->state == KnownOutput::State::removed) || !known_.possibly_newer(line.output).empty();
-  const KnownOutput* known = options_.skip_done ? last : nullptr;
-  const bool is_there = known && has_size(*known, volume.output);
-  if (known && skip_removed(*known, volume.input, volume.output, options_.run, record)) return;
-  require_own_folders(options_.output_dir, line.output);
-  require_file_or_folder(volume.input);
-  require_lasting_choice(volume.input, volume.asked.source);
-  const auto source = open_volume(volume.input, volume.asked.source);
-  volume.files = look_at(source->files());
-  volume.watched = std::make_unique<UnchangedFiles>(source->files());
-  volume.headerless = source->facts().headerless;
-  const bool is_ours = known && !was_removed && known->input == volume.input;
-  if (is_ours && status_of_name(volume.output))
-    require_same_volume(*known, volume.input, volume.output, volume.files);
-  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
-    const std::string difference = difference_of(*known, line.options, options_.run, *source);
-    if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
-    if (!difference.empty() && !options_.overwrite)
-      throw UsageError(
-          fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
-                      "such volumes alone",
-                      volume.output, difference));
-  }
-  // The source may have been damaged since, and the output may be all that is left of it.
-  if (is_ours && !options_.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
-    require_unchanged(*known, volume.input, volume.output, volume.files, *source);
-    if (is_there && known->state == KnownOutput::State::ok) return adopt(volume, was_removed, record);
-  }
-  // An output may have no record: a run was killed between naming the output and recording it, or records
-  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume,
-  // which no option replaces.
-  const bool replace = !was_removed && (options_.overwrite || is_ours);
-  if (!replace && status_of_name(volume.output)) {
-    if (options_.skip_done) return adopt(volume, was_removed, record);
-    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
-    if (is_regular_output(volume.output))
-      throw UsageError(
-          volume.output +
-          ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
-          "them again");
-  }
-  make_own_folders(options_.output_dir, line.output);
-  try {
-    encode(volume, replace, record);
-  } catch (const UsageError& error) {
-    const bool appeared = error.detail().problem == Problem::output_exists;
-    if (!appeared || replace || !is_regular_output(volume.output)) throw;
-    adopt(volume, was_removed, record);
-    if (!options_.run.quiet)
-      say_line(volume.output + ": another run created it in the meantime; it was compared with its volume");
-  }
-}
-
-void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
+void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, ordered_json& record) {
+  const RunOptions& run = pass.options.run;
   if (!is_regular_output(volume.output))
     throw UsageError(volume.output + ": exists and is not a regular file");
   const SourceDescription& source = volume.asked.source;
-  if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
-  ProgressMeter meter(options_.run.progress, options_.run.quiet,
-                      std::filesystem::path(volume.input).filename().string(), 1);
+  if (source.raw) warn_of_description(run, volume.input, *source.raw);
+  ProgressMeter meter(run.progress, run.quiet, std::filesystem::path(volume.input).filename().string(), 1);
   const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
-    if (stop_) throw Stopped();
+    if (pass.stop) throw Stopped();
     meter.update(done, total);
   };
   Ranks alone;
@@ -203,62 +134,123 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                                                  .output = volume.output,
                                                  .overwrite = overwrite,
                                                  .options = volume.asked.options,
-                                                 .resources = resources_,
+                                                 .resources = pass.resources,
                                                  .progress = progress,
                                                  .searching = progress,
                                                  .keep_files = true,
                                                  .verified = true});
-  if (stop_) throw Stopped();
+  if (pass.stop) throw Stopped();
   const EncodeResult& result = encoded.result;
-  verify_encoding(volume.input, source, result.temporary, *volume.watched, resources_);
+  verify_encoding(volume.input, source, result.temporary, *volume.watched, pass.resources);
   const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
   volume.watched->require();
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
-  for (const std::string& warning : result.warnings) warn(options_.run, warning);
-  if (!result.reason_of_bound.empty() && !options_.run.quiet)
-    say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
-  warn_of_range(options_.run, volume.input, volume.asked.options, result);
-  warn_of_lossy_source(options_.run, volume.input, result);
-  describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
-           result.lossy_source, why_not_restorable(result.why_not_restorable, result.header.parameters),
-           input_checksum, output_checksum, record);
+  warn_of_encoding(run, volume.input, volume.asked.options, result);
+  if (!result.reason_of_bound.empty() && !run.quiet) say("{}: {}", volume.input, result.reason_of_bound);
+  describe(volume, result.header, result.index, result.file_bytes, result.lossy_source,
+           why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
+           output_checksum, record);
 }
 
-void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& record) const {
+/// Describes an existing output. Throws UsageError if it was not made from the volume with these options.
+void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ordered_json& record) {
   const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
     const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
-    const EncodePlan plan =
-        plan_encoding(options.parameters, resources_, original->traits().any_rows, original->traits().memory);
+    const EncodePlan plan = plan_encoding(options.parameters, pass.resources, original->traits().any_rows,
+                                          original->traits().memory);
     const TagHeader header = settle(options, plan, *original).header;
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");
     Ranks alone;
     const VerifyResult found = verify_file(
-        alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
+        alone,
+        {.input = volume.output, .original = volume.input, .source = source, .resources = pass.resources});
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
     if (keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
     if (keeps_files)
-      require_same(compare_source_files(file, *original, resources_.threads), original->name());
+      require_same(compare_source_files(file, *original, pass.resources.threads), original->name());
     const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
     const std::string why_lost = volume.asked.options.strip ? "only the samples were wanted"
                                  : keeps_files && compression.empty()
                                      ? ""
                                      : source_files(original->facts()).why_not_restorable();
-    describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
+    describe(volume, found.header, found.index, found.bytes_in,
              text_of_key(original->info().nrrd_fields, lossy_source_key),
              why_not_restorable(why_lost, header.parameters),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
-    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));
-    throw UsageError(
-        fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
-                    volume.output, volume.input, words_of(broken)));
+    if (was_removed) throw only_copy(volume, words_of(broken));
+    throw usage_error("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
+                      volume.output, volume.input, words_of(broken));
+  }
+}
+
+}  // namespace
+
+void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_json& record) {
+  const ConversionOptions& options = pass.options;
+  Volume volume{line.input,
+                (std::filesystem::path(options.output_dir) / line.output).string(),
+                encoding_of(line.options, options.run),
+                {},
+                false,
+                nullptr};
+  const KnownOutput* last = pass.known.find(line.output);
+  // A line that is not a record may say so, too.
+  const bool was_removed =
+      (last && last->state == KnownOutput::State::removed) || !pass.known.possibly_newer(line.output).empty();
+  const KnownOutput* known = options.skip_done ? last : nullptr;
+  const bool is_there = known && is_file_of_size(volume.output, known->bytes_out);
+  if (known && skip_removed(*known, volume.input, volume.output, options.run, record)) return;
+  require_own_folders(options.output_dir, line.output);
+  require_file_or_folder(volume.input);
+  require_lasting_choice(volume.input, volume.asked.source);
+  const auto source = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(source->files());
+  volume.watched = std::make_unique<UnchangedFiles>(source->files());
+  volume.headerless = source->facts().headerless;
+  const bool is_ours = known && !was_removed && known->input == volume.input;
+  if (is_ours && status_of_name(volume.output)) require_same_volume(*known, volume);
+  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
+    const std::string difference = difference_of(*known, line.options, options.run, *source);
+    if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
+    if (!difference.empty() && !options.overwrite)
+      throw usage_error(
+          "{}: was encoded with other options: {}; to encode it again, run with -f and a list of such "
+          "volumes alone",
+          volume.output, difference);
+  }
+  // The source may have been damaged since, and the output may be all that is left of it.
+  if (is_ours && !options.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
+    require_unchanged(*known, volume, *source);
+    if (is_there && known->state == KnownOutput::State::ok) return adopt(pass, volume, was_removed, record);
+  }
+  // An output may have no record: a run was killed before it recorded it, or records were lost. It may also
+  // be all that is left of a volume, which no option replaces.
+  const bool replace = !was_removed && (options.overwrite || is_ours);
+  if (!replace && status_of_name(volume.output)) {
+    if (options.skip_done) return adopt(pass, volume, was_removed, record);
+    if (was_removed) throw only_copy(volume, "--skip-done compares them");
+    if (is_regular_output(volume.output))
+      throw UsageError(volume.output +
+                       ": already exists; give --skip-done to leave out volumes that are done, or -f to "
+                       "encode them again");
+  }
+  make_own_folders(options.output_dir, line.output);
+  try {
+    encode(pass, volume, replace, record);
+  } catch (const UsageError& error) {
+    const bool appeared = error.detail().problem == Problem::output_exists;
+    if (!appeared || replace || !is_regular_output(volume.output)) throw;
+    adopt(pass, volume, was_removed, record);
+    if (!options.run.quiet)
+      say_line(volume.output + ": another run created it in the meantime; it was compared with its volume");
   }
 }
 

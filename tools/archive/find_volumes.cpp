@@ -11,18 +11,17 @@
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/slice_positions.h"
 #include "io/formats/table/open_volume.h"
 #include "io/text/natural_order.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "tools/archive/found_lines.h"
-#include "tools/archive/passed_over.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = FoundVolume::Kind;
 
 /// The option with which one of several volumes is chosen.
 std::string option_of(const UsageError& error) {
@@ -38,15 +37,7 @@ bool are_numbered(const std::vector<Choice>& choices) {
   return true;
 }
 
-/// The UID of a series of DICOM.
-std::string uid_of(const VolumeInfo& info) {
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (key == "dicom_SeriesInstanceUID") return value;
-  return "";
-}
-
-/// What distinguishes a DICOM series from others, as the choice lists it after the size: ", CT, EchoTime
-/// 2.46".
+/// What distinguishes a DICOM series, as the choice lists it after the size: ", CT, EchoTime 2.46".
 std::string told_by(const Choice& choice) {
   const std::size_t comma = choice.text.find(", ");
   return comma == std::string::npos ? "" : choice.text.substr(comma);
@@ -54,24 +45,20 @@ std::string told_by(const Choice& choice) {
 
 /// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
 const char* oddity_of(const VolumeInfo& info) {
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (key == "slice_positions") return "; slices are unequally spaced, or some are missing";
-  return "";
+  return text_of_key(info.nrrd_fields, slice_positions_key).empty()
+             ? ""
+             : "; slices are unequally spaced, or some are missing";
 }
 
 class Finder {
  public:
-  Finder(const std::string& root, const FindOptions& options,
+  Finder(const std::string& root, bool gaps_ok, const RunOptions& run,
          const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), options_(options), use_(use), lines_(root_, use) {}
+      : root_(fs::canonical(root)), gaps_ok_(gaps_ok), run_(run), lines_(root_, use) {}
 
   void search_all() {
     search(root_);
-    if (!options_.passed_over) return;
-    passed_over_.report(root_, [&](const std::string& text, std::size_t files) {
-      use_(
-          {.path = "", .options = {}, .output = "", .text = text, .kind = Kind::passed_over, .files = files});
-    });
+    if (!run_.quiet) lines_.report_passed_over();
   }
 
  private:
@@ -85,11 +72,11 @@ class Finder {
       if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
         folders.push_back(entry->path());
       else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
-        passed_over_.add(entry->path(), "a link to a file that is found at its own location");
+        lines_.pass_over(entry->path(), "a link to a file that is found at its own location");
       else if (entry->is_regular_file(unknown))
         files.push_back(entry->path());
       else
-        passed_over_.add(entry->path(),
+        lines_.pass_over(entry->path(),
                          entry->is_directory(unknown) ? "a link to a folder" : "not a file that can be read");
     }
     if (error) throw world_error("cannot read", folder.string(), error.value());
@@ -105,8 +92,7 @@ class Finder {
     }
   }
 
-  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are
-  /// met through their links alone.
+  /// True if the search also meets the target of a link: if it is below the root and in no hidden folder.
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
@@ -119,7 +105,7 @@ class Finder {
       try {
         const Format* format = readable_format(file);
         if (format == nullptr)
-          passed_over_.add(file, why_no_volume(file));
+          lines_.pass_over(file, why_no_volume(file));
         else if (format->name == "dicom" && is_directory_of_dicom(file))
           look_at_directory(file, *format);
         else if (format->has_folders)
@@ -145,7 +131,7 @@ class Finder {
     if (std::ranges::all_of(slices, are_previews)) return;
     for (auto& [name, own] : slices)
       std::erase_if(own, [&](const std::string& file) {
-        if (is_preview(file)) passed_over_.add(file, "a preview");
+        if (is_preview(file)) lines_.pass_over(file, "a preview");
         return is_preview(file);
       });
     std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
@@ -203,7 +189,7 @@ class Finder {
     used_images_ = nullptr;
     for (const std::string& file : files)
       if (!used.contains(fs::path(file).filename().string()) && !is_listed(file))
-        passed_over_.add(file, lines_.broken() > broken
+        lines_.pass_over(file, lines_.broken() > broken
                                    ? "DICOM of a series that is not listed, or without an image"
                                    : "DICOM without an image, or an image that cannot be read");
   }
@@ -211,7 +197,7 @@ class Finder {
   /// True if the file has several slices, so that it is a volume of its own.
   bool has_slices(const std::string& path) const {
     try {
-      return open_volume(path, options_.run.limited({}))->info().dims.z > 1;
+      return open_volume(path, run_.limited({}))->info().dims.z > 1;
     } catch (const UsageError& error) {
       return !error.detail().choices.empty();  // several volumes
     } catch (const BrokenInput& error) {
@@ -226,7 +212,7 @@ class Finder {
   void look_at_volume(const fs::path& path, OptionTexts options, const Format& format,
                       const std::string& details = "") {
     try {
-      const auto volume = open_volume(path, encoding_of(options, options_.run).source);
+      const auto volume = open_volume(path, encoding_of(options, run_).source);
       if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
@@ -249,7 +235,7 @@ class Finder {
         look_at_volume(path, own, format, format.name == "dicom" ? told_by(choice) : "");
       }
     } catch (const BrokenInput& error) {
-      const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
+      const bool may_have_gaps = gaps_ok_ && !options.contains("gaps-ok");
       if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
         return lines_.give_broken(path, options, error);
       options["gaps-ok"] = "true";
@@ -266,7 +252,7 @@ class Finder {
     if (files.size() < 2 || is_folder(path)) return false;
     const bool is_own = std::ranges::find(files, path) != files.end();
     if (!is_own && std::ranges::all_of(files, [&](const std::string& file) { return is_in_a_set(file); })) {
-      passed_over_.add(path, "refers to a listed set of files, but is not one of them");
+      lines_.pass_over(path, "refers to a listed set of files, but is not one of them");
       return true;
     }
     files_of_sets_.insert(files.begin(), files.end());
@@ -275,7 +261,8 @@ class Finder {
 
   /// Says that a series has images in a folder that came before.
   std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
-    const std::string uid = uid_of(info), folder = path.lexically_relative(root_).string();
+    const std::string uid = text_of_key(info.nrrd_fields, "dicom_SeriesInstanceUID"),
+                      folder = path.lexically_relative(root_).string();
     if (uid.empty()) return "";
     const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
     if (is_new || known->second == folder) return "";
@@ -285,16 +272,14 @@ class Finder {
         known->second);
   }
 
-  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file
-  /// is compressed.
+  /// Volumes of one file, all of one size: opening each would take long where the file is compressed.
   void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
                         const Format& format) {
     const bool may_be_short = path.extension() != ".gz";
     std::string text;
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
-        const auto volume =
-            open_volume(path, encoding_of({{option, std::to_string(number)}}, options_.run).source);
+        const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}, run_).source);
         is_known(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
       }
@@ -321,16 +306,15 @@ class Finder {
     for (const std::string& file : files) {
       const std::string extension = lower_case(fs::path(file).extension().string());
       const bool is_slice = std::ranges::find(format.extensions, extension) != format.extensions.end();
-      if (format.name != "dicom" && !is_slice) passed_over_.belongs(file);
+      if (format.name != "dicom" && !is_slice) lines_.belongs(file);
     }
     return false;
   }
 
   fs::path root_;
-  FindOptions options_;
-  const std::function<void(const FoundVolume&)>& use_;
+  bool gaps_ok_;
+  const RunOptions& run_;
   FoundLines lines_;
-  PassedOver passed_over_;
   std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
   std::set<std::string> files_of_sets_;                   // that are volumes together
   std::set<std::string> listed_images_;                   // those of all DICOMDIRs
@@ -341,12 +325,12 @@ class Finder {
 
 }  // namespace
 
-void find_volumes(const std::string& root, const FindOptions& options,
+void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use) {
   if (status_of(root) && !is_folder(root))
     throw UsageError(root + ": is a file; --find takes a folder; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
-  Finder(root, options, use).search_all();
+  Finder(root, gaps_ok, run, use).search_all();
 }
 
 }  // namespace tagrid

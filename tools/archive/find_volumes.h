@@ -24,17 +24,13 @@ struct FoundVolume {
   std::size_t files = 1;  ///< that are passed over
 };
 
-struct FindOptions {
-  bool gaps_ok = false;      ///< Folders in which slices are missing are volumes.
-  bool passed_over = false;  ///< Says what is passed over.
-  RunOptions run = {};       ///< Limits the memory of readers.
-};
-
-/// Calls use() for every volume in `root` and the folders below it, in natural order, and at the end for what was passed
-/// over. Slices are found as their folder and the series that they are, images to which a DICOMDIR refers as series of
-/// that. An output is named after the path and the series alone, so that it stays when other volumes come. Hidden files
-/// and folders are not looked at. Throws WorldError if `root` cannot be read.
-void find_volumes(const std::string& root, const FindOptions& options,
+/// Calls use() for every volume in `root` and the folders below it, in natural order, and at the end for what
+/// was passed over. Slices are found as a folder and a series in it, the images of a DICOMDIR as series of
+/// the DICOMDIR. An output is named after path and series alone, so that it stays when other volumes come.
+/// Hidden files and folders are skipped. Throws WorldError if `root` cannot be read. `gaps_ok`: folders in
+/// which slices are missing are volumes. `run` limits the memory of readers; what is passed over is not
+/// reported if it is quiet.
+void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use);
 
 }  // namespace tagrid

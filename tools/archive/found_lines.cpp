@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <string_view>
 
 #include "io/bytes/checksum.h"
+#include "io/files/file_bytes.h"
+#include "io/formats/table/formats.h"
 #include "io/text/text.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -30,8 +33,7 @@ std::string file_of(const std::string& output) {
   return output.ends_with(".tag") ? output.substr(0, output.size() - 4) : output;
 }
 
-/// Eight hexadecimal digits for the path of a volume and the options that choose it. Whether slices are
-/// missing does not count.
+/// Eight hexadecimal digits for the path of a volume and the options that choose it, gaps-ok excepted.
 std::string checksum_of_source(const std::string& relative, const OptionTexts& options) {
   std::string source = relative;
   for (const auto& [name, value] : options)
@@ -71,6 +73,9 @@ std::string output_name_of(const std::string& relative, const OptionTexts& optio
   return name.string();
 }
 
+/// Extensions of files that often hold samples alone.
+constexpr std::array samples_alone = {".raw", ".vol", ".bin", ".dat", ".img", ".rec"};
+
 }  // namespace
 
 bool is_directory_of_dicom(const fs::path& path) {
@@ -95,11 +100,51 @@ std::string FoundLines::output_of(const fs::path& path, const OptionTexts& optio
   std::string name = output_name_of(place.lexically_relative(root_).string(), options);
   if (name.empty()) name = root_.filename();
   if (taken_.insert(file_of(name)).second) return name;
-  // A file may have the name of a series. What is added depends on this volume alone, as names must stay when
-  // others come.
+  // A file may have the name of a series. The suffix depends on this volume alone: names must stay.
   name += "-" + checksum_of_source(path.lexically_relative(root_).string(), options);
   taken_.insert(file_of(name));
   return name;
+}
+
+void FoundLines::pass_over(const fs::path& file, const std::string& why) {
+  passed_over_[{file.parent_path().string(), why}].push_back(file.filename().string());
+}
+
+void FoundLines::belongs(const std::string& file) { of_volumes_.insert(fs::weakly_canonical(file).string()); }
+
+void FoundLines::report_passed_over() const {
+  constexpr std::size_t most_names = 5;
+  for (const auto& [where, names] : passed_over_) {
+    std::string listed;
+    std::size_t count = 0;
+    for (const std::string& name : names) {
+      if (of_volumes_.contains((fs::path(where.first) / name).string())) continue;
+      if (++count <= most_names) listed += fmt::format("{}{}", listed.empty() ? "" : ", ", name);
+    }
+    if (count == 0) continue;
+    if (count > most_names) listed += fmt::format(" and {} more", count - most_names);
+    use_({.path = "",
+          .options = {},
+          .output = "",
+          .text = fmt::format("{}: {}: {}", fs::path(where.first).lexically_relative(root_).string(), listed,
+                              where.second),
+          .kind = Kind::passed_over,
+          .files = count});
+  }
+}
+
+std::string why_no_volume(const std::string& path) {
+  FileBytes file(path);
+  const std::string_view beginning = file.peek(bytes_to_recognize());
+  if (beginning.empty()) return "empty";
+  if (const Format* other = format_of(beginning, false)) {
+    const std::string_view what = other->what;
+    return std::string(what.substr(0, what.find(';')));
+  }
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  if (std::ranges::find(samples_alone, extension) != samples_alone.end())
+    return "perhaps samples without a header: a line needs the columns dims= and type=";
+  return "no known format";
 }
 
 }  // namespace tagrid

@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <memory>
 
 #include "io/envelope/envelope.h"
 #include "io/errors/errors.h"
+#include "io/files/byte_source.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/tag/bricks.h"
 #include "io/text/text.h"
 #include "tools/archive/found_lines.h"
 
@@ -21,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why, const char* advice) {
-  throw UsageError(fmt::format("{}: cannot be removed: {}; {}", file, why, advice));
+  throw usage_error("{}: cannot be removed: {}; {}", file, why, advice);
 }
 
 void require_removable(const std::string& file, const char* advice) {
@@ -37,13 +41,54 @@ void require_file_as_output(const std::string& input, const std::string& output,
   if (!is_regular_output(output)) refuse(input, "the output is not a regular file", advice);
 }
 
-}  // namespace
-
-std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
-                                       const char* advice) {
+/// Throws UsageError if one of the files cannot be removed, or if the output is not a file that stays.
+void require_files(const std::string& input, const std::string& output, const char* advice) {
   require_removable(input, advice);
   require_file_as_output(input, output, advice);
-  return {input};
+}
+
+/// Why a file of this format cannot replace any .tag file; "" if it may.
+std::string lost_by_options(const Decoding& decoding) {
+  const Format& format = decoding.format;
+  if (!decoding.wanted.is_all()) return "a region or a step gives only a part of the volume";
+  if (decoding.vdb.tolerance > 0)
+    return "--vdb-tolerance changes samples, and only the .tag file has the original ones";
+  if (format.name == "raw") return "samples without a header do not record their size and type";
+  if (!format.is_read() && format.read_as.empty())
+    return fmt::format("tagrid cannot read {} files, so it cannot verify the output", format.name);
+  return "";
+}
+
+/// What this .tag file holds and the decoded file would not; "" if that is nothing.
+std::string lost_of_content(const TagBricks& file, const Format& format, Numbers wanted) {
+  const CodingParameters& parameters = file.parameters();
+  if (file.sizes().envelope > 0)
+    return "it keeps the source files, which a decoded volume does not replace; tagrid restore restores them";
+  if (parameters.mode == FileMode::grid)
+    return "it stores only the grid, which a decoded volume does not replace";
+  if (parameters.mesh_error >= 0) return "its mesh has a bound, which a decoded volume does not keep";
+  const WrittenNumbers numbers = written_numbers(format, wanted, file.header(), &file.index());
+  if (numbers.are_values() && is_float_type(numbers.rule.to))
+    return fmt::format("values are rounded to {}", name_of(numbers.rule.to));
+  const VolumeInfo info = numbers.info(volume_info_of(file.header()));
+  if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
+  if (std::string lost = lost_attributes(format, info); !lost.empty()) return lost;
+  // losses() looks at the pairs of other formats one by one.
+  if (!format.keeps_header && !format.slices_are_alike && stripped(info.nrrd_fields) != info.nrrd_fields)
+    return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
+  return "";
+}
+
+}  // namespace
+
+void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding) {
+  const char* advice = "leave out --rm";
+  if (const std::string lost = lost_by_options(decoding); !lost.empty())
+    throw usage_error("--rm: {}; {}", lost, advice);
+  require_files(input, output, advice);
+  const TagBricks file(std::make_shared<FileSource>(input));
+  if (const std::string lost = lost_of_content(file, decoding.format, decoding.numbers); !lost.empty())
+    throw usage_error("{}: --rm: {}; {}", input, lost, advice);
 }
 
 void require_lasting_choice(const std::string& input, const SourceDescription& source) {
@@ -59,10 +104,10 @@ void require_lasting_choice(const std::string& input, const SourceDescription& s
     const bool is_name =
         std::ranges::any_of(choices, [&](const Choice& one) { return one.name == source.series; });
     if (is_name || *number < 1 || static_cast<std::size_t>(*number) > choices.size()) return;
-    throw UsageError(
-        fmt::format("{}: {} is the number of a volume in a list that changes when files come or go; give its "
-                    "name instead: {}",
-                    input, *number, choices[static_cast<std::size_t>(*number) - 1].name));
+    throw usage_error(
+        "{}: {} is the number of a volume in a list that changes when files come or go; give its name "
+        "instead: {}",
+        input, *number, choices[static_cast<std::size_t>(*number) - 1].name);
   }
 }
 
@@ -72,12 +117,11 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   if (is_series)
     require_file_as_output(input, output, advice);
   else
-    removable_tag(input, output, advice);
+    require_files(input, output, advice);
   if (is_directory_of_dicom(input))
     refuse(input,
            "a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the "
-           "folders of its "
-           "images instead",
+           "folders of its images instead",
            advice);
   require_lasting_choice(input, source);
   const auto volume = open_volume(input, source);
@@ -122,11 +166,10 @@ bool has_bound(const EncodeOptions& options) {
 
 void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
   if (has_bound(options)) return;
-  throw UsageError(fmt::format(
+  throw usage_error(
       "{}: a grid without a bound cannot replace a volume, because most voxels could not be restored; {}, or "
       "leave out {}",
-      option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E",
-      option));
+      option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E", option);
 }
 
 void remove_files(const std::vector<std::string>& files) {

@@ -1,27 +1,25 @@
-// --rm: removes the input when its output has been verified.
+// --rm: removes the input when its output has been verified, if nothing is lost with it.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/job/options.h"
+#include "tools/options/output_options.h"
 
 namespace tagrid {
-
-/// The files that --rm will remove. Throws UsageError if the input is not a file, or if the output is not a
-/// file that stays. `advice` ends the message.
-std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
-                                       const char* advice);
 
 /// Throws UsageError if `source` chooses one of several volumes by a number that changes when files come or
 /// go: one in the list of a folder, or of a set of files. The message says the name of that volume.
 void require_lasting_choice(const std::string& input, const SourceDescription& source);
 
-/// The same for a volume. What else decides is checked with require_replaceable() and then with
-/// require_files_come_back(), whose reasons are the weaker ones. Throws as require_lasting_choice() does, too.
+/// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is
+/// not a file that can be removed, or if `output` is not a file that stays; `advice` ends the message. Throws
+/// as require_lasting_choice() does, too. What else decides is checked with require_replaceable() and then
+/// with require_files_come_back(), whose reasons are the weaker ones.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice);
 
@@ -33,19 +31,30 @@ struct Replacement {
   std::string doubt;        ///< why_not_understood()
 };
 /// Throws UsageError if too much would be lost with the volume: if nothing bounds the error, or if samples
-/// change that may have been misread, or whose layout only the options describe. A wrong description does no harm without loss. But within a
-/// bound of 5, a number with its bytes in the wrong order may be off by 1280.
+/// change that may have been misread, or whose layout only the options describe. A wrong description does no
+/// harm without loss. But within a bound of 5, a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
 /// Files are removed only if every byte comes back, except that samples may have the error that was asked
-/// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding keeps
-/// the files; with --strip it does not.
+/// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding
+/// keeps the files; with --strip it does not.
 void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
                              const char* advice);
 /// True if a volume that is encoded with these options can be restored within a bound.
 bool has_bound(const EncodeOptions& options);
-/// The same check for options alone: throws UsageError if they give no bound. `option` is the option that
-/// asks for the removal.
+/// Throws UsageError if these options give no bound. `option` is the one that asks for the removal.
 void refuse_without_bound(const EncodeOptions& options, const std::string& option);
+
+/// How a .tag file is decoded, as far as something can be lost by it.
+struct Decoding {
+  const Format& format;
+  const WantedRegion& wanted;
+  const VdbOptions& vdb;
+  Numbers numbers = Numbers::automatic;
+};
+
+/// Throws UsageError if a .tag file cannot be removed after it was decoded: if it is not a file, if `output`
+/// is not a file that stays, or if the output would hold less. Also throws BrokenInput and WorldError.
+void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding);
 
 /// Removes the files. Throws WorldError.
 void remove_files(const std::vector<std::string>& files);

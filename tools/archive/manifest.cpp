@@ -1,17 +1,17 @@
 #include "tools/archive/manifest.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "tools/archive/output_names.h"
-#include "tools/report/advice.h"
+#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -21,6 +21,33 @@ namespace fs = std::filesystem;
 constexpr std::size_t longest_line = std::size_t{1} << 16;
 /// Some editors write this at the beginning of a file.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+/// The outputs of a list so far. No two may be the same file, and none may be a folder of another.
+class TakenOutputs {
+ public:
+  /// `advice` ends every message.
+  explicit TakenOutputs(std::string advice) : advice_(std::move(advice)) {}
+
+  /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
+  void take(const std::string& output, std::size_t line) {
+    const fs::path name = output;
+    if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
+      throw usage_error("{} would also be the output of line {}; {}", output, file->second, advice_);
+    if (const auto folder = folders_.find(name.string()); folder != folders_.end())
+      throw usage_error("{} would also be a folder of the output of line {}; {}", output, folder->second,
+                        advice_);
+    for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
+      if (const auto file = files_.find(folder.string()); file != files_.end())
+        throw usage_error("{} is impossible, because {} is the output of line {}, not a folder; {}", output,
+                          folder.string(), file->second, advice_);
+      folders_.emplace(folder.string(), line);
+    }
+  }
+
+ private:
+  std::string advice_;
+  std::map<std::string, std::size_t> files_, folders_;  ///< with their first lines
+};
 
 std::vector<std::string> columns_of(std::string_view line) {
   std::vector<std::string> columns;
@@ -40,19 +67,19 @@ std::string absolute_name(const fs::path& path) {
 }
 
 ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
-                        const OptionTexts& given, OutputNaming naming) {
+                        const OptionTexts& given, bool keep_folders) {
   ManifestLine line;
   std::string listed = columns[0];
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
-    throw UsageError(fmt::format("{}: is not the name of a file or a folder", columns[0]));
+    throw usage_error("{}: is not the name of a file or a folder", columns[0]);
   line.input = absolute_name(path);
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
-    throw UsageError(fmt::format(
-        "{}: there is no such file; if these are columns, separate them by tabs, not by spaces", columns[0]));
+    throw usage_error("{}: there is no such file; if these are columns, separate them by tabs, not by spaces",
+                      columns[0]);
   line.options = given;
   std::set<std::string> names;
   for (std::size_t i = 1; i < columns.size(); ++i) {
@@ -60,9 +87,9 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     if (columns[i].empty()) continue;
     const std::size_t equals = columns[i].find('=');
     if (equals == 0 || equals >= columns[i].size() - 1)
-      throw UsageError(fmt::format("{}: must be option=value", columns[i]));
+      throw usage_error("{}: must be option=value", columns[i]);
     const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
-    if (!names.insert(name).second) throw UsageError(fmt::format("{} is given twice", name));
+    if (!names.insert(name).second) throw usage_error("{} is given twice", name);
     if (name == "output")
       line.output = output_called(value);
     else
@@ -71,23 +98,22 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   // A folder may have dots in its name.
   const bool has_suffix = !is_folder(path);
   if (line.output.empty())
-    line.output = naming == OutputNaming::with_folders
-                      ? output_mirroring(listed, !has_suffix)
-                      : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
+    line.output = keep_folders ? output_mirroring(listed, !has_suffix)
+                               : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
   return line;
 }
 
 }  // namespace
 
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
-                                        OutputNaming naming) {
+                                        bool keep_folders) {
   FileBytes file(path);
   // Relative paths cannot start at the folder of a pipe: the pipe of <(...) in a shell is in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
-  TakenOutputs taken(naming == OutputNaming::with_folders
+  TakenOutputs taken(keep_folders
                          ? "give it another name in a column output=NAME"
                          : "give it another name in a column output=NAME; --keep-folders keeps volumes of "
                            "different folders apart");
@@ -101,14 +127,14 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
       if (text.find('\0') != text.npos) throw UsageError("contains a zero byte, so the list is not text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
-      ManifestLine line = parse_line(columns_of(text), folder, given, naming);
+      ManifestLine line = parse_line(columns_of(text), folder, given, keep_folders);
       line.number = number;
       // Most lines have the same options.
       if (seen.insert(line.options).second) encoding_of(line.options);
       taken.take(line.output, number);
       lines.push_back(std::move(line));
     } catch (const UsageError& error) {
-      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, words_of(error)));
+      throw usage_error("{}: line {}: {}", file.name(), number, words_of(error));
     }
   }
   if (lines.empty())

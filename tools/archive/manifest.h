@@ -16,17 +16,11 @@ struct ManifestLine {
   OptionTexts options;     ///< those for all lines, overridden by those of this line
 };
 
-/// How outputs are named without a column for it.
-enum class OutputNaming {
-  by_stem,      ///< 2019/knee.nhdr becomes knee.tag
-  with_folders  ///< it becomes 2019/knee.tag
-};
-
 /// Reads the manifest at `path`, or from standard input for "-". Empty lines and lines that begin with '#'
 /// are skipped. Relative paths start at the folder of the manifest, or at the current folder if it comes from
-/// standard input. `given` holds the options for all lines. Throws UsageError if a line has an invalid option
+/// standard input. Without a column for it, the output of 2019/knee.nhdr is knee.tag, or 2019/knee.tag with
+/// `keep_folders`. `given` holds the options for all lines. Throws UsageError if a line has an invalid option
 /// or output, if two lines have the same output, and if there is no volume; also throws WorldError.
-std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
-                                        OutputNaming naming);
+std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given, bool keep_folders);
 
 }  // namespace tagrid

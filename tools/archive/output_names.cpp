@@ -1,6 +1,5 @@
 #include "tools/archive/output_names.h"
 
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -27,8 +26,8 @@ bool goes_up(const fs::path& path) {
 void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   if (first.starts_with("results") && first.ends_with(".jsonl"))
-    throw UsageError(fmt::format("{}: {} is a name for a file of records; choose another name for the folder",
-                                 given, first));
+    throw usage_error("{}: {} is a name for a file of records; choose another name for the folder", given,
+                      first);
 }
 
 /// Calls use(folder) for every folder of `output` below `root`, the outermost first.
@@ -54,12 +53,11 @@ bool is_own_folder(const std::string& folder) {
 
 std::string output_called(const std::string& name) {
   const fs::path path = name;
-  if (path.is_absolute())
-    throw UsageError(fmt::format("output={}: must be a path inside the output folder", name));
-  if (goes_up(path)) throw UsageError(fmt::format("output={}: must not contain ..", name));
+  if (path.is_absolute()) throw usage_error("output={}: must be a path inside the output folder", name);
+  if (goes_up(path)) throw usage_error("output={}: must not contain ..", name);
   fs::path output = path.lexically_normal();
   if (output.filename().empty() || output == ".")
-    throw UsageError(fmt::format("output={}: is not the name of a file", name));
+    throw usage_error("output={}: is not the name of a file", name);
   if (output.extension() != ending) output += ending;
   refuse_records("output=" + name, output);
   return output.string();
@@ -69,30 +67,14 @@ std::string output_mirroring(const std::string& listed, bool is_folder) {
   const fs::path path = listed;
   // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
-    throw UsageError(fmt::format(
+    throw usage_error(
         "{}: --keep-folders needs a relative path without ..; name its output in a column output=NAME",
-        listed));
+        listed);
   const fs::path normal = path.lexically_normal();
   const fs::path output =
       normal.parent_path() / ((is_folder ? normal.filename() : normal.stem()).string() + ending);
   refuse_records(listed, output);
   return output.string();
-}
-
-void TakenOutputs::take(const std::string& output, std::size_t line) {
-  const fs::path name = output;
-  if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
-    throw UsageError(
-        fmt::format("{} would also be the output of line {}; {}", output, file->second, advice_));
-  if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-    throw UsageError(fmt::format("{} would also be a folder of the output of line {}; {}", output,
-                                 folder->second, advice_));
-  for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-    if (const auto file = files_.find(folder.string()); file != files_.end())
-      throw UsageError(fmt::format("{} is impossible, because {} is the output of line {}, not a folder; {}",
-                                   output, folder.string(), file->second, advice_));
-    folders_.emplace(folder.string(), line);
-  }
 }
 
 void require_own_folders(const std::string& root, const std::string& output) {

@@ -1,9 +1,7 @@
 // The names of convert's outputs: paths below one folder that never lead out of it.
 #pragma once
 
-#include <map>
 #include <string>
-#include <utility>
 
 namespace tagrid {
 
@@ -12,23 +10,9 @@ namespace tagrid {
 /// through a folder with the name of a file of records.
 std::string output_called(const std::string& name);
 
-/// The output that keeps the folders of `listed`, a path as written in the list: 2019/knee.nhdr becomes
-/// 2019/knee.tag. All of a folder's name is kept: 2019/1.2.3 becomes 2019/1.2.3.tag. Throws UsageError if the path is absolute or contains "..".
+/// The output that keeps the folders of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr, and
+/// 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".
 std::string output_mirroring(const std::string& listed, bool is_folder);
-
-/// The outputs of a list so far. No two may be the same file, and none may be a folder of another.
-class TakenOutputs {
- public:
-  /// `advice` ends every message.
-  explicit TakenOutputs(std::string advice) : advice_(std::move(advice)) {}
-
-  /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
-  void take(const std::string& output, std::size_t line);
-
- private:
-  std::string advice_;
-  std::map<std::string, std::size_t> files_, folders_;  ///< with their first lines
-};
 
 /// Throws UsageError if a folder of `output` below `root` is a symbolic link or not a folder: outputs would
 /// leave `root`, or have a second name there. Folders may be missing.

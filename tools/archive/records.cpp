@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <set>
 #include <system_error>
@@ -38,8 +37,7 @@ std::string name_in(const ordered_json& object, const char* key) {
   return name_of_text(object.at(key).get<std::string>());
 }
 
-/// Nothing if the record does not describe an output. Throws nlohmann::json::exception if it is not a valid
-/// record.
+/// Nothing if the record describes no output. Throws nlohmann::json::exception if it is not a valid record.
 std::optional<KnownOutput> known_output(const ordered_json& record) {
   const auto state = state_of(record.at("status").get<std::string>());
   if (!state) return std::nullopt;
@@ -68,8 +66,8 @@ RecordTime time_of(const ordered_json& record) {
   return time;
 }
 
-/// Whether `record` describes the output instead of `newest`. In one file, the later of two lines is the newer one. Of two runs at
-/// the same time, one that removed an original counts: then its output may be the only copy.
+/// Whether `record` describes the output instead of `newest`. In one file, the later line is the newer one.
+/// Of two simultaneous runs, one that removed an original counts: its output may be the only copy.
 bool replaces(const KnownOutput& record, const KnownOutput& newest) {
   const auto is_removal = [](const KnownOutput& known) { return known.state == KnownOutput::State::removed; };
   if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&
@@ -131,9 +129,9 @@ std::string other_volume(const KnownOutput& known, const std::vector<InputFile>&
   return fmt::format("{} instead of {}", files.front().path, known.input_files.front().path);
 }
 
-bool has_size(const KnownOutput& known, const std::string& path) {
+bool is_file_of_size(const std::string& path, std::uint64_t bytes) {
   const auto status = status_of(path);
-  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == known.bytes_out;
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
 }
 
 void add_output(const KnownOutput& known, ordered_json& record) {
@@ -150,7 +148,7 @@ void skip(const KnownOutput& known, ordered_json& record) {
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, ordered_json& record) {
   if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
-  if (!has_size(known, output))
+  if (!is_file_of_size(output, known.bytes_out))
     throw BrokenInput(output +
                       ": is gone or has another size, and its original was removed; restore it from a copy");
   skip(known, record);
@@ -164,10 +162,6 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
     if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
   }
   if (error) throw world_error("cannot read", folder, error.value());
-  for (auto& [output, known] : outputs_)
-    if (const auto last = last_runs_.find(output);
-        last != last_runs_.end() && last->second.time >= known.time)
-      known.failed_since = last->second.failure;
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -252,14 +246,12 @@ const KnownOutput* KnownOutputs::find(const std::string& output) const {
 }
 
 std::string KnownOutputs::last_failure(const std::string& output) const {
-  const auto found = last_runs_.find(output);
-  return found == last_runs_.end() ? "" : found->second.failure;
+  const auto last = last_runs_.find(output);
+  const KnownOutput* known = find(output);
+  if (last == last_runs_.end() || (known != nullptr && last->second.time < known->time)) return "";
+  return last->second.failure;
 }
 
 std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
-
-double seconds_since_1970() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace tagrid

@@ -1,5 +1,4 @@
-// The records that `convert` writes for every volume, and that later runs read. A record is a line of JSON;
-// docs/archives.md describes its content.
+// The records that `convert` writes and later runs read: lines of JSON, described in docs/archives.md.
 #pragma once
 
 #include <array>
@@ -7,7 +6,6 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +25,7 @@ struct InputFile {
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
-/// Throws WorldError if there is nothing at the path of a volume, and UsageError if it is neither a file nor
-/// a folder: opening a pipe would block.
+/// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a folder.
 void require_file_or_folder(const std::string& path);
 
 /// Names in records are those of text_of_name(); in memory they are the names themselves.
@@ -59,8 +56,6 @@ struct KnownOutput {
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   RecordTime time;
-  /// Why a later run failed with it, if none has since found it to be good; "" if none failed.
-  std::string failed_since;
   std::string record;  ///< the entire record, as its line
 };
 
@@ -73,8 +68,8 @@ inline constexpr std::array output_keys = {"dims",         "type",        "setti
 /// "b.dcm instead of a.dcm" if `files` are those of another volume: none of them was encoded. "" otherwise.
 std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files);
 
-/// Whether the output exists with the size that it was written with.
-bool has_size(const KnownOutput& known, const std::string& path);
+/// True if there is a regular file of this size at the path.
+bool is_file_of_size(const std::string& path, std::uint64_t bytes);
 
 /// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
@@ -83,13 +78,11 @@ void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 
 /// Skips the volume if its original was removed and `input` does not exist again; returns whether it did.
-/// Throws BrokenInput if `output`, then the only copy, is gone or has another size. `run` limits the memory
-/// of readers.
+/// Throws BrokenInput if `output`, the only copy, is gone or has another size. `run` limits memory.
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, nlohmann::ordered_json& record);
 
-/// The outputs in the records of a folder: in this run's file and all others, whatever their number of
-/// shards.
+/// The outputs in all records of a folder, whatever their number of shards.
 class KnownOutputs {
  public:
   /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
@@ -101,14 +94,14 @@ class KnownOutputs {
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
-  /// Why the last run failed that was to encode it; "" if it did not fail.
+  /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
   /// How many files of records the folder has.
   std::size_t files() const { return files_; }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
-  /// The first such line that may be newer than the records of the output. It may have said that the original was
-  /// removed. Returns "" if there is no such line.
+  /// The first such line that may be newer than the records of the output. It may have said that the original
+  /// was removed. Returns "" if there is no such line.
   std::string possibly_newer(const std::string& output) const;
 
  private:
@@ -132,8 +125,5 @@ class KnownOutputs {
 
 /// A checksum as in records: 16 hexadecimal digits.
 std::string checksum_text(std::uint64_t checksum);
-
-/// The current time, in seconds since 1970.
-double seconds_since_1970();
 
 }  // namespace tagrid

@@ -1,7 +1,5 @@
 #include "tools/archive/removal_pass.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -95,10 +93,10 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
   for (const UnknownFiles& other : unknown_)
     if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
         other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
-      throw UsageError(fmt::format(
+      throw usage_error(
           "{}: may also be of {}, which cannot be opened ({}); it is kept; repair that one, or take it off "
           "the list",
-          file, other.input, other.why));
+          file, other.input, other.why);
 }
 
 std::string RemovalPass::output_path(const ManifestLine& line) const {
@@ -110,28 +108,29 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
   if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
-  if (const std::string failure = known_.last_failure(line.output); !known && !failure.empty())
-    throw UsageError(fmt::format("{}: its last encoding failed: {}; it is kept", line.input, failure));
+  const std::string failure = known_.last_failure(line.output);
+  if (!known && !failure.empty())
+    throw usage_error("{}: its last encoding failed: {}; it is kept", line.input, failure);
   if (!known)
-    throw UsageError(
-        fmt::format("{}: no record says that it was encoded to {}; it is kept; give the list and the "
-                    "options of its encoding",
-                    line.input, output_path(line)));
+    throw usage_error(
+        "{}: no record says that it was encoded to {}; it is kept; give the list and the options of its "
+        "encoding",
+        line.input, output_path(line));
   if (known->input != line.input)
-    throw UsageError(
-        fmt::format("{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; "
-                    "otherwise choose another name (output=NAME)",
-                    line.input, line.output, known->input));
+    throw usage_error(
+        "{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; otherwise "
+        "choose another name (output=NAME)",
+        line.input, line.output, known->input);
   add_output(*known, record);
-  if (!known->failed_since.empty())
-    throw UsageError(fmt::format(
-        "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options "
-        "of its encoding succeeds",
-        line.input, known->failed_since));
+  if (!failure.empty())
+    throw usage_error(
+        "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options of its "
+        "encoding succeeds",
+        line.input, failure);
   if (const std::string line_of_none = known_.possibly_newer(line.output); !line_of_none.empty())
-    throw UsageError(fmt::format(
+    throw usage_error(
         "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
-        line.input, line_of_none));
+        line.input, line_of_none);
   record["options"] = json_of(known->options);
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
@@ -147,10 +146,10 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
   const auto volume = open_volume(line.input, encoding_of(known.options, options_.run).source);
   if (const std::string difference = difference_of(known, line.options, options_.run, *volume);
       !difference.empty())
-    throw UsageError(
-        fmt::format("{}: was encoded with other options: {}; the original is kept; give the options of its "
-                    "encoding, or encode it again",
-                    line.input, difference));
+    throw usage_error(
+        "{}: was encoded with other options: {}; the original is kept; give the options of its encoding, or "
+        "encode it again",
+        line.input, difference);
 }
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
@@ -159,10 +158,10 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
   auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
   if (const std::string others = other_volume(known, look_at(files)); !others.empty())
-    throw BrokenInput(fmt::format(
-        "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose "
-        "another name (output=NAME)",
-        line.input, others));
+    throw broken_input(
+        "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose another "
+        "name (output=NAME)",
+        line.input, others);
   return files;
 }
 
@@ -170,16 +169,13 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
   if (file.sizes().envelope == 0)
-    throw BrokenInput(
-        fmt::format("{}: {} does not keep its files; it is kept", line.input, output_path(line)));
+    throw broken_input("{}: {} does not keep its files; it is kept", line.input, output_path(line));
   const SourceComparison found = compare_source_files(file, volume, resources_.threads);
   if (!found.is_same)
-    throw BrokenInput(
-        fmt::format("{}: has changed since it was encoded: {}; it is kept", line.input, found.difference));
+    throw broken_input("{}: has changed since it was encoded: {}; it is kept", line.input, found.difference);
   if (!found.compression.empty())
-    throw UsageError(
-        fmt::format("{}: its samples are compressed ({}), and come back uncompressed; it is kept", line.input,
-                    found.compression));
+    throw usage_error("{}: its samples are compressed ({}), and come back uncompressed; it is kept",
+                      line.input, found.compression);
 }
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {

@@ -17,9 +17,8 @@ class RemovalPass {
   RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
               const KnownOutputs& known);
 
-  /// Verifies the output of `line` once more, and returns the files of the original, which may then be
-  /// removed. Returns nothing if there is nothing to do. Turns `record` into the record of a removal. Throws
-  /// if the original must be kept.
+  /// Verifies the output of `line` once more. Returns the files of the original, which may then be removed;
+  /// none if there is nothing to do. Completes `record`. Throws if the original must be kept.
   std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:

@@ -28,12 +28,7 @@ fs::path common_folder(const std::vector<InputFile>& files) {
   return folder;
 }
 
-bool is_back(const InputFile& file) {
-  const auto status = status_of(file.path);
-  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == file.bytes;
-}
-
-/// A record is a line of text that anybody may have changed. Returns why it cannot be one of convert; "" if it can.
+/// Why a record, which anybody may have changed, cannot be one of convert; "" if it can.
 std::string impossible_name(const std::string& output, const KnownOutput& known) {
   const auto ends_early = [](const std::string& name) {
     return name.empty() || name.find('\0') != name.npos;
@@ -93,7 +88,8 @@ RemovedOriginals removed_originals(const std::string& output_dir) {
     original.error = impossible_name(output, one);
     if (original.error.empty()) {
       original.folder = common_folder(one.input_files).string();
-      original.is_back = std::ranges::all_of(one.input_files, is_back);
+      original.is_back = std::ranges::all_of(
+          one.input_files, [](const InputFile& file) { return is_file_of_size(file.path, file.bytes); });
     }
     originals.push_back(std::move(original));
   }

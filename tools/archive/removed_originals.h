@@ -21,8 +21,8 @@ struct RemovedOriginals {
   std::vector<std::string> unknown;
 };
 
-/// Those of the records in `output_dir`. Throws WorldError if the folder or a file of records cannot be read, and BrokenInput
-/// if there are no records.
+/// The removed originals in the records of `output_dir`. Throws WorldError if these cannot be read, and
+/// BrokenInput if there are none.
 RemovedOriginals removed_originals(const std::string& output_dir);
 
 }  // namespace tagrid

@@ -36,8 +36,7 @@ std::string difference_of_texts(const OptionTexts& was, const OptionTexts& now) 
   return "";
 }
 
-/// The first setting of `now` that `was` does not have; "" if there is none. Rules are not in `was`, which
-/// has their results.
+/// The first setting of `now` that `was` lacks; "" if there is none. `was` has the results of rules.
 std::string difference_of_settings(const ordered_json& was, const ordered_json& now, bool with_rules) {
   for (const auto& [name, value] : now.items()) {
     const bool is_rule =
@@ -65,8 +64,7 @@ std::string difference_of(const KnownOutput& known, const OptionTexts& asked, co
     if (const std::string in_texts = difference_of_texts(known.options, asked); !in_texts.empty())
       return in_texts;
   if (!difference.empty()) return difference;
-  // The program that wrote the output may have had another default. Defaults also depend on the type of the
-  // volume.
+  // The program that wrote the output may have had other defaults, which also depend on the type.
   const ordered_json record = ordered_json::parse(known.record);
   return record.value("type", ordered_json()) == name_of(volume.info().type)
              ? difference_of_settings(record.value("settings", ordered_json()), settings, false)

@@ -16,10 +16,10 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/output_names.h"
 #include "tools/commands/commands.h"
-#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -33,7 +33,7 @@ Shard shard_option(const std::string& text) {
   const auto count =
       slash == text.npos ? std::nullopt : whole_number<std::size_t>(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count)
-    throw UsageError(fmt::format("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text));
+    throw usage_error("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text);
   return {*index, *count};
 }
 
@@ -51,7 +51,7 @@ struct ConvertCommand {
     }
     for (const auto& [name, value] :
          {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
-      if (value->empty()) throw UsageError(fmt::format("convert: {} is required", name));
+      if (value->empty()) throw usage_error("convert: {} is required", name);
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
@@ -60,8 +60,7 @@ struct ConvertCommand {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given, options.run);
-    const std::vector<ManifestLine> lines =
-        read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
+    const std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
     // The report may be the first file in the folder of the outputs.
@@ -95,17 +94,20 @@ struct ConvertCommand {
     if (options.run.is_watched()) {
       say_line(summary(sums, wrong));
       if (sums.not_restorable > 0)
-        say_line(fmt::format("{} of them cannot be restored byte for byte{}", sums.not_restorable,
-                             options.run.verbosity > 0 ? "" : "; -v lists them, and why"));
+        say("{} of them cannot be restored byte for byte{}", sums.not_restorable,
+            options.run.verbosity > 0 ? "" : "; -v lists them, and why");
     }
     if (sums.failed > 0)
-      throw BrokenInput(fmt::format("{} of {} volume{} {}; see {}", sums.failed, sums.files,
-                                    sums.files == 1 ? "" : "s", wrong, results.name()));
+      throw broken_input("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
+                         results.name());
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.
   void refuse_beside_find(const OptionTexts& given) const {
-    std::vector<std::string> refused;
+    const auto refuse = [](const std::string& name) {
+      throw usage_error("{}: has no effect with --find, which encodes nothing; give it with --manifest",
+                        name);
+    };
     for (const auto& [name, is_given] : {std::pair("--manifest", !manifest.empty()),
                                          {"--output-dir", !options.output_dir.empty()},
                                          {"--shard", !shard.empty()},
@@ -115,60 +117,51 @@ struct ConvertCommand {
                                          {"--trust-description", options.trust_description},
                                          {"--force", options.overwrite},
                                          {"--json", !options.run.json.empty()}})
-      if (is_given) refused.emplace_back(name);
+      if (is_given) refuse(name);
     for (const auto& [name, value] : given)
-      if (name != "gaps-ok") refused.push_back("--" + name);
-    if (!refused.empty())
-      throw UsageError(fmt::format(
-          "{}: has no effect with --find, which encodes nothing; give it with --manifest", refused.front()));
+      if (name != "gaps-ok") refuse("--" + name);
   }
 
   // Writes a list for --manifest to the standard output.
   void list_volumes(bool gaps_ok) const {
     std::size_t count = 0, broken = 0, passed_over = 0;
-    find_volumes(find, {.gaps_ok = gaps_ok, .passed_over = !options.run.quiet, .run = options.run},
-                 [&](const FoundVolume& volume) {
-                   std::string text = volume.text;
-                   for (char& c : text)
-                     if (c == '\n' || c == '\r' || c == '\0') c = ' ';
-                   switch (volume.kind) {
-                     case FoundVolume::Kind::broken:
-                       ++broken;
-                       fmt::print("# not listed: {}\n", text);
-                       return warn(options.run, text);
-                     case FoundVolume::Kind::passed_over:
-                       passed_over += volume.files;
-                       return fmt::print("# passed over: {}\n", text);
-                     case FoundVolume::Kind::volume:
-                       break;
-                   }
-                   ++count;
-                   fmt::print("# {}\n{}", text, volume.path);
-                   for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
-                   fmt::print("\toutput={}\n", volume.output);
-                   std::fflush(stdout);
-                 });
+    find_volumes(find, gaps_ok, options.run, [&](const FoundVolume& volume) {
+      std::string text = volume.text;
+      for (char& c : text)
+        if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+      switch (volume.kind) {
+        case FoundVolume::Kind::broken:
+          ++broken;
+          fmt::print("# not listed: {}\n", text);
+          return warn(options.run, text);
+        case FoundVolume::Kind::passed_over:
+          passed_over += volume.files;
+          return fmt::print("# passed over: {}\n", text);
+        case FoundVolume::Kind::volume:
+          break;
+      }
+      ++count;
+      fmt::print("# {}\n{}", text, volume.path);
+      for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
+      fmt::print("\toutput={}\n", volume.output);
+      std::fflush(stdout);
+    });
     if (options.run.quiet) return;
     std::string sums = fmt::format("volumes: {}", count);
     if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
     if (passed_over > 0)
-      sums += fmt::format(", {} passed over, as comments of the list say", files_in_words(passed_over));
+      sums += fmt::format(", {} passed over, as comments of the list say", counted(passed_over, "file"));
     say_line(sums);
   }
 
-  static std::string files_in_words(std::size_t count) {
-    return fmt::format("{} file{}", count, count == 1 ? "" : "s");
-  }
-
-  // A line may have the bound that the command lacks. If a line asks for a grid without a bound, only its own
-  // original is kept.
+  // A line may have the bound that the command lacks. Without any, only the original of that line is kept.
   void refuse_lines_without_bound(const Encoding& asked, const std::vector<ManifestLine>& lines) const {
     if (has_bound(asked.options)) return;
     for (const ManifestLine& line : lines) {
       try {
         refuse_without_bound(encoding_of(line.options, options.run).options, "--remove-verified");
       } catch (const UsageError& error) {
-        throw UsageError(fmt::format("{}: line {}: {}", shown_input(manifest), line.number, error.what()));
+        throw usage_error("{}: line {}: {}", shown_input(manifest), line.number, error.what());
       }
     }
   }
@@ -238,44 +231,29 @@ struct ConvertCommand {
 Action add_convert_command(CLI::App& app) {
   auto state = std::make_shared<ConvertCommand>();
   CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each output");
-  const char* group = "The list";
-  command->add_option("--manifest", state->manifest, "List of volumes, one per line, or - for standard input")
-      ->option_text("FILE")
-      ->group(group);
-  command
-      ->add_option("--output-dir", state->options.output_dir, "Directory for the outputs and their records")
-      ->option_text("DIR")
-      ->group(group);
-  command
-      ->add_option("--find", state->find,
-                   "Encode nothing; print a list of all volumes below ROOT, for --manifest")
-      ->option_text("ROOT")
-      ->group(group);
-  command
-      ->add_flag("--keep-folders", state->keep_folders,
-                 "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag")
-      ->group(group);
-  command
-      ->add_option("--shard", state->shard,
-                   "Process only part i of n equal parts of the list; i counts from 0")
-      ->option_text("i/n")
-      ->group(group);
-  CLI::Option* skip = command
-                          ->add_flag("--skip-done", state->options.skip_done,
-                                     "Skip volumes that are done according to the records")
-                          ->group(group);
+  const std::string usual_group = command->option_defaults()->get_group();
+  command->option_defaults()->group("The list");
+  add_text_option(*command, "--manifest", state->manifest, "FILE",
+                  "List of volumes, one per line, or - for standard input");
+  add_text_option(*command, "--output-dir", state->options.output_dir, "DIR",
+                  "Directory for the outputs and their records");
+  add_text_option(*command, "--find", state->find, "ROOT",
+                  "Encode nothing; print a list of all volumes below ROOT, for --manifest");
+  command->add_flag("--keep-folders", state->keep_folders,
+                    "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag");
+  add_text_option(*command, "--shard", state->shard, "i/n",
+                  "Process only part i of n equal parts of the list; i counts from 0");
+  CLI::Option* skip = command->add_flag("--skip-done", state->options.skip_done,
+                                        "Skip volumes that are done according to the records");
   command
       ->add_flag("--remove-verified", state->remove_verified,
                  "Encode nothing; verify the outputs again, and remove their originals")
-      ->excludes(skip)
-      ->group(group);
+      ->excludes(skip);
+  command->option_defaults()->group(usual_group);
   add_trust_option(*command, state->options.trust_description);
   command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
   add_encoding_options(*command, state->encoding);
-  add_run_options(*command, state->options.run);
-  add_json_option(*command, state->options.run);
-  add_memory_option(*command, state->options.run);
-  add_spool_option(*command, state->options.run);
+  add_job_options(*command, state->options.run, true);
   return [state, command](Ranks& ranks) { state->execute(ranks, encoding_options_given(*command)); };
 }
 

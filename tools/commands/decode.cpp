@@ -12,21 +12,17 @@
 #include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/table/formats.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/printable.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
-#include "tools/archive/tag_removal.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
-#include "tools/options/vdb_options.h"
-#include "tools/options/wanted_region.h"
-#include "tools/report/advice.h"
-#include "tools/report/damage.h"
+#include "tools/options/output_options.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -57,18 +53,15 @@ struct DecodeCommand {
       throw UsageError(
           "a region or a step needs -o FILE: without it, the output would have the name of the entire "
           "volume");
-    // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
-    // is its own output.
+    // For an NRRD file, "is not a .tag file" is the better message than "is its own output".
     if (output.path.empty() && path == input && path != "-") TagReader{input};
-    refuse_terminal_input(input);
-    refuse_folder(input);
+    require_tag_input(input);
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
     refuse_contradictions();
     const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
-    std::vector<std::string> removed_after;
-    if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb, numbers()});
+    if (remove) require_replaceable_tag(input, path, {chosen, wanted, vdb, numbers()});
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
@@ -77,14 +70,12 @@ struct DecodeCommand {
     const DecodeResult& result = decoded.result;
     const nlohmann::ordered_json facts =
         result.facts.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json::parse(result.facts);
-    report.write(figures_of(result, chosen, facts));
-    decoded.commit();
-    report.keep();
+    report.write(figures_with(facts, result, chosen), decoded);
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
     watched.require();
-    remove_files(removed_after);
+    if (remove) remove_files({input});
     if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
   }
 
@@ -93,18 +84,17 @@ struct DecodeCommand {
     if (fill && !salvage) throw UsageError("--fill: applies only with --salvage; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
-      throw UsageError(
-          fmt::format("{}: --salvage needs a file, not a pipe; save it to one first", shown_input(input)));
+      throw usage_error("{}: --salvage needs a file, not a pipe; save it to one first", shown_input(input));
   }
 
   /// `facts`: what the writer of the format says; null if nothing.
-  static RunFigures figures_of(const DecodeResult& result, const Format& chosen,
-                               const nlohmann::ordered_json& facts) {
+  static RunFigures figures_with(const nlohmann::ordered_json& facts, const DecodeResult& result,
+                                 const Format& chosen) {
     const CodingParameters& parameters = result.header.parameters;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    if (!facts.is_null()) settings[settings.contains(chosen.name) ? "written" : chosen.name] = facts;
-    RunFigures figures = {result.dims,     parameters.type,  settings,
-                          result.bytes_in, result.bytes_out, achieved_json(result.header, result.index)};
+    RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.bytes_out);
+    figures.dims = result.dims;
+    if (!facts.is_null())
+      figures.settings[figures.settings.contains(chosen.name) ? "written" : chosen.name] = facts;
     figures.more["written_type"] = name_of(result.numbers.type(parameters.type));
     figures.more["written_values"] = result.numbers.are_values();
     if (result.salvage) {
@@ -121,16 +111,15 @@ struct DecodeCommand {
     tell_of_numbers(name, chosen, result);
     const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
     if (!doubts.empty())
-      warn(run, fmt::format("{}: was encoded in doubt: {}", shown_input(input),
-                            printable(fmt::format("{}", fmt::join(doubts, "; ")))));
+      warn(run, "{}: was encoded in doubt: {}", shown_input(input),
+           printable(fmt::format("{}", fmt::join(doubts, "; "))));
     const VolumeInfo written =
         volume_info(result.dims, result.numbers.type(result.header.parameters.type), result.nrrd_fields);
-    for (const std::string& lost : losses(chosen, written)) warn(run, fmt::format("{}: {}", name, lost));
-    if (run.verbosity > 0 && !run.quiet) {
+    for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
+    if (run.is_verbose()) {
       say_line(summary(result));
       say_line(memory_summary(result.memory));
-      if (const std::string lost = lost_attributes(chosen, written); !lost.empty())
-        say_line(fmt::format("{}: {}", name, lost));
+      if (const std::string lost = lost_attributes(chosen, written); !lost.empty()) say("{}: {}", name, lost);
     }
   }
 
@@ -147,18 +136,19 @@ struct DecodeCommand {
       return fmt::format("{} {}", rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept));
     };
     if (result.numbers.are_values())
-      return say_line(
-          fmt::format("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
-                      added(), name_of(result.numbers.rule.to)));
+      return say("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
+                 added(), name_of(result.numbers.rule.to));
     if (has_slopes_of_slices(fields))
-      return warn(run, fmt::format("{}: has stored samples, because each slice has its own slope and "
-                                   "intercept; --values writes values",
-                                   name));
+      return warn(run,
+                  "{}: has stored samples, because each slice has its own slope and intercept; --values "
+                  "writes values",
+                  name);
     if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
-    warn(run, fmt::format("{}: has stored samples; values are {} * sample {}{}, but few programs apply this "
-                          "to such a file; --values writes values",
-                          name, rescale.slope, added(), units));
+    warn(run,
+         "{}: has stored samples; values are {} * sample {}{}, but few programs apply this to such a file; "
+         "--values writes values",
+         name, rescale.slope, added(), units);
   }
 
   /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.
@@ -218,27 +208,23 @@ struct DecodeCommand {
 Action add_decode_command(CLI::App& app) {
   auto state = std::make_shared<DecodeCommand>();
   CLI::App* command = app.add_subcommand("decode", "Decode a .tag file into a volume");
-  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
+  add_tag_input(*command, state->input);
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
   add_region_option(*command, state->region, "Only the samples of this region");
   add_number_option(
-      *command, "--step", state->step,
-      "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...")
-      ->option_text("N");
+      *command, "--step", state->step, "N",
+      "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
   command->add_flag("--samples", state->samples,
                     "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,
                     "Write values in every format; float32 if slope or intercept is not an integer");
   command->add_flag("--salvage", state->salvage,
                     "Decode intact bricks of a damaged file and list the others; exits with 65");
-  add_number_option(*command, "--fill", state->fill, "With --salvage: value of lost samples (default: 0)")
-      ->option_text("V");
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
-  add_spool_option(*command, state->run);
+  add_number_option(*command, "--fill", state->fill, "V",
+                    "With --salvage: value of lost samples (default: 0)");
+  add_job_options(*command, state->run, true);
   add_removal_options(*command, state->remove);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }

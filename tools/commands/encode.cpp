@@ -1,7 +1,5 @@
 // tagrid encode: encodes a volume to a .tag file.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -19,8 +17,8 @@
 #include "tools/archive/input_removal.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
-#include "tools/options/shared_options.h"
-#include "tools/report/exit_codes.h"
+#include "tools/options/output_options.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -65,27 +63,18 @@ struct EncodeCommand {
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
-    nlohmann::ordered_json settings = settings_json(result.header.parameters);
-    if (!result.reason_of_bound.empty()) settings["reason_of_max_error"] = result.reason_of_bound;
-    report.write({result.header.parameters.dims,
-                  result.header.parameters.type,
-                  settings,
-                  result.bytes_in,
-                  result.file_bytes,
-                  achieved_json(result.header, result.index),
-                  {{"lossy_source", json_text_or_null(result.lossy_source)}}});
-    encoded.commit();
-    report.keep();
-    for (const std::string& warning : result.warnings) warn(run, warning);
+    RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.file_bytes);
+    if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
+    figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
+    report.write(figures, encoded);
+    warn_of_encoding(run, input, asked.options, result);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
-    warn_of_range(run, input, asked.options, result);
-    warn_of_lossy_source(run, input, result);
-    if (run.verbosity > 0 && !run.quiet) {
+    if (run.is_verbose()) {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
-        say_line(fmt::format("{}: the files cannot be restored byte for byte: {}", shown_input(input),
-                             result.why_not_restorable));
+        say("{}: the files cannot be restored byte for byte: {}", shown_input(input),
+            result.why_not_restorable);
     }
     watched.require();
     remove_files(removed_after);
@@ -139,14 +128,13 @@ struct EncodeCommand {
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
     if (!run.is_watched()) return {};
     return [](std::int64_t there, std::int64_t parts) {
-      say_line(fmt::format("tagrid: continuing: {} of {} parts are done", there, parts));
+      say("tagrid: continuing: {} of {} parts are done", there, parts);
     };
   }
 
   void warn_of_record(const std::string& path) const {
     if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path) + "/run")) return;
-    warn(run, fmt::format("{}: is the record of an unfinished run; give --resume to continue it",
-                          part_folder_of(path)));
+    warn(run, "{}: is the record of an unfinished run; give --resume to continue it", part_folder_of(path));
   }
 
   // The run makes, checks and removes the folder of its parts. A report in its place would stop the run.
@@ -155,8 +143,8 @@ struct EncodeCommand {
     const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
     const fs::path folder = canonical(parts), report = canonical(run.json);
     if (std::ranges::mismatch(folder, report).in1 == folder.end())
-      throw UsageError(fmt::format(
-          "--json {}: {} is the folder for the parts of the run; choose a file outside it", run.json, parts));
+      throw usage_error("--json {}: {} is the folder for the parts of the run; choose a file outside it",
+                        run.json, parts);
   }
 
   // Checks that the run can be continued. From now on, a signal leaves its parts.
@@ -179,10 +167,7 @@ Action add_encode_command(CLI::App& app) {
   command->add_option("INPUT", state->input, volume_input_help)->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
-  add_spool_option(*command, state->run);
+  add_job_options(*command, state->run, true);
   add_removal_options(*command, state->remove);
   add_trust_option(*command, state->trust_description);
   command->add_flag("--resume", state->resume,

@@ -10,11 +10,9 @@
 #include "io/text/printable.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
-#include "tools/options/numbers.h"
-#include "tools/options/shared_options.h"
-#include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -26,8 +24,7 @@ std::vector<double> errors_option(const std::string& text) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto error = finite_number(std::string_view(text).substr(begin, end - begin));
     if (!error || *error < 0)
-      throw UsageError(
-          fmt::format("--errors {}: must be numbers of at least 0, with commas between them", text));
+      throw usage_error("--errors {}: must be numbers of at least 0, with commas between them", text);
     errors.push_back(*error);
     begin = end + 1;
   }
@@ -119,10 +116,8 @@ Action add_estimate_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("estimate", "Estimate noise, file size, PSNR and time before you encode");
   command->add_option("INPUT", state->input, volume_input_help)->required();
-  command
-      ->add_option("--errors", state->errors,
-                   "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)")
-      ->option_text("E,E,...");
+  add_text_option(*command, "--errors", state->errors, "E,E,...",
+                  "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)");
   add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr"});
   add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };

@@ -22,8 +22,7 @@ using Json = nlohmann::ordered_json;
 struct KnownFormat {
   std::string name, help, extensions;
   bool reads = false, writes = false;
-  std::string reader = "",
-              writer = "";  ///< paths of programs; "" if tagrid does it itself, or if it is missing
+  std::string reader = {}, writer = {};   ///< paths of programs; "" if it needs none, or if it is missing
   std::vector<std::string> missing = {};  ///< programs that are missing
 };
 
@@ -40,14 +39,12 @@ KnownFormat known(const Format& format) {
                      .extensions = fmt::format("{}", fmt::join(format.extensions, " ")),
                      .reads = reading.is_read(),
                      .writes = format.is_written()};
-  const auto look = [&](std::string_view name, const auto& program, std::string_view kind, std::string& path,
+  const auto look = [&](std::string_view name, const auto& program, const char* kind, std::string& path,
                         bool& can) {
     if (name.empty()) return;
     can = program.has_value();
-    if (program)
-      path = *program;
-    else
-      result.missing.push_back(fmt::format("tagrid-{}-{}", kind, name));
+    path = program.value_or("");
+    if (!can) result.missing.push_back(fmt::format("tagrid-{}-{}", kind, name));
   };
   look(reading.reader, find_reader(reading.reader), "read", result.reader, result.reads);
   look(format.writer, find_writer(format.writer), "write", result.writer, result.writes);
@@ -59,40 +56,33 @@ std::vector<KnownFormat> known_formats() {
   for (const Format& format : formats())
     if (format.is_read() || format.is_written()) list.push_back(known(format));
   std::map<std::string, KnownFormat> added;
-  const auto add = [&](const FoundProgram& program) -> KnownFormat& {
-    KnownFormat& format = added[program.name];
-    format.name = program.name;
-    format.help = "added to this machine";
-    format.extensions = "." + program.name;
-    return format;
+  const auto add = [&](const std::vector<FoundProgram>& programs, bool KnownFormat::*can,
+                       std::string KnownFormat::*path) {
+    for (const FoundProgram& program : programs) {
+      if (read_format_named(program.name) != nullptr) continue;
+      KnownFormat& format = added[program.name];
+      format.name = program.name;
+      format.help = "added to this machine";
+      format.extensions = "." + program.name;
+      format.*can = true;
+      format.*path = program.path;
+    }
   };
-  for (const FoundProgram& reader : all_readers())
-    if (read_format_named(reader.name) == nullptr) {
-      KnownFormat& format = add(reader);
-      format.reads = true;
-      format.reader = reader.path;
-    }
-  for (const FoundProgram& writer : all_writers())
-    if (read_format_named(writer.name) == nullptr) {
-      KnownFormat& format = add(writer);
-      format.writes = true;
-      format.writer = writer.path;
-    }
+  add(all_readers(), &KnownFormat::reads, &KnownFormat::reader);
+  add(all_writers(), &KnownFormat::writes, &KnownFormat::writer);
   for (auto& [name, format] : added) list.push_back(std::move(format));
   return list;
 }
 
 Json json_of(const KnownFormat& format) {
-  Json json = {
-      {"name", format.name}, {"help", format.help}, {"reads", format.reads}, {"writes", format.writes}};
-  const auto path_or_null = [](const std::string& path) {
-    return path.empty() ? Json(nullptr) : Json(printable(path));
-  };
-  json["program"] = path_or_null(format.reader);
-  json["writer"] = path_or_null(format.writer);
-  json["missing"] =
-      format.missing.empty() ? Json(nullptr) : Json(fmt::format("{}", fmt::join(format.missing, " ")));
-  return json;
+  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  return {{"name", format.name},
+          {"help", format.help},
+          {"reads", format.reads},
+          {"writes", format.writes},
+          {"program", text_or_null(printable(format.reader))},
+          {"writer", text_or_null(printable(format.writer))},
+          {"missing", text_or_null(fmt::format("{}", fmt::join(format.missing, " ")))}};
 }
 
 std::string where(const KnownFormat& format) {

@@ -1,8 +1,6 @@
 // What the commands mesh and surface have in common: each writes a form of the grid of a .tag file.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -11,8 +9,7 @@
 #include "io/volume/lengths.h"
 #include "pipeline/meshes/grid_run.h"
 #include "pipeline/progress/finished.h"
-#include "tools/options/shared_options.h"
-#include "tools/options/wanted_region.h"
+#include "tools/options/output_options.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -43,11 +40,10 @@ struct GridCommand {
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;
     if (output.path.empty() && !options.region.is_all())
-      throw UsageError(fmt::format(
-          "a region needs -o FILE: without it, the output would have the name of the entire {}", form.name));
+      throw usage_error("a region needs -o FILE: without it, the output would have the name of the entire {}",
+                        form.name);
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;
-    refuse_terminal_input(input);
-    refuse_folder(input);
+    require_tag_input(input);
     refuse_terminal(ranks, path, form.plural);
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, form.name, input, path);
@@ -56,26 +52,21 @@ struct GridCommand {
       return write_form({input, path, options, run.resources(ranks), meter.progress()});
     }();
     const GridResult& result = written.result;
-    const CodingParameters& parameters = result.header.parameters;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    add_settings(written.result, settings);
-    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.header, result.index)});
-    written.commit();
-    report.keep();
+    RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.bytes_out);
+    add_settings(written.result, figures.settings);
+    report.write(figures, written);
     for (const std::string& warning : result.warnings) warn(run, warning);
     if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
       warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
-      warn(run,
-           fmt::format("{}: slices of the source are unequally spaced; in the {} all distances are equal",
-                       path, form.name));
+      warn(run, "{}: slices of the source are unequally spaced; in the {} all distances are equal", path,
+           form.name);
     return std::move(written.result);
   }
 
   /// With -v, says how much was written, and in which coordinates.
   void tell_size(const std::string& counts, const TagHeader& header) const {
-    if (run.verbosity == 0 || run.quiet) return;
+    if (!run.is_verbose()) return;
     say_line(counts);
     say_line("coordinates: " + coordinates_text(header));
   }

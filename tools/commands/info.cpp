@@ -25,7 +25,7 @@ Action add_info_command(CLI::App& app) {
   auto state = std::make_shared<State>();
   CLI::App* command =
       app.add_subcommand("info", "Print geometry, parameters, sizes and active points per level");
-  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
+  add_tag_input(*command, state->input);
   command->add_flag("--no-levels", state->no_levels,
                     "Omit the table of levels, which can require decoding the entire file");
   add_run_options(*command, state->run);
@@ -33,8 +33,7 @@ Action add_info_command(CLI::App& app) {
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
   return [state](Ranks& ranks) {
     state->run.obey_memory_limit();
-    refuse_terminal_input(state->input);
-    refuse_folder(state->input);
+    require_tag_input(state->input);
     const TagSummary file = state->summary(ranks);
     if (state->json)
       fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));

@@ -1,10 +1,8 @@
-// tagrid: stores a CT volume in one file, as a conforming adaptive tetrahedral grid and every voxel within a
-// bound.
+// tagrid: stores a CT volume in one file, as an adaptive tetrahedral grid and every voxel within a bound.
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <stdexcept>
@@ -12,10 +10,8 @@
 
 #include "io/errors/errors.h"
 #include "tools/commands/commands.h"
-#include "tools/options/command_line_error.h"
-#include "tools/options/help_layout.h"
+#include "tools/options/command_line.h"
 #include "tools/options/shared_options.h"
-#include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
 #ifdef TAGRID_MPI
@@ -45,7 +41,7 @@ int fail(const Failure& failure) {
   return failure.code;
 }
 
-/// The arguments from last to first, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git and others.
+/// The arguments in reverse order, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git.
 std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments.front() == "help") {

@@ -40,9 +40,8 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
     const Rescale rescale = rescale_of(fields);
     if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));
-    say_line(fmt::format("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}",
-                         shown_output(path), rescale.slope, rescale.intercept < 0 ? '-' : '+',
-                         std::abs(rescale.intercept), unit));
+    say("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}", shown_output(path),
+        rescale.slope, rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept), unit);
   }
 };
 
@@ -52,22 +51,18 @@ Action add_mesh_command(CLI::App& app) {
   auto state = std::make_shared<MeshCommand>();
   CLI::App* command =
       app.add_subcommand("mesh", "Write the adaptive grid as a tetrahedral mesh: VTU, VTKHDF or Gmsh");
-  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
+  add_tag_input(*command, state->input);
   add_output_options(*command, state->output);
-  add_number_option(*command, "--level", state->options.level,
-                    "Use the grid only up to level N (default: all levels)")
-      ->option_text("N");
-  add_number_option(*command, "--coarsen", state->options.coarsen,
-                    "Write the coarsest mesh that is within E of every decoded voxel")
-      ->option_text("E");
+  add_number_option(*command, "--level", state->options.level, "N",
+                    "Use the grid only up to level N (default: all levels)");
+  add_number_option(*command, "--coarsen", state->options.coarsen, "E",
+                    "Write the coarsest mesh that is within E of every decoded voxel");
   command->add_flag("--samples", state->options.of_samples,
                     "With --coarsen: E is in units of stored samples, not of values");
   add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
   command->add_flag("--padded", state->options.padded,
                     "Fill complete root cubes instead of ending at the first and last samples");
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
+  add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

@@ -3,7 +3,8 @@
 #include "pipeline/phantom/phantom.h"
 
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
+#include "tools/options/encoding_options.h"
+#include "tools/options/output_options.h"
 #include "tools/report/run_report.h"
 
 namespace tagrid {
@@ -26,9 +27,7 @@ struct PhantomCommand {
     RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path,
                      samples_path(path, chosen));
     Finished<std::uint64_t> phantom = write(options, path, chosen);
-    report.write({options.dims, options.type, {{"seed", seed}}, 0, phantom.result, nullptr});
-    phantom.commit();
-    report.keep();
+    report.write({options.dims, options.type, {{"seed", seed}}, 0, phantom.result, nullptr}, phantom);
   }
 
   Finished<std::uint64_t> write(const PhantomOptions& options, const std::string& path,
@@ -50,13 +49,10 @@ Action add_phantom_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("phantom", "Create a synthetic CT-like volume of any size, for tests");
   add_dims_option(*command, state->dims)->required();
-  command
-      ->add_option("--type", state->type,
-                   "Sample type: uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
-      ->option_text("TYPE");
-  add_number_option(*command, "--seed", state->seed,
-                    "Select the volume: another seed gives another one (default: 1)")
-      ->option_text("N");
+  add_text_option(*command, "--type", state->type, "TYPE",
+                  "Sample type: uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64");
+  add_number_option(*command, "--seed", state->seed, "N",
+                    "Select the volume: another seed gives another one (default: 1)");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);

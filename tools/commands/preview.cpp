@@ -2,8 +2,6 @@
 
 #include "pipeline/reading/read_preview.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 
 #include "io/files/file_attributes.h"
@@ -13,7 +11,7 @@
 #include "io/png/png_writer.h"
 #include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
+#include "tools/options/output_options.h"
 #include "tools/preview/sheet.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -34,8 +32,7 @@ struct PreviewCommand {
     const PreviewWishes wishes = wanted_slices();
     const std::optional<GreyWindow> wanted_window = window_option();
     const std::string path = output.path.empty() ? output_beside(input, ".png") : output.path;
-    refuse_terminal_input(input);
-    refuse_folder(input);
+    require_tag_input(input);
     refuse_pipe();
     if (path != "-" && !path.ends_with(".png"))
       throw UsageError(path + ": a preview is written as PNG; its name must end in .png");
@@ -62,11 +59,9 @@ struct PreviewCommand {
                   .cube_size = parameters.cube_size});
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);
-    report.write(figures(file, content, shown, png.position()));
-    png.commit();
-    report.keep();
-    if (run.verbosity > 0 && !run.quiet) {
-      say_line(fmt::format("{} of {} bricks were read", content.bricks, file.count()));
+    report.write(figures_with(content, shown, file, png.position()), png);
+    if (run.is_verbose()) {
+      say("{} of {} bricks were read", content.bricks, file.count());
       say_line(memory_summary(content.memory));
     }
   }
@@ -83,16 +78,14 @@ struct PreviewCommand {
     return read_preview(file, wishes, run.resources(ranks), memory_of_sheet(), meter.progress());
   }
 
-  static RunFigures figures(const TagBricks& file, const PreviewContent& content, const GreyWindow& shown,
-                            std::uint64_t bytes) {
-    const CodingParameters& parameters = file.parameters();
-    nlohmann::ordered_json settings = settings_json(parameters);
+  static RunFigures figures_with(const PreviewContent& content, const GreyWindow& shown,
+                                 const TagBricks& file, std::uint64_t bytes) {
+    RunFigures figures = figures_of(file.header(), file.index(), file.sizes().file, bytes);
     for (const PreviewSlice& slice : content.slices)
-      settings["slices"][std::string(1, "xyz"[slice.panel.axis])] = slice.panel.slice;
-    settings["window"] = {shown.low, shown.high};
-    settings["bricks"] = content.bricks;
-    return {parameters.dims,   parameters.type, settings,
-            file.sizes().file, bytes,           achieved_json(file.header(), file.index())};
+      figures.settings["slices"][std::string(1, "xyz"[slice.panel.axis])] = slice.panel.slice;
+    figures.settings["window"] = {shown.low, shown.high};
+    figures.settings["bricks"] = content.bricks;
+    return figures;
   }
 
   PreviewWishes wanted_slices() const {
@@ -103,8 +96,7 @@ struct PreviewCommand {
                              ? whole_number<std::int64_t>(std::string_view(text).substr(2))
                              : std::nullopt;
       if (axis >= 3 || !slice)
-        throw UsageError(
-            fmt::format("--slice {}: must be x=, y= or z= and a whole number, such as z=20", text));
+        throw usage_error("--slice {}: must be x=, y= or z= and a whole number, such as z=20", text);
       wishes.slices[axis] = *slice;
     }
     return wishes;
@@ -114,7 +106,7 @@ struct PreviewCommand {
     if (window.empty()) return std::nullopt;
     const auto range = value_range(window);
     if (!range || range->first >= range->second)
-      throw UsageError(fmt::format("--window {}: must be lo:hi with lo < hi", window));
+      throw usage_error("--window {}: must be lo:hi with lo < hi", window);
     return GreyWindow{range->first, range->second};
   }
 };
@@ -133,15 +125,10 @@ Action add_preview_command(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)
       ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--window", state->window,
-          "Values that are black and white, rescaled if the source defines slope and intercept (default: all "
-          "except the lowest and highest 0.5 %)")
-      ->option_text("lo:hi");
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
+  add_text_option(*command, "--window", state->window, "lo:hi",
+                  "Values that are black and white, rescaled if the source defines slope and intercept "
+                  "(default: all except the lowest and highest 0.5 %)");
+  add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "io/errors/errors.h"
 #include "io/files/abandoned_files.h"
@@ -12,11 +11,12 @@
 #include "pipeline/restore/restore.h"
 #include "tools/archive/removed_originals.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
+#include "tools/options/output_options.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -39,20 +39,17 @@ struct RestoreCommand {
     RunReport report(run.json, run.thread_count(), output.overwrite, "restore", input, output.path);
     Finished<RestoreResult> restored = restore(ranks);
     const RestoreResult& result = restored.result;
-    const CodingParameters& parameters = result.header.parameters;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    settings["exact"] = parameters.is_exact();
-    settings["files"] = result.kept.files.size();
-    settings["compression"] = json_text_or_null(result.kept.compression);
-    settings["lossy_source"] = json_text_or_null(text_of_key(result.header.nrrd_fields, lossy_source_key));
-    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.header, result.index)});
-    restored.commit();
-    report.keep();
+    RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.bytes_out);
+    figures.settings["exact"] = result.header.parameters.is_exact();
+    figures.settings["files"] = result.kept.files.size();
+    figures.settings["compression"] = json_text_or_null(result.kept.compression);
+    figures.settings["lossy_source"] =
+        json_text_or_null(text_of_key(result.header.nrrd_fields, lossy_source_key));
+    report.write(figures, restored);
     tell(result);
   }
 
-  // Every original that convert removed goes back to its place. One that fails does not keep others from coming back.
+  // Restores every original that convert removed to its place. A failure does not stop the others.
   void restore_all(Ranks& ranks) const {
     if (!input.empty())
       throw UsageError("--records: restores all originals of a directory; leave out " + input);
@@ -76,16 +73,15 @@ struct RestoreCommand {
         ++restored;
       } catch (const std::exception&) {
         ++failed;
-        say_line(fmt::format("tagrid: {}: {}", original.input, current_failure().message));
+        say("tagrid: {}: {}", original.input, current_failure().message);
       }
     }
     for (const std::string& sentence : unknown) say_line("tagrid: " + sentence);
     if (run.is_watched() || failed > 0 || !unknown.empty())
-      say_line(fmt::format("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored,
-                           there, there == 1 ? "was" : "were", failed));
+      say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
+          there == 1 ? "was" : "were", failed);
     if (failed > 0)
-      throw BrokenInput(fmt::format("{} of {} original{} could not be restored", failed, originals.size(),
-                                    originals.size() == 1 ? "" : "s"));
+      throw broken_input("{} of {} could not be restored", failed, counted(originals.size(), "original"));
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");
@@ -105,9 +101,7 @@ struct RestoreCommand {
   static std::string named(const std::vector<EnvelopeFile>& files, Meant is_meant) {
     const auto first = std::ranges::find_if(files, is_meant);
     const auto others = std::ranges::count_if(first + 1, files.end(), is_meant);
-    return fmt::format(
-        "{}{}", printable(first->name),
-        others == 0 ? "" : fmt::format(" and {} other file{}", others, others == 1 ? "" : "s"));
+    return printable(first->name) + (others == 0 ? "" : " and " + counted(others, "other file"));
   }
 
   void tell(const RestoreResult& result) const {
@@ -116,26 +110,22 @@ struct RestoreCommand {
     // Often only the compression showed the loss, and that is gone.
     const std::string loss = text_of_key(result.header.nrrd_fields, lossy_source_key);
     if (!compression.empty())
-      warn(run, fmt::format(
-                    "{}: {} {} not restored byte for byte: samples were compressed ({}), and now are not{}",
-                    output.path, named(files, &EnvelopeFile::is_changed),
-                    std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
-                    printable(compression),
-                    loss.empty() ? ""
-                                 : fmt::format("; some were compressed with loss ({}), which the .tag file "
-                                               "records, but the restored files may not",
-                                               printable(loss))));
+      warn(run, "{}: {} {} not restored byte for byte: samples were compressed ({}), and now are not{}",
+           output.path, named(files, &EnvelopeFile::is_changed),
+           std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
+           printable(compression),
+           loss.empty() ? ""
+                        : fmt::format("; some were compressed with loss ({}), which the .tag file records, "
+                                      "but the restored files may not",
+                                      printable(loss)));
     if (!is_exact && result.index.total.max_error > 0)
-      warn(run,
-           fmt::format("{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,
-                       named(files, [](const EnvelopeFile& file) { return !file.slices.empty(); }),
-                       error_text(result.index.total.max_error, result.header)));
-    if (run.verbosity == 0 || run.quiet) return;
-    for (const EnvelopeFile& file : files)
-      say_line(fmt::format("{}/{}: {} bytes", output.path, file.name, file.size));
+      warn(run, "{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,
+           named(files, [](const EnvelopeFile& file) { return !file.slices.empty(); }),
+           error_text(result.index.total.max_error, result.header));
+    if (!run.is_verbose()) return;
+    for (const EnvelopeFile& file : files) say("{}/{}: {} bytes", output.path, file.name, file.size);
     if (is_exact && compression.empty())
-      say_line(fmt::format("{} file{} restored, byte for byte: all checksums agree", files.size(),
-                           files.size() == 1 ? "" : "s"));
+      say("{} restored, byte for byte: all checksums agree", counted(files.size(), "file"));
   }
 };
 
@@ -145,18 +135,13 @@ Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
   CLI::App* command = app.add_subcommand("restore", "Restore the source files of a .tag file, byte for byte");
   command->add_option("INPUT", state->input, ".tag file");
-  command
-      ->add_option(
-          "--records", state->records,
-          "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs")
-      ->option_text("DIR");
-  command
-      ->add_option("-o,--output", state->output.path, "Directory for the files, created if it does not exist")
-      ->option_text("DIR");
+  add_text_option(
+      *command, "--records", state->records, "DIR",
+      "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs");
+  add_text_option(*command, "-o,--output", state->output.path, "DIR",
+                  "Directory for the files, created if it does not exist");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
+  add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

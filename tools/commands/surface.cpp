@@ -54,22 +54,19 @@ struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
 Action add_surface_command(CLI::App& app) {
   auto state = std::make_shared<SurfaceCommand>();
   CLI::App* command = app.add_subcommand("surface", "Write an isosurface as triangles: PLY, STL, OBJ or VTP");
-  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
+  add_tag_input(*command, state->input);
   add_output_options(*command, state->output);
-  add_number_option(*command, "--iso", state->options.iso, "Value on the surface; samples >= V are inside")
-      ->option_text("V")
+  add_number_option(*command, "--iso", state->options.iso, "V",
+                    "Value on the surface; samples >= V are inside")
       ->required();
-  add_number_option(*command, "--level", state->options.level,
-                    "Use the grid only up to level N (default: all levels)")
-      ->option_text("N");
+  add_number_option(*command, "--level", state->options.level, "N",
+                    "Use the grid only up to level N (default: all levels)");
   add_region_option(*command, state->region, "Only the surface in tetrahedra that intersect this region");
   command->add_flag("--samples", state->options.of_samples,
                     "V is a stored sample, even if values are slope * sample + intercept");
   command->add_flag("--close", state->options.close,
                     "Close the surface at the border of the volume, as if values outside were lower");
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
+  add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

@@ -15,11 +15,10 @@
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
-#include "tools/options/shared_options.h"
-#include "tools/options/source_rows.h"
-#include "tools/report/damage.h"
+#include "tools/options/encoding_options.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -28,41 +27,33 @@ struct VerifyCommand {
   std::string input, original;
   RunOptions run;
   bool overwrite = false;
-  SourceOptions source;
+  EncodingOptions encoding;  ///< only those of a source can be given
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    const SourceDescription description = run.limited(source.description());
-    if (original.empty() && !source.empty())
+    const SourceDescription description = run.limited(encoding.source.description());
+    if (original.empty() && encoding.source != SourceOptions{})
       throw UsageError(
           "--dims, --from and the other options of an input are for the original; give it with --against");
     if (input == "-" && original == "-")
       throw UsageError("--against -: standard input is already the .tag file; give a file");
-    refuse_terminal_input(input);
-    refuse_folder(input);
+    require_tag_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
-    const CodingParameters& parameters = result.header.parameters;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    settings["against"] = json_text_or_null(original);
+    RunFigures figures = figures_of(result.header, result.index, result.bytes_in, 0);
+    figures.settings["against"] = json_text_or_null(original);
     const std::vector<std::string>& differences = result.geometry.differences;
     // Where the geometry differs, the files do, too; but that says less.
     const std::string files = differences.empty() ? compare_files(description) : "not compared";
-    if (!original.empty()) settings["source_files"] = files;
-    RunFigures figures = {parameters.dims,
-                          parameters.type,
-                          settings,
-                          result.bytes_in,
-                          0,
-                          achieved_json(result.header, result.index)};
-    if (!original.empty())
+    if (!original.empty()) {
+      figures.settings["source_files"] = files;
       figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
+    }
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
-    if (!differences.empty())
-      throw BrokenInput(fmt::format("{}: {}", shown_input(input), fmt::join(differences, "; ")));
+    if (!differences.empty()) throw broken_input("{}: {}", shown_input(input), fmt::join(differences, "; "));
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
@@ -86,7 +77,7 @@ struct VerifyCommand {
                                        : "not compared: only one file defines it";
   }
 
-  /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.
+  /// Compares the files of the original. Throws BrokenInput if files of the same names differ.
   std::string compare_files(const SourceDescription& description) const {
     if (original.empty() || original == "-" || !is_regular_input(input) || !is_file_or_folder(original))
       return "not compared";
@@ -120,7 +111,7 @@ struct VerifyCommand {
     try {
       file.emplace(std::make_shared<FileSource>(input));
     } catch (const BrokenInput&) {
-      return;  // not even the header is whole
+      return;  // not even the header is intact
     }
     const CodingParameters& parameters = file->header().parameters;
     const BrickGrid bricks = parameters.bricks();
@@ -156,10 +147,9 @@ Action add_verify_command(CLI::App& app) {
   auto state = std::make_shared<VerifyCommand>();
   CLI::App* command =
       app.add_subcommand("verify", "Check that a .tag file is intact, or compare it with the original");
-  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
-  command->add_option("--against", state->original, "Compare every voxel with this volume")
-      ->option_text("ORIGINAL");
-  add_source_options(*command, state->source);
+  add_tag_input(*command, state->input);
+  add_text_option(*command, "--against", state->original, "ORIGINAL", "Compare every voxel with this volume");
+  add_source_options(*command, state->encoding);
   add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }

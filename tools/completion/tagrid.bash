@@ -38,19 +38,21 @@ _tagrid() {
   # --option=value comes as three words.
   [[ $current == = ]] && current=''
   [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
+  local values=''
   case $before in
-    --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
-    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti vtkhdf hdf5' -- "$current") && return ;;
-    --vdb-type) mapfile -t COMPREPLY < <(compgen -W 'float int32' -- "$current") && return ;;
-    --grid) mapfile -t COMPREPLY < <(compgen -W 'stored derived' -- "$current") && return ;;
-    --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
-    --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
-    --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;
-    --type)
-      mapfile -t COMPREPLY < <(compgen -W 'uint8 int8 uint16 int16 uint32 int32 float32 float64' -- "$current")
-      return
-      ;;
+    --progress) values='auto bar plain none' ;;
+    --format) values='nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti vtkhdf hdf5' ;;
+    --vdb-type) values='float int32' ;;
+    --grid) values='stored derived' ;;
+    --effort) values='fast default best' ;;
+    --endian) values='little big' ;;
+    --range) values='auto' ;;
+    --type) values='uint8 int8 uint16 int16 uint32 int32 float32 float64' ;;
   esac
+  if [[ -n $values ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$current")
+    return
+  fi
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then

@@ -2,71 +2,61 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <vector>
-
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/text/printable.h"
 #include "pipeline/raw/dims_order.h"
 #include "pipeline/raw/likelier_reading.h"
-#include "tools/options/encoding_rows.h"
-#include "tools/options/suggestion.h"
+#include "tools/options/command_line.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
-
-Encoding EncodingOptions::checked(const RunOptions& run) const {
-  Encoding encoding{options, run.limited(source.description())};
-  if (range == "auto") {
-    encoding.options.range_from_data = true;
-  } else if (!range.empty()) {
-    encoding.options.range = value_range(range);
-    if (!encoding.options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
-  }
-  require(rules.size() + options.max_error.has_value() <= 1,
-          "--max-error, --relative-error and --psnr all set the maximum error; give only one");
-  for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
-  encoding.options.validate();
-  return encoding;
-}
-
-void add_encoding_options(CLI::App& command, EncodingOptions& options, const std::vector<std::string>& but) {
-  for (const auto& row : encoding_rows())
-    if (std::ranges::find(but, row.name) == but.end()) add_row(command, row, options);
-}
-
-OptionTexts encoding_options_given(const CLI::App& command) {
-  OptionTexts texts;
-  for (const auto& row : encoding_rows()) {
-    const CLI::Option* given = command.get_option_no_throw("--" + row.name);
-    if (given != nullptr && given->count() > 0) texts[row.name] = given->results().back();
-  }
-  return texts;
-}
-
 namespace {
 
-const OptionRow<EncodingOptions>& row_named(const std::string& name) {
+/// Nothing if no layout was given.
+std::optional<RawDescription> layout_of(const SourceOptions& source) {
+  std::vector<std::string_view> given;
+  for (const auto& [name, value] : {std::pair("--dims", &source.dims),
+                                    {"--type", &source.type},
+                                    {"--endian", &source.endian},
+                                    {"--spacing", &source.spacing},
+                                    {"--offset", &source.offset}})
+    if (!value->empty()) given.emplace_back(name);
+  if (given.empty()) return std::nullopt;
+  if (source.dims.empty() || source.type.empty())
+    throw usage_error(
+        "{0}: headerless input needs both --dims and --type; a file of any other format describes its "
+        "samples itself: leave out {0}",
+        fmt::join(given, ", "));
+  RawDescription raw;
+  raw.dims = dims_option(source.dims);
+  raw.type = sample_type_option(source.type);
+  if (!source.endian.empty()) raw.big_endian = source.endian == "big";
+  if (const std::string& offset = source.offset; !offset.empty()) {
+    const auto bytes = byte_count(offset);
+    if (!bytes || offset.find('.') != offset.npos)
+      throw usage_error("--offset: {}: must be a whole number of bytes, optionally with K, M, G or T",
+                        offset);
+    raw.offset = *bytes;
+  }
+  if (!source.spacing.empty()) {
+    raw.spacing = three_distances(source.spacing);
+    if (!raw.spacing)
+      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z", source.spacing);
+  }
+  return raw;
+}
+
+const OptionRow& row_named(const std::string& name) {
   std::vector<std::string> names;
-  for (const auto& row : encoding_rows()) {
+  for (const OptionRow& row : encoding_rows()) {
     if (row.name == name) return row;
     names.push_back(row.name);
   }
   if (const auto meant = nearest(name, names))
-    throw UsageError(fmt::format("unknown option --{}; did you mean --{}?", name, *meant));
-  throw UsageError(
-      fmt::format("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --")));
+    throw usage_error("unknown option --{}; did you mean --{}?", name, *meant);
+  throw usage_error("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --"));
 }
-
-}  // namespace
-
-Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
-  EncodingOptions options;
-  for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
-  return options.checked(run);
-}
-
-namespace {
 
 std::string in_words(SampleType type, bool big_endian) {
   const char* order = size_of(type) == 1 ? "" : big_endian ? " --endian big" : " --endian little";
@@ -78,28 +68,13 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
   if (likelier.sample_bytes == size_of(given.type))
     return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
                        in_words(likelier.type, likelier.big_endian), as_given);
-  return fmt::format("looks far more like samples of {} byte{} than like {}; check the type and the dims",
-                     likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
-}
-
-}  // namespace
-
-void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
-  if (run.quiet || is_folder(input)) return;
-  // If samples are misread, no order of dims looks better than another.
-  if (const auto reading = likelier_reading(input, description))
-    return warn(run, input + ": " + doubt(description, *reading));
-  const auto likelier = likelier_dims(input, description);
-  if (!likelier) return;
-  const Index3 &given = description.dims, &other = *likelier;
-  warn(run, fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order "
-                        "(x is the fastest)",
-                        input, other.x, other.y, other.z, given.x, given.y, given.z));
+  return fmt::format("looks far more like samples of {} than like {}; check the type and the dims",
+                     counted(likelier.sample_bytes, "byte"), as_given);
 }
 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result) {
-  // A span that is less than an eighth of a voxel high, such as that of a mask, leaves hardly a mark on the grid.
+  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
   constexpr double far_more = 4, far_less = 1.0 / 64;
   constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
   const CodingParameters& p = result.header.parameters;
@@ -111,24 +86,96 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   const std::string name = shown_input(input);
   if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
     return warn(run,
-                fmt::format("{}: its samples span {}, but the grid was made for {}, the default range of {}: "
-                            "meshes and surfaces will miss detail; give --range {}",
-                            name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto"));
+                "{}: its samples span {}, but the grid was made for {}, the default range of {}: meshes and "
+                "surfaces will miss detail; give --range {}",
+                name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto");
   if (!(span > far_more * made_for)) return;
-  warn(run, fmt::format("{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the "
-                        "default range of {}; it may be finer, and the file larger, than you want; {}--range "
-                        "lo:hi sets the span that matters",
-                        name, low, high, p.range_low, p.range_high, name_of(p.type),
-                        input == "-" ? "" : "--range auto takes the span of the samples, "));
+  warn(run,
+       "{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the default range of {}; "
+       "it may be finer, and the file larger, than you want; {}--range lo:hi sets the span that matters",
+       name, low, high, p.range_low, p.range_high, name_of(p.type),
+       input == "-" ? "" : "--range auto takes the span of the samples, ");
 }
 
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
   if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
   warn(run,
-       fmt::format("{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % "
-                   "larger; keep the source instead, or give a bound with --max-error",
-                   shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0));
+       "{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep "
+       "the source instead, or give a bound with --max-error",
+       shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0);
+}
+
+}  // namespace
+
+Index3 dims_option(const std::string& dims) {
+  const auto sizes = three_sizes(dims);
+  if (!sizes) throw usage_error("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);
+  return *sizes;
+}
+
+SampleType sample_type_option(const std::string& name) {
+  if (const auto type = sample_type_named(name)) return *type;
+  throw usage_error("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name);
+}
+
+SourceDescription SourceOptions::description() const {
+  SourceDescription description(layout_of(*this), vdb_grid);
+  description.from = from;
+  description.series = series;
+  description.dataset = dataset;
+  description.gaps_ok = gaps_ok;
+  return description;
+}
+
+Encoding EncodingOptions::checked(const RunOptions& run) const {
+  Encoding encoding{options, run.limited(source.description())};
+  if (range == "auto") {
+    encoding.options.range_from_data = true;
+  } else if (!range.empty()) {
+    encoding.options.range = value_range(range);
+    if (!encoding.options.range) throw usage_error("--range {}: must be lo:hi or auto", range);
+  }
+  require(rules.size() + options.max_error.has_value() <= 1,
+          "--max-error, --relative-error and --psnr all set the maximum error; give only one");
+  for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
+  encoding.options.validate();
+  return encoding;
+}
+
+OptionTexts encoding_options_given(const CLI::App& command) {
+  OptionTexts texts;
+  for (const OptionRow& row : encoding_rows()) {
+    const CLI::Option* given = command.get_option_no_throw("--" + row.name);
+    if (given != nullptr && given->count() > 0) texts[row.name] = given->results().back();
+  }
+  return texts;
+}
+
+Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
+  EncodingOptions options;
+  for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
+  return options.checked(run);
+}
+
+void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
+  if (run.quiet || is_folder(input)) return;
+  // If samples are misread, no order of dims looks better than another.
+  if (const auto reading = likelier_reading(input, description))
+    return warn(run, input + ": " + doubt(description, *reading));
+  const auto likelier = likelier_dims(input, description);
+  if (!likelier) return;
+  const Index3 &given = description.dims, &other = *likelier;
+  warn(run,
+       "{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order (x is the fastest)",
+       input, other.x, other.y, other.z, given.x, given.y, given.z);
+}
+
+void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                      const EncodeResult& result) {
+  for (const std::string& warning : result.warnings) warn(run, warning);
+  warn_of_range(run, input, asked, result);
+  warn_of_lossy_source(run, input, result);
 }
 
 }  // namespace tagrid

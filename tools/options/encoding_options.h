@@ -2,15 +2,15 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <map>
-#include <optional>
 #include <string>
+#include <vector>
 
-#include "io/volume/volume_source.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/job/options.h"
 #include "pipeline/run/run.h"
 #include "tools/options/shared_options.h"
-#include "tools/options/source_rows.h"
 
 namespace tagrid {
 
@@ -24,6 +24,18 @@ struct Encoding {
   SourceDescription source;
 };
 
+/// The options that say how to read an input, as texts; "" if not given.
+struct SourceOptions {
+  std::string dims, type, endian, spacing, offset;  ///< the layout of headerless samples
+  std::string from, series, dataset, vdb_grid;
+  bool gaps_ok = false;
+
+  /// Throws UsageError if values are out of range, or if only a part of a layout is given.
+  SourceDescription description() const;
+
+  bool operator==(const SourceOptions&) const = default;
+};
+
 struct EncodingOptions {
   EncodeOptions options;
   std::map<ErrorRule::Kind, double> rules;  ///< instead of max_error; more than one is refused
@@ -34,10 +46,29 @@ struct EncodingOptions {
   Encoding checked(const RunOptions& run = {}) const;
 };
 
-/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and other options of the
-/// input. Without those that are named `but`.
+/// An option as a row of a table, which the command line and the lines of convert's manifest share.
+struct OptionRow {
+  std::string name;   ///< without dashes
+  std::string group;  ///< heading in the help
+  std::string value;  ///< name of its value in the help; "": a flag, whose value is true or false
+  std::string help;
+  /// Reads the value of `option`, its name with dashes. Throws UsageError if it is invalid.
+  std::function<void(EncodingOptions&, const std::string& option, const std::string& text)> set;
+  std::vector<std::string> words = {};  ///< all possible values; empty: set() decides
+};
+
+/// All options of a volume, in the order of the help.
+const std::vector<OptionRow>& encoding_rows();
+
+/// Reads a value that was not given on the command line. Throws UsageError.
+void set_row(const OptionRow& row, EncodingOptions& options, const std::string& text);
+
+/// Adds all rows to a command, without those that are named `but`. `options` must outlive it.
 void add_encoding_options(CLI::App& command, EncodingOptions& options,
                           const std::vector<std::string>& but = {});
+
+/// Adds only the rows that set `options.source`.
+void add_source_options(CLI::App& command, EncodingOptions& options);
 
 /// The texts of such options, by their names without dashes.
 using OptionTexts = std::map<std::string, std::string>;
@@ -49,15 +80,21 @@ OptionTexts encoding_options_given(const CLI::App& command);
 /// options. `run` limits the memory of a reader.
 Encoding encoding_of(const OptionTexts& texts, const RunOptions& run = {});
 
+/// --dims
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
+
+/// Dims from "X,Y,Z". Throws UsageError unless each is from 1 to 2^31.
+Index3 dims_option(const std::string& dims);
+
+/// The type that --type names. Throws UsageError that lists the types.
+SampleType sample_type_option(const std::string& name);
+
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// Warns if the grid was made for the usual range of a type, but the samples span far more.
-void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                   const EncodeResult& result);
-
-/// Warns if the samples were already compressed with loss, and the .tag file is larger than what they came
-/// from.
-void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result);
+/// Gives the warnings of an encoding. Also warns if the grid was made for the usual range of a type, but the
+/// samples span far more, and if the source was compressed with loss, and the .tag file is larger.
+void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                      const EncodeResult& result);
 
 }  // namespace tagrid

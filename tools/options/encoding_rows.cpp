@@ -1,125 +1,175 @@
-#include "tools/options/encoding_rows.h"
-
+// The table of the options of a volume: how to encode it, and how to read its input.
 #include <algorithm>
+#include <type_traits>
+
+#include "tools/options/encoding_options.h"
 
 namespace tagrid {
 namespace {
 
-using Row = OptionRow<EncodingOptions>;
+using Set = decltype(OptionRow::set);
 
 constexpr const char* kept = "Bounds and content";
 constexpr const char* grid = "The grid";
+constexpr const char* headerless = "Headerless input";
+constexpr const char* other_formats = "Other input formats";
 
 template <class Value>
-Row number_row(const Setting& setting, const char* group, const char* value, const char* help,
-               Value EncodeOptions::*member) {
-  const std::string name(setting.name);
-  return {name, group, value, help, [name, member](EncodingOptions& o, const std::string& text) {
-            read_number("--" + name, text, o.options.*member);
-          }};
+void read_value(const std::string& option, const std::string& text, Value& value) {
+  if constexpr (std::is_same_v<Value, std::string>) {
+    value = text;
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    if (text != "true" && text != "false") throw UsageError(option + ": " + text + ": must be true or false");
+    value = text == "true";
+  } else {
+    read_number(option, text, value);
+  }
 }
 
-Row text_row(std::string_view name, const char* group, const char* value, const char* help,
-             std::string EncodingOptions::*member) {
-  return {std::string(name), group, value, help,
-          [member](EncodingOptions& o, const std::string& text) { o.*member = text; }};
+template <class Value>
+Set to(Value EncodeOptions::*member) {
+  return [member](EncodingOptions& o, const std::string& option, const std::string& text) {
+    read_value(option, text, o.options.*member);
+  };
 }
 
-Row flag_row(std::string_view name, const char* group, const char* help, bool EncodeOptions::*member) {
-  return {std::string(name), group, "", help,
-          [name = std::string(name), member](EncodingOptions& o, const std::string& text) {
-            o.options.*member = flag_value(name, text);
-          }};
+template <class Value>
+Set to(Value SourceOptions::*member) {
+  return [member](EncodingOptions& o, const std::string& option, const std::string& text) {
+    read_value(option, text, o.source.*member);
+  };
 }
 
-// The value whose name is `word`. REQUIRES: there is one.
-template <class Value, std::size_t count>
-void set_by_name(Value& value, const std::array<std::string_view, count>& names, const std::string& word) {
-  value = static_cast<Value>(std::ranges::find(names, word) - names.begin());
+Set to(ErrorRule::Kind kind) {
+  return [kind](EncodingOptions& o, const std::string& option, const std::string& text) {
+    read_number(option, text, o.rules[kind]);
+  };
 }
 
-void set_effort(EncodingOptions& o, const std::string& word) {
-  set_by_name(o.options.effort, effort_names, word);
-}
-
-void set_grid(EncodingOptions& o, const std::string& word) {
-  set_by_name(o.options.grid, grid_origin_names, word);
+/// For words that are among `names`, in the order of their values.
+template <class Value, class Names>
+Set to(Value EncodeOptions::*member, const Names& names) {
+  return [member, &names](EncodingOptions& o, const std::string&, const std::string& word) {
+    o.options.*member = static_cast<Value>(std::ranges::find(names, word) - names.begin());
+  };
 }
 
 // A number, or noise:K. Of several the last counts.
-void set_max_error(EncodingOptions& o, const std::string& text) {
+void set_max_error(EncodingOptions& o, const std::string& option, const std::string& text) {
   constexpr std::string_view noise = "noise:";
   o.options.max_error.reset();
   o.rules.erase(ErrorRule::Kind::noise);
   if (text.starts_with(noise))
-    read_number("--max-error noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
+    read_number(option + " noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
   else
-    read_number("--max-error", text, o.options.max_error);
+    read_number(option, text, o.options.max_error);
 }
 
-Row rule_row(const Setting& setting, const char* value, const char* help, ErrorRule::Kind kind) {
-  const std::string name(setting.name);
-  return {name, kept, value, help, [name, kind](EncodingOptions& o, const std::string& text) {
-            read_number("--" + name, text, o.rules[kind]);
-          }};
+void set_range(EncodingOptions& o, const std::string&, const std::string& text) { o.range = text; }
+
+OptionRow row(std::string_view name, const char* group, const char* value, const char* help, Set set,
+              std::vector<std::string> words = {}) {
+  return {std::string(name), group, value, help, std::move(set), std::move(words)};
 }
 
-std::vector<Row> all_rows() {
+std::vector<OptionRow> all_rows() {
   using E = EncodeOptions;
-  std::vector<Row> rows = {
-      {"max-error", kept, "E|noise:K",
-       "Maximum error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
-       set_max_error},
-      rule_row(setting::relative_error, "R", "Maximum error as a fraction of the range of the samples",
-               ErrorRule::Kind::relative),
-      rule_row(setting::psnr, "D", "Loosest bound that reaches D dB", ErrorRule::Kind::psnr),
-      number_row(setting::surface_error, kept, "F", "Tighter bound at the active points of the grid",
-                 &E::surface_error),
-      flag_row("strip", kept, "Drop metadata except geometry: names, dates, ...", &E::strip),
-      flag_row("grid-only", kept, "Store only the adaptive grid; voxels between its points are interpolated",
-               &E::grid_only),
-      {"grid",
-       kept,
-       "stored|derived",
-       "stored, the default: keep the grid of the original; derived: recompute it from decoded voxels on "
-       "demand",
-       set_grid,
-       {"stored", "derived"}},
-      {"effort",
-       kept,
-       "fast|default|best",
-       "Trade time for size; no effect on bricks whose values span more than 65536 units",
-       set_effort,
-       {"fast", "default", "best"}},
-      number_row(setting::mesh_error, kept, "E",
-                 "Refine until the mesh is within E of every sample; at least the bound on active voxels",
-                 &E::mesh_error),
-      number_row(setting::accuracy, grid, "m",
-                 "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",
-                 &E::accuracy),
-      number_row(setting::cube, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
-                 &E::cube_size),
-      number_row(setting::max_level, grid, "n", "Refine no further than level n", &E::max_level),
-      text_row(setting::range.name, grid, "lo:hi|auto",
-               "Span of values that counts as 8 voxels of height; auto: the span of the data",
-               &EncodingOptions::range),
-      number_row(setting::field_scale, grid, "lambda",
-                 "Voxels of height per unit of value, instead of --range", &E::field_scale),
-      number_row(setting::brick, grid, "N", "Edge of a brick in root cubes (default: 64/S, but at least 2)",
-                 &E::brick_edge),
+  using S = SourceOptions;
+  return {
+      row("max-error", kept, "E|noise:K",
+          "Maximum error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
+          set_max_error),
+      row(setting::relative_error.name, kept, "R", "Maximum error as a fraction of the range of the samples",
+          to(ErrorRule::Kind::relative)),
+      row(setting::psnr.name, kept, "D", "Loosest bound that reaches D dB", to(ErrorRule::Kind::psnr)),
+      row(setting::surface_error.name, kept, "F", "Tighter bound at the active points of the grid",
+          to(&E::surface_error)),
+      row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
+      row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
+          to(&E::grid_only)),
+      row("grid", kept, "stored|derived",
+          "stored, the default: keep the grid of the original; derived: recompute it from decoded voxels on "
+          "demand",
+          to(&E::grid, grid_origin_names), {"stored", "derived"}),
+      row("effort", kept, "fast|default|best",
+          "Trade time for size; no effect on bricks whose values span more than 65536 units",
+          to(&E::effort, effort_names), {"fast", "default", "best"}),
+      row(setting::mesh_error.name, kept, "E",
+          "Refine until the mesh is within E of every sample; at least the bound on active voxels",
+          to(&E::mesh_error)),
+      row(setting::accuracy.name, grid, "m",
+          "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",
+          to(&E::accuracy)),
+      row(setting::cube.name, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
+          to(&E::cube_size)),
+      row(setting::max_level.name, grid, "n", "Refine no further than level n", to(&E::max_level)),
+      row(setting::range.name, grid, "lo:hi|auto",
+          "Span of values that counts as 8 voxels of height; auto: the span of the data", set_range),
+      row(setting::field_scale.name, grid, "lambda", "Voxels of height per unit of value, instead of --range",
+          to(&E::field_scale)),
+      row(setting::brick.name, grid, "N", "Edge of a brick in root cubes (default: 64/S, but at least 2)",
+          to(&E::brick_edge)),
+      row("dims", headerless, "X,Y,Z", "Samples along x (fastest), y and z", to(&S::dims)),
+      row("type", headerless, "TYPE",
+          "Sample type: uint8, int8, uint16, int16, uint32, int32, float32 or float64", to(&S::type)),
+      row("endian", headerless, "little|big", "Byte order of the samples (default: little)", to(&S::endian),
+          {"little", "big"}),
+      row("spacing", headerless, "X,Y,Z", "Distance between samples along x, y and z", to(&S::spacing)),
+      row("offset", headerless, "BYTES", "Bytes before the first sample; K, M, G and T are powers of 1024",
+          to(&S::offset)),
+      row("from", other_formats, "FORMAT",
+          "Format of the input (default: from its content, then its name); see tagrid formats", to(&S::from)),
+      row("series", other_formats, "NAME|N", "One of several series or volumes, by name or number",
+          to(&S::series)),
+      row("dataset", other_formats, "PATH", "Data set of a file that has several", to(&S::dataset)),
+      row("gaps-ok", other_formats, "",
+          "Read a directory although slice numbers are missing or DICOM images are unreadable",
+          to(&S::gaps_ok)),
+      row("vdb-grid", other_formats, "NAME", "Grid of an OpenVDB file that has several", to(&S::vdb_grid)),
   };
-  for (const auto& row : source_rows()) {
-    const auto set = [set = row.set](EncodingOptions& o, const std::string& text) { set(o.source, text); };
-    rows.push_back({row.name, row.group, row.value, row.help, set, row.words});
-  }
-  return rows;
+}
+
+void add_row(CLI::App& command, const OptionRow& row, EncodingOptions& options) {
+  const std::string name = "--" + row.name;
+  const auto set = [&row, &options, name](const std::string& text) { row.set(options, name, text); };
+  CLI::Option* option = nullptr;
+  if (row.value.empty())
+    option = command.add_flag_function(
+        name, [set](std::int64_t count) { set(count > 0 ? "true" : "false"); }, row.help);
+  else
+    option = command.add_option_function<std::string>(name, set, row.help)->option_text(row.value);
+  if (!row.words.empty()) option->check(one_of(row.words));
+  option->group(row.group);
 }
 
 }  // namespace
 
-const std::vector<Row>& encoding_rows() {
-  static const std::vector<Row> rows = all_rows();
+const std::vector<OptionRow>& encoding_rows() {
+  static const std::vector<OptionRow> rows = all_rows();
   return rows;
+}
+
+void set_row(const OptionRow& row, EncodingOptions& options, const std::string& text) {
+  if (!row.words.empty())
+    if (const std::string wrong = one_of(row.words)(text); !wrong.empty())
+      throw UsageError("--" + row.name + ": " + wrong);
+  row.set(options, "--" + row.name, text);
+}
+
+void add_encoding_options(CLI::App& command, EncodingOptions& options, const std::vector<std::string>& but) {
+  for (const OptionRow& row : encoding_rows())
+    if (std::ranges::find(but, row.name) == but.end()) add_row(command, row, options);
+}
+
+void add_source_options(CLI::App& command, EncodingOptions& options) {
+  for (const OptionRow& row : encoding_rows())
+    if (row.group == headerless || row.group == other_formats) add_row(command, row, options);
+}
+
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {
+  const auto& rows = encoding_rows();
+  const auto row = std::ranges::find(rows, "dims", &OptionRow::name);
+  return command.add_option("--" + row->name, dims, row->help)->option_text(row->value);
 }
 
 }  // namespace tagrid

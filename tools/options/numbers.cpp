@@ -6,13 +6,16 @@
 namespace tagrid {
 namespace {
 
-/// The parts of "a,b,c"; nothing if there are not exactly three.
-std::optional<std::array<std::string_view, 3>> three_parts(std::string_view text) {
-  std::array<std::string_view, 3> parts;
+/// What read() makes of the parts of "a,b,c"; nothing unless there are three and it can read all of them.
+template <class Part, class Read>
+std::optional<std::array<Part, 3>> three_parts(std::string_view text, Read read) {
+  std::array<Part, 3> parts;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t comma = text.find(',');
     if ((comma == text.npos) != (i == 2)) return std::nullopt;
-    parts[i] = text.substr(0, comma);
+    const std::optional<Part> part = read(text.substr(0, comma));
+    if (!part) return std::nullopt;
+    parts[i] = *part;
     if (i < 2) text.remove_prefix(comma + 1);
   }
   return parts;
@@ -26,6 +29,12 @@ std::optional<double> finite_number(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
   return number + 0.0;  // -0 becomes 0
+}
+
+std::string hint_of_decimal_comma(std::string_view text) {
+  std::string with_point(text);
+  std::ranges::replace(with_point, ',', '.');
+  return with_point != text && finite_number(with_point) ? "; use a decimal point, not a comma" : "";
 }
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {
@@ -52,45 +61,29 @@ std::optional<std::uint64_t> byte_count(std::string_view text) {
 
 std::optional<Index3> three_sizes(std::string_view text) {
   constexpr std::int64_t most = std::int64_t{1} << 31;
-  const auto parts = three_parts(text);
-  if (!parts) return std::nullopt;
-  Index3 sizes;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto size = whole_number<std::int64_t>((*parts)[static_cast<std::size_t>(axis)]);
-    if (!size || *size < 1 || *size > most) return std::nullopt;
-    sizes[axis] = *size;
-  }
-  return sizes;
+  const auto sizes = three_parts<std::int64_t>(text, [](std::string_view part) {
+    const auto size = whole_number<std::int64_t>(part);
+    return size && *size >= 1 && *size <= most ? size : std::nullopt;
+  });
+  return sizes ? std::optional(Index3{(*sizes)[0], (*sizes)[1], (*sizes)[2]}) : std::nullopt;
 }
 
 std::optional<std::array<double, 3>> three_distances(std::string_view text) {
-  const auto parts = three_parts(text);
-  if (!parts) return std::nullopt;
-  std::array<double, 3> distances = {};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto distance = finite_number((*parts)[axis]);
-    if (!distance || *distance <= 0 || *distance > 1e300) return std::nullopt;
-    distances[axis] = *distance;
-  }
-  return distances;
+  return three_parts<double>(text, [](std::string_view part) {
+    const auto distance = finite_number(part);
+    return distance && *distance > 0 && *distance <= 1e300 ? distance : std::nullopt;
+  });
 }
 
 std::optional<std::array<IndexRange, 3>> three_ranges(std::string_view text) {
-  const auto parts = three_parts(text);
-  if (!parts) return std::nullopt;
-  std::array<IndexRange, 3> ranges;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::string_view part = (*parts)[axis];
+  return three_parts<IndexRange>(text, [](std::string_view part) -> std::optional<IndexRange> {
     const std::size_t colon = part.find(':');
     if (colon == part.npos) return std::nullopt;
-    const auto end = [](std::string_view digits, std::optional<std::int64_t>& number) {
-      if (!digits.empty()) number = whole_number<std::int64_t>(digits);
-      return digits.empty() || number.has_value();
-    };
-    if (!end(part.substr(0, colon), ranges[axis].first) || !end(part.substr(colon + 1), ranges[axis].second))
-      return std::nullopt;
-  }
-  return ranges;
+    const std::string_view first = part.substr(0, colon), end = part.substr(colon + 1);
+    const IndexRange range(whole_number<std::int64_t>(first), whole_number<std::int64_t>(end));
+    const bool is_good = (first.empty() || range.first) && (end.empty() || range.second);
+    return is_good ? std::optional(range) : std::nullopt;
+  });
 }
 
 std::optional<std::pair<double, double>> value_range(std::string_view text) {

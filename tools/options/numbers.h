@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -27,8 +28,11 @@ std::optional<Whole> whole_number(std::string_view text) {
 /// A finite number: "2", "-0.5", "1e3". Zero has no sign.
 std::optional<double> finite_number(std::string_view text);
 
-/// A number of bytes: a whole number, or a number followed by K, M, G or T for that many times 1024, 1024^2, 1024^3
-/// or 1024^4. As in xz, k, KB and KiB are the same as K.
+/// Advice for a text that would be a number with a decimal point instead of a comma; "" for others.
+std::string hint_of_decimal_comma(std::string_view text);
+
+/// A number of bytes: a whole number, or a number followed by K, M, G or T for that many times 1024, 1024^2,
+/// 1024^3 or 1024^4. As in xz, k, KB and KiB are the same as K.
 std::optional<std::uint64_t> byte_count(std::string_view text);
 
 /// "X,Y,Z", the sizes of a volume: each from 1 to 2^31.

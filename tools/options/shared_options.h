@@ -7,9 +7,10 @@
 #include <concepts>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/table/formats.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"
@@ -17,6 +18,16 @@
 #include "tools/report/progress.h"
 
 namespace tagrid {
+
+/// Errors with a formatted message.
+template <class... Values>
+UsageError usage_error(fmt::format_string<Values...> message, Values&&... values) {
+  return UsageError(fmt::format(message, std::forward<Values>(values)...));
+}
+template <class... Values>
+BrokenInput broken_input(fmt::format_string<Values...> message, Values&&... values) {
+  return BrokenInput(fmt::format(message, std::forward<Values>(values)...));
+}
 
 /// The largest value of -T.
 constexpr int most_threads = 1024;
@@ -33,6 +44,8 @@ struct RunOptions {
   int thread_count() const;
   /// Sets up the heap for the limit on memory, if there is one. Call it before anything large is allocated.
   void obey_memory_limit() const;
+  /// True with -v, unless -q was given, too.
+  bool is_verbose() const { return verbosity > 0 && !quiet; }
   /// True if progress is shown, or with -v. Remarks that are not errors are then shown, too.
   bool is_watched() const;
   /// The same description, with a limit on the memory of a reader that follows from the one of the run.
@@ -63,20 +76,33 @@ void read_number(const std::string& option, const std::string& text, Value& valu
     number = whole_number<Number>(text);
   else
     number = finite_number(text);
-  if (!number) throw UsageError(fmt::format("{}: {}: must be {}", option, text, number_wanted<Number>()));
+  if (!number)
+    throw UsageError(fmt::format("{}: {}: must be {}{}", option, text, number_wanted<Number>(),
+                                 std::integral<Number> ? "" : hint_of_decimal_comma(text)));
   value = *number;
 }
 
-/// Adds an option whose value is such a number.
+/// Adds an option whose value is such a number. `value_name` is that of its value in the help.
 template <class Value>
 CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
-                               const std::string& description) {
+                               const std::string& value_name, const std::string& help) {
   const std::string name = names.substr(names.rfind(',') + 1);
   const auto set = [name, &value](const std::string& text) { read_number(name, text, value); };
-  return command.add_option_function<std::string>(names, set, description);
+  return command.add_option_function<std::string>(names, set, help)->option_text(value_name);
 }
+
+/// Adds an option whose value is any text.
+CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::string& value,
+                             const std::string& value_name, const std::string& help);
+
 /// Accepts one of a few words.
 CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// INPUT, a .tag file
+void add_tag_input(CLI::App& command, std::string& input);
+
+/// Throws UsageError if such an input is a directory, or standard input that is a terminal.
+void require_tag_input(const std::string& input);
 
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);
@@ -84,11 +110,11 @@ void add_run_options(CLI::App& command, RunOptions& options);
 /// -M
 void add_memory_option(CLI::App& command, RunOptions& options);
 
-/// --spool
-void add_spool_option(CLI::App& command, RunOptions& options);
-
 /// --json FILE
 void add_json_option(CLI::App& command, RunOptions& options);
+
+/// All of these, for a command that writes a volume or a mesh. `with_spool`: also --spool.
+void add_job_options(CLI::App& command, RunOptions& options, bool with_spool);
 
 /// All of these, and -f for the report, for a command that writes nothing else.
 void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite);
@@ -99,59 +125,20 @@ void add_removal_options(CLI::App& command, bool& remove);
 /// --trust-description
 void add_trust_option(CLI::App& command, bool& trust);
 
-struct OutputOptions {
-  std::string path;
-  bool overwrite = false;
-};
-
-/// -o, -f
-void add_output_options(CLI::App& command, OutputOptions& options);
-
-/// --dims, --type, --endian, --spacing, --offset: the layout of the samples of headerless input.
-struct RawOptions {
-  std::string dims;
-  std::string type;
-  std::string endian;
-  std::string spacing;
-  std::string offset;
-
-  /// Nothing if --dims was not given. Throws UsageError if --type is missing, or if values are out of range.
-  std::optional<RawDescription> description() const;
-};
-
-/// --format
-void add_format_option(CLI::App& command, std::string& format);
-
-/// The format that --format names; if it was not given (""), the format that the name of the output implies.
-/// Throws UsageError if a file's name implies a different format.
-const Format& volume_format_option(const std::string& format, const std::string& output);
-
-/// The type that --type names. Throws UsageError that lists the types.
-SampleType sample_type_option(const std::string& name);
-
-/// --dims
-CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
-
-/// Dims from "X,Y,Z". Throws UsageError unless each is from 1 to 2^31.
-Index3 dims_option(const std::string& dims);
-
-/// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
-void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what);
-
 /// Throws UsageError if `input` is standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);
-/// Throws UsageError if the name of a .tag file is that of a folder.
-void refuse_folder(const std::string& input);
 
 /// Writes a line to standard error about something that may be wrong.
 void warn(const RunOptions& options, const std::string& message);
+
+template <class... Values>
+void warn(const RunOptions& options, fmt::format_string<Values...> message, Values&&... values) {
+  warn(options, fmt::format(message, std::forward<Values>(values)...));
+}
 
 /// Removes the temporary files that killed runs left beside the outputs and the report: they may take as much
 /// space as the outputs will. Nothing is removed if an input has the name of a temporary file.
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
                       std::vector<std::string> outputs);
-
-/// `input` with `ending` instead of its own ending; "-" for "-".
-std::string output_beside(const std::string& input, const std::string& ending);
 
 }  // namespace tagrid

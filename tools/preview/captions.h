@@ -16,7 +16,7 @@ struct Lengths {
   Index3 dims;
   std::vector<double> of_slices = {};  ///< slice_distances(), in the unit of the geometry
 
-  /// The unit of lengths along an axis; "samples" if the spacing there is unknown, and "" if only the unit is.
+  /// The unit of lengths along an axis; "samples" if the spacing is unknown, "" if only the unit is.
   std::string unit(int axis) const;
   /// The distance of two samples in that unit.
   double spacing(int axis) const;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "io/text/printable.h"
-#include "stages/picture/image.h"
 #include "stages/picture/panel.h"
 #include "stages/picture/text.h"
 
@@ -75,16 +74,13 @@ class Drawing {
     // A title of any length stays on the sheet.
     const std::string title = printable(sheet_.title);
     const int scale = text_width(title, large) <= sheet_width - 2 * margin ? large : small;
-    draw_text(image_, margin, margin, fitted_title(title, scale), scale, bright);
+    draw_text(image_, margin, margin, scale == large ? title : fitted(title, sheet_width - 2 * margin), scale,
+              bright);
     int y = margin + text_height * large + 10;
     for (const std::string& line : sheet_.lines) {
       draw_text(image_, margin, y, fitted(line, sheet_width - 2 * margin), small, dim);
       y += line_height;
     }
-  }
-
-  static std::string fitted_title(const std::string& title, int scale) {
-    return scale == large ? title : fitted(title, sheet_width - 2 * margin);
   }
 
   template <class ColourOf>

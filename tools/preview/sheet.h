@@ -47,8 +47,7 @@ struct SheetPlaces {
 };
 SheetPlaces places_on_sheet(const PreviewContent& content);
 
-/// Draws the sheet: above left the slice of z, above right the same slice with the levels of the grid, below the slices of
-/// y and x.
+/// Draws the sheet: above, the slice of z and the same slice with levels; below, the slices of y and x.
 Image sheet_of(const Sheet& sheet);
 
 }  // namespace tagrid

@@ -3,16 +3,104 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <filesystem>
 
-#include "io/errors/error_kinds.h"
-#include "io/errors/errors.h"
-#include "tools/report/advice.h"
-#include "tools/report/exit_codes.h"
+#include "io/files/file_attributes.h"
+#include "pipeline/memory/resources.h"
 
 namespace tagrid {
+namespace {
+
+std::string memory_advice(const std::vector<std::uint64_t>& needed) {
+  const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
+  const std::string limit = fmt::format("; give -M {}M", mebibytes(needed[0]));
+  if (needed.size() < 3) return limit;
+  return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[2]));
+}
+
+/// `terms`: the name of the file and how it is compressed, if they are known.
+std::string advice_on_compressed(const std::vector<Term>& terms) {
+  const std::string name = terms.size() == 2 ? terms[0].text : "",
+                    what = terms.size() == 2 ? terms[1].text : "";
+  const char* program = "zcat";
+  for (const auto& [kind, other] : {std::pair("zstd", "zstdcat"), {"xz", "xzcat"}, {"bzip2", "bzcat"}})
+    if (what.find(kind) != what.npos) program = other;
+  // A shell takes other characters for something else.
+  const bool is_plain = !name.empty() && name.find_first_not_of(
+                                             "abcdefghijklmnopqrstuvwxyz"
+                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                             "0123456789._/+-") == name.npos;
+  const std::filesystem::path inner = std::filesystem::path(name).filename().stem();
+  if (inner.extension() == ".tar" || std::filesystem::path(name).extension() == ".tgz")
+    return "; unpack it first, for example with tar xf";
+  const std::string stem = is_plain ? inner.stem().string() : "NAME";
+  const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
+  return fmt::format(
+      ": `{} | tagrid encode - -o {}.tag` (to compare: `| tagrid verify NAME.tag --against -`)", output,
+      stem);
+}
+
+// Advice that follows the message of the error.
+std::string advice_on(const ErrorDetail& detail) {
+  switch (detail.problem) {
+    case Problem::none:
+    case Problem::cancelled:
+      return "";
+    case Problem::output_exists:
+      return "; give -f to overwrite it";
+    case Problem::memory_limit:
+      return memory_advice(detail.numbers);
+    case Problem::writer_memory:
+      return fmt::format(
+          "{}, which is safe with less memory if most voxels are background, or choose another format, such "
+          "as .nrrd",
+          memory_advice({detail.numbers.at(0)}));
+    case Problem::no_known_format:
+      return "; if it holds samples without a header, describe them with --dims and --type";
+    case Problem::compressed_file:
+      return advice_on_compressed(detail.sentence.terms);
+    case Problem::not_openvdb:
+      return "; leave out --vdb-grid";
+    case Problem::describes_itself:
+      return "; leave out --dims and the other options that describe samples";
+    case Problem::endian_differs:
+      return "; leave out --endian";
+    case Problem::spacing_differs:
+      return "; leave out --spacing";
+    case Problem::spacing_not_in_header:
+      return "; leave out --spacing, or add to its header the line \"spacings: x y z\"";
+    case Problem::mesh_fills_no_space:
+      return "; give --padded for a mesh of complete root cubes";
+    case Problem::no_source_files:
+      return "; use tagrid decode FILE.tag -o FILE.nrrd to get the volume and its metadata";
+    case Problem::slices_missing:
+      return "; give --gaps-ok if that is intended";
+    case Problem::program_memory:
+      return fmt::format("; a larger -M raises its limit, up to -M {}M", limit_for_most_first_memory() >> 20);
+  }
+  return "";
+}
+
+/// The sentence, in which a search is the whole command: other commands have no such option.
+Sentence with_commands(Sentence sentence) {
+  for (Term& term : sentence.terms)
+    if (term.setting == "find") term = Term("tagrid convert --find " + sentence.terms.front().text);
+  return sentence;
+}
+
+std::string words_of(const std::string& message, const ErrorDetail& detail) {
+  const bool in_terms = !detail.sentence.text.empty();
+  return (in_terms ? detail.context + text_of(with_commands(detail.sentence), "--") : message) +
+         advice_on(detail);
+}
+
+}  // namespace
+
+std::string words_of(const Error& error) { return words_of(error.what(), error.detail()); }
 
 Failure current_failure(const std::string& memory_advice) {
   const SortedError error = sorted_error(std::current_exception());
+  const std::string message = words_of(error.message, error.detail);
   switch (error.kind) {
     case ErrorKind::usage: {
       std::vector<std::string> list;
@@ -20,14 +108,18 @@ Failure current_failure(const std::string& memory_advice) {
         list.push_back(fmt::format("{}  {}  {}", list.size() + 1, choice.name, choice.text));
       // Volumes without names are alike, and there may be thousands: the message says their number.
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
-      return {exit_usage, words_of(error), std::move(list)};
+      // One format was looked for, but there may be volumes of others.
+      if (const std::vector<Term>& terms = error.detail.sentence.terms;
+          !list.empty() && !terms.empty() && is_folder(terms.front().text))
+        list.push_back("`tagrid convert --find` lists all volumes in the folder");
+      return {exit_usage, message, std::move(list)};
     }
     case ErrorKind::broken_input:
-      return {exit_broken_input, words_of(error)};
+      return {exit_broken_input, message};
     case ErrorKind::closed_pipe:
       return {exit_world, ""};
     case ErrorKind::world:
-      return {exit_world, words_of(error)};
+      return {exit_world, message};
     case ErrorKind::memory:
       return {exit_world, "out of memory" + (memory_advice.empty() ? "" : "; " + memory_advice)};
     case ErrorKind::bug:

@@ -34,6 +34,24 @@ void end_by_signal(int number) {
   raise(number);
 }
 
+// The heap grows at once, in large pages. The system gives pages when they are first written, one at a time:
+// of 4 KiB, that takes a seventh of an encoding, and more than that on virtual machines. Pages that are never
+// written take no memory. malloc() itself can be told to do this only from outside of the program
+// (GLIBC_TUNABLES), and mallopt() knows no large pages. So the heap is made to grow, and marked up to its
+// end, which sbrk(0) is. See docs/decisions/0037-large-pages.md.
+void grow_heap_in_large_pages() {
+  constexpr std::size_t block = std::size_t{1} << 24, blocks = 7;  // less than is given back when it is freed
+  std::array<void*, blocks> all;
+  for (void*& one : all) one = std::malloc(block);
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  if (const auto first = reinterpret_cast<std::uintptr_t>(all.front()); all.front() != nullptr) {
+    const std::uintptr_t begin = (first + page - 1) / page * page,
+                         end = reinterpret_cast<std::uintptr_t>(sbrk(0));
+    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  }
+  for (void* one : all) std::free(one);
+}
+
 }  // namespace
 
 void occupy_standard_streams() {
@@ -56,28 +74,6 @@ void catch_signals() {
   }
   std::signal(SIGXFSZ, SIG_IGN);
 }
-
-namespace {
-
-// The heap grows at once, in large pages. The system gives pages when they are first written, one at a time:
-// of 4 KiB, that takes a seventh of an encoding, and more than that on virtual machines. Pages that are never
-// written take no memory. malloc() itself can be told to do this only from outside of the program
-// (GLIBC_TUNABLES), and mallopt() knows no large pages. So the heap is made to grow, and marked up to its
-// end, which sbrk(0) is. See docs/decisions/0037-large-pages.md.
-void grow_heap_in_large_pages() {
-  constexpr std::size_t block = std::size_t{1} << 24, blocks = 7;  // less than is given back when it is freed
-  std::array<void*, blocks> all;
-  for (void*& one : all) one = std::malloc(block);
-  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  if (const auto first = reinterpret_cast<std::uintptr_t>(all.front()); all.front() != nullptr) {
-    const std::uintptr_t begin = (first + page - 1) / page * page,
-                         end = reinterpret_cast<std::uintptr_t>(sbrk(0));
-    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-  }
-  for (void* one : all) std::free(one);
-}
-
-}  // namespace
 
 void keep_freed_memory() {
   // Every brick uses the memory that the one before it freed; only blocks as large as a layer go back to the

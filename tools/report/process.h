@@ -1,8 +1,11 @@
 // Signals, standard streams and memory of the process.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <string_view>
+#include <utility>
 
 namespace tagrid {
 
@@ -16,18 +19,20 @@ void catch_signals();
 
 /// Sets up the heap for speed: memory that a brick has freed is kept for the next one.
 void keep_freed_memory();
-/// Sets up the heap for a limit on memory, in bytes: blocks that are large for the limit go back to the
-/// system as soon as they are freed.
+/// Sets up the heap for a limit on memory, in bytes: large blocks go back to the system when freed.
 void give_back_freed_memory(std::uint64_t limit);
 
 /// The peak resident memory of this process so far, in bytes.
 std::uint64_t peak_memory();
 
-/// Writes a line for people to standard error, in the form of printable(). It is not a failure if that does
-/// not work.
+/// Writes a line for people to standard error, in the form of printable(). Failures are ignored.
 void say_line(std::string_view text);
-/// The same for text that the terminal should interpret: it is written as it is. Every part that comes from
-/// outside must be printable().
+/// The same for a text that is formatted.
+template <class... Values>
+void say(fmt::format_string<Values...> text, Values&&... values) {
+  say_line(fmt::format(text, std::forward<Values>(values)...));
+}
+/// The same for text that the terminal interprets. Every part from outside must be printable().
 void say_to_terminal(std::string_view text);
 
 /// Flushes standard output. Throws WorldError, or ClosedPipe if the reader has closed the pipe.

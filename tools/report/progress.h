@@ -32,7 +32,7 @@ class ProgressMeter {
   /// Counts time from here on. Without it, time counts from the beginning of the meter.
   void begin(Clock::time_point now = Clock::now()) { start_ = now; }
 
-  /// Updates the meter. It must not outlive the meter. Work that is done again begins at less than was done before.
+  /// Updates the meter, and must not outlive it. Work that is repeated restarts below what was done.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress() {
     return [this](std::uint64_t done, std::uint64_t total) { update(done, total); };
   }

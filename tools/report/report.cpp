@@ -17,11 +17,13 @@
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
-#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
+#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
+
+using nlohmann::ordered_json;
 
 struct LevelRow {
   int level;
@@ -37,36 +39,41 @@ std::vector<LevelRow> level_rows(const TagHeader& header, const TagIndex& index)
   return rows;
 }
 
-nlohmann::ordered_json number_or_null(double value, bool present) {
+ordered_json number_or_null(double value, bool present) {
   if (!present) return nullptr;
   // Whole numbers are shown without a fraction.
   if (value == std::floor(value) && std::abs(value) < 9e15) return static_cast<std::int64_t>(value);
   return value;
 }
 
+/// A negative bound is none.
+ordered_json bound_or_null(double bound) { return number_or_null(bound, bound >= 0); }
+
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
 
-/// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
-nlohmann::ordered_json slice_positions(const TagHeader& header) {
-  using nlohmann::ordered_json;
-  for (const auto& [key, value] : key_values_of(header.nrrd_fields)) {
-    if (key != slice_positions_key) continue;
-    ordered_json positions = ordered_json::array();
-    for (const std::string_view place : positions_in(value)) {
-      ordered_json position = ordered_json::array();
-      for (const std::string_view word : tagrid::words_of(place)) {
-        const auto number = number_of(word);
-        position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
-      }
-      positions.push_back(std::move(position));
-    }
-    return positions;
-  }
-  return nullptr;
+/// `bytes` as text that JSON can hold.
+std::string json_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
-nlohmann::ordered_json geometry_json(const TagHeader& header) {
-  using nlohmann::ordered_json;
+/// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
+ordered_json slice_positions(const TagHeader& header) {
+  const std::string list = text_of_key(header.nrrd_fields, slice_positions_key);
+  if (list.empty()) return nullptr;
+  ordered_json positions = ordered_json::array();
+  for (const std::string_view place : positions_in(list)) {
+    ordered_json position = ordered_json::array();
+    for (const std::string_view word : tagrid::words_of(place)) {
+      const auto number = number_of(word);
+      position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
+    }
+    positions.push_back(std::move(position));
+  }
+  return positions;
+}
+
+ordered_json geometry_json(const TagHeader& header) {
   ordered_json json = {{"spacing", nullptr}, {"directions", nullptr},
                        {"origin", nullptr},  {"space", nullptr},
                        {"units", nullptr},   {"slice_positions", slice_positions(header)}};
@@ -101,8 +108,7 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
 using Line = std::function<void(const char* name, const std::string& value)>;
 
 /// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
-nlohmann::ordered_json source_json(const TagHeader& header) {
-  using nlohmann::ordered_json;
+ordered_json source_json(const TagHeader& header) {
   ordered_json json = {{"fields", ordered_json::object()},
                        {"pairs", ordered_json::object()},
                        {"comments", ordered_json::array()}};
@@ -180,9 +186,27 @@ std::uint64_t voxels(const TagHeader& header) {
   return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
 }
 
+/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
+std::string compression_of(const TagSummary& file) {
+  const auto& beginning = file.beginning_of_envelope;
+  return beginning.empty() ? "" : compression_in("the file", beginning);
+}
+
+std::string source_files_text(const TagSummary& file) {
+  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
+  const bool is_exact = file.header.parameters.is_exact();
+  const std::string compression = compression_of(file);
+  if (!compression.empty())
+    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
+                       printable(compression), is_exact ? "" : ", with the decoded samples");
+  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
+}
+
 }  // namespace
 
-bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
+bool has_uneven_slices(const TagHeader& header) {
+  return !text_of_key(header.nrrd_fields, slice_positions_key).empty();
+}
 
 std::string coordinates_text(const TagHeader& header) {
   const Geometry g = in_one_unit(geometry_of(header.nrrd_fields));
@@ -194,13 +218,8 @@ std::string coordinates_text(const TagHeader& header) {
   return text;
 }
 
-std::string json_text(const std::string& bytes) {
-  using nlohmann::json;
-  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
-
-nlohmann::ordered_json json_text_or_null(const std::string& bytes) {
-  return bytes.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(json_text(bytes));
+ordered_json json_text_or_null(const std::string& bytes) {
+  return bytes.empty() ? ordered_json(nullptr) : ordered_json(json_text(bytes));
 }
 
 std::string error_text(double error, const TagHeader& header) {
@@ -237,27 +256,23 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
   return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
 }
 
-nlohmann::ordered_json settings_json(const CodingParameters& p) {
-  nlohmann::ordered_json json;
-  json["cube"] = p.cube_size;
-  json["brick"] = p.brick_edge;
-  json["accuracy"] = p.accuracy;
-  json["field_scale"] = p.field_scale;
-  if (p.range_low == p.range_high)
-    json["range"] = nullptr;
-  else
-    json["range"] = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
-  json["max_level"] = p.max_level;
-  json["max_error"] = number_or_null(p.max_error, p.max_error >= 0);
-  json["surface_error"] = number_or_null(p.surface_error, p.surface_error >= 0);
-  json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
-  json["effort"] = name_of(p.effort);
-  json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
-  json["grid"] = name_of(p.grid);
-  return json;
+ordered_json settings_json(const CodingParameters& p) {
+  const ordered_json range = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
+  return {{"cube", p.cube_size},
+          {"brick", p.brick_edge},
+          {"accuracy", p.accuracy},
+          {"field_scale", p.field_scale},
+          {"range", p.range_low == p.range_high ? ordered_json(nullptr) : range},
+          {"max_level", p.max_level},
+          {"max_error", bound_or_null(p.max_error)},
+          {"surface_error", bound_or_null(p.surface_error)},
+          {"mesh_error", bound_or_null(p.mesh_error)},
+          {"effort", name_of(p.effort)},
+          {"mode", p.mode == FileMode::voxels ? "voxels" : "grid"},
+          {"grid", name_of(p.grid)}};
 }
 
-nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
+ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
   const Achieved a = achieved_of(index.total);
   const bool is_known =
       !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
@@ -265,36 +280,16 @@ nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& in
   const double slope = std::abs(rescale.slope);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
-          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)},
-          {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)},
+          {"psnr", std::isnan(a.psnr) ? ordered_json(nullptr) : ordered_json(a.psnr)},
+          {"mesh_error", bound_or_null(index.total.mesh_error)},
           {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
           {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
 }
 
-namespace {
-
-/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
-std::string compression_of(const TagSummary& file) {
-  const auto& beginning = file.beginning_of_envelope;
-  return beginning.empty() ? "" : compression_in("the file", beginning);
-}
-
-std::string source_files_text(const TagSummary& file) {
-  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
-  const bool is_exact = file.header.parameters.is_exact();
-  const std::string compression = compression_of(file);
-  if (!compression.empty())
-    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
-                       printable(compression), is_exact ? "" : ", with the decoded samples");
-  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
-}
-
-}  // namespace
-
-nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
+ordered_json info_json(const TagSummary& file, bool with_levels) {
   const auto& [header, index, sizes, beginning] = file;
-  nlohmann::ordered_json json;
+  ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
   json["type"] = name_of(header.parameters.type);
@@ -302,7 +297,7 @@ nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
   json.update(settings_json(header.parameters));
   json["levels"] = nullptr;
   if (with_levels) {
-    json["levels"] = nlohmann::ordered_json::array();
+    json["levels"] = ordered_json::array();
     for (const LevelRow& row : level_rows(header, index))
       json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
   }
@@ -346,8 +341,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
-  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {} {}", p.cube_size, p.brick_edge,
-                                 p.bricks().count(), p.bricks().count() == 1 ? "brick" : "bricks"));
+  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {}", p.cube_size, p.brick_edge,
+                                 counted(p.bricks().count(), "brick")));
   line("criterion",
        fmt::format(
            "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,

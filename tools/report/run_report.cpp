@@ -29,25 +29,38 @@ bool same_name(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-RunReport::RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-                     std::string output, const std::string& another)
-    : path_(std::move(path)),
-      command_(std::move(command)),
-      input_(std::move(input)),
-      output_(std::move(output)),
+RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint64_t bytes_in,
+                      std::uint64_t bytes_out) {
+  const CodingParameters& parameters = header.parameters;
+  RunFigures figures;
+  figures.dims = parameters.dims;
+  figures.type = parameters.type;
+  figures.settings = settings_json(parameters);
+  figures.bytes_in = bytes_in;
+  figures.bytes_out = bytes_out;
+  figures.achieved = achieved_json(header, index);
+  return figures;
+}
+
+RunReport::RunReport(const std::string& path, int threads, bool overwrite, const std::string& command,
+                     const std::string& input, const std::string& output, const std::string& another)
+    : json_({{"command", command},
+             {"version", TAGRID_VERSION},
+             {"input", json_text_or_null(input)},
+             {"output", json_text_or_null(output)}}),
       threads_(threads) {
-  if (path_.empty()) return;
-  if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
-    throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
-  if (!another.empty() && another != "-" && same_name(path_, another))
-    throw UsageError(fmt::format("--json {}: is a file of the volume; choose another file", path_));
-  if (!input_.empty()) refuse_same_file(input_, path_);
+  if (path.empty()) return;
+  if (path == "-" ? output == "-" : !output.empty() && same_name(path, output))
+    throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path));
+  if (!another.empty() && another != "-" && same_name(path, another))
+    throw UsageError(fmt::format("--json {}: is a file of the volume; choose another file", path));
+  if (!input.empty()) refuse_same_file(input, path);
   // A report replaces only an older report: -f is meant for the output, and a wrong name here must not cost a
   // volume. If the file does not exist now, but exists when the report is complete, this run has written it.
-  const bool exists = is_regular_output(path_) && status_of_name(path_);
-  if (exists && overwrite && FileBytes(path_).peek(1) != "{")
-    throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path_));
-  file_.emplace(path_, exists && overwrite);
+  const bool exists = is_regular_output(path) && status_of_name(path);
+  if (exists && overwrite && FileBytes(path).peek(1) != "{")
+    throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path));
+  file_.emplace(path, exists && overwrite);
 }
 
 void RunReport::write(const RunFigures& figures) {
@@ -55,17 +68,16 @@ void RunReport::write(const RunFigures& figures) {
   const double seconds = this->seconds();
   const Index3& n = figures.dims;
   const auto voxels = static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
-  nlohmann::ordered_json json;
-  json["dims"] = {n.x, n.y, n.z};
-  json["type"] = name_of(figures.type);
-  json["settings"] = figures.settings;
-  json["bytes_in"] = figures.bytes_in;
-  json["bytes_out"] = figures.bytes_out;
-  json["seconds"] = seconds;
-  json["threads"] = threads_;
-  json["peak_memory"] = peak_memory();
-  json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
-  json["achieved"] = figures.achieved;
+  nlohmann::ordered_json json = {{"dims", {n.x, n.y, n.z}},
+                                 {"type", name_of(figures.type)},
+                                 {"settings", figures.settings},
+                                 {"bytes_in", figures.bytes_in},
+                                 {"bytes_out", figures.bytes_out},
+                                 {"seconds", seconds},
+                                 {"threads", threads_},
+                                 {"peak_memory", peak_memory()},
+                                 {"voxels_per_second", voxels / std::max(seconds, 1e-9)},
+                                 {"achieved", figures.achieved}};
   json.update(figures.more);
   put(json);
 }
@@ -78,14 +90,9 @@ void RunReport::write_json(nlohmann::ordered_json figures) {
 }
 
 void RunReport::put(const nlohmann::ordered_json& figures) {
-  nlohmann::ordered_json json;
-  json["command"] = command_;
-  json["version"] = TAGRID_VERSION;
-  json["input"] = json_text_or_null(input_);
-  json["output"] = json_text_or_null(output_);
-  json.update(figures);
+  json_.update(figures);
   // File names may contain any bytes, but JSON may not.
-  file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  file_->write(json_.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   file_->publish();
 }
 

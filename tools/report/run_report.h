@@ -5,9 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "io/files/output_file.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
 #include "stages/grid/box.h"
 #include "stages/sample/sample_type.h"
 
@@ -23,19 +24,29 @@ struct RunFigures {
   nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< what only some runs have
 };
 
-/// Create it before the run, so that a bad file name is found first and the time is measured. Write it after
-/// the run.
+/// Those of a run on a .tag file.
+RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint64_t bytes_in,
+                      std::uint64_t bytes_out);
+
+/// Create it before the run, so that a bad name is found first and time is measured.
 class RunReport {
  public:
   /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws
   /// UsageError if the file exists and `overwrite` is false, or if it is the input, the output, or `another`
   /// file that the run reads or writes ("": none).
-  RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-            std::string output, const std::string& another = "");
+  RunReport(const std::string& path, int threads, bool overwrite, const std::string& command,
+            const std::string& input, const std::string& output, const std::string& another = "");
 
   /// Ends the run: measures its time, and writes the report if one was requested. Without keep() the file is
   /// removed again: a run has succeeded only when its output has its name, too.
   void write(const RunFigures& figures);
+  /// The same, then gives the output its name and keeps the report. `finished` has commit(): a Finished.
+  template <class Output>
+  void write(const RunFigures& figures, Output& finished) {
+    write(figures);
+    finished.commit();
+    keep();
+  }
   /// The same for a run that is not about one volume; `figures` is an object.
   void write_json(nlohmann::ordered_json figures);
   void keep();
@@ -46,7 +57,7 @@ class RunReport {
   double seconds() const;
   void put(const nlohmann::ordered_json& figures);
 
-  std::string path_, command_, input_, output_;
+  nlohmann::ordered_json json_;  ///< what is known before the run
   int threads_;
   std::optional<OutputFile> file_;
   Clock::time_point start_ = Clock::now();

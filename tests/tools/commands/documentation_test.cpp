@@ -109,7 +109,7 @@ TEST_F(Documentation, TheManualNamesEveryCommandAndExitCode) {
   EXPECT_EQ(all_matches(manual.substr(manual.find("The commands are"), manual.find(".Sh OPTIONS")),
                         "\n\\.It Cm ([a-z]+)"),
             commands());
-  const Words codes = all_matches(text_of("tools/report/exit_codes.h"), "int exit_[a-z_]+ = ([0-9]+);");
+  const Words codes = all_matches(text_of("tools/report/failure.h"), "int exit_[a-z_]+ = ([0-9]+);");
   EXPECT_EQ(all_matches(manual, "\n\\.It ([0-9]+)\n"), codes);
   EXPECT_GE(codes.size(), 5U);
 }
@@ -154,7 +154,7 @@ TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
     choice += (choice.empty() ? "" : " | ") + std::string(format->name);
   }
   EXPECT_NE(text_of("docs/tagrid.1").find(".It Fl -format Cm " + choice + "\n"), std::string::npos);
-  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("-W '" + words + "'"), std::string::npos);
+  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("values='" + words + "'"), std::string::npos);
   EXPECT_NE(text_of("tools/completion/_tagrid").find(":format:(" + words + ")"), std::string::npos);
   const std::string help = tagrid({"decode", "--help"}).out;
   for (const Format* format : written_formats())

@@ -7,7 +7,7 @@ namespace tagrid {
 namespace {
 
 // A possible value of each option that is not its default.
-std::string example_of(const OptionRow<EncodingOptions>& row) {
+std::string example_of(const OptionRow& row) {
   if (!row.words.empty()) return row.words.back();
   if (row.value.empty()) return "true";
   if (row.value == "X,Y,Z") return "4,5,6";
@@ -24,8 +24,8 @@ std::string text_of_options(const EncodingOptions& all) {
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", rules,
                      name_of(o.grid), o.grid_only, number(o.max_error), number(o.surface_error),
                      number(o.mesh_error), o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge),
-                     name_of(o.effort), number(o.field_scale), all.range, source.raw.dims, source.raw.type,
-                     source.raw.endian, source.raw.spacing, source.raw.offset, source.vdb_grid, source.from,
+                     name_of(o.effort), number(o.field_scale), all.range, source.dims, source.type,
+                     source.endian, source.spacing, source.offset, source.vdb_grid, source.from,
                      source.series, source.dataset, source.gaps_ok, o.strip);
 }
 

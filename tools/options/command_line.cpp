@@ -1,14 +1,70 @@
-#include "tools/options/command_line_error.h"
+#include "tools/options/command_line.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
-
-#include "tools/options/suggestion.h"
+#include <memory>
+#include <sstream>
 
 namespace tagrid {
 namespace {
+
+constexpr std::size_t left_column = 32, right_column = 68;
+
+/// Breaks lines between words, so that none is wider than the right column. Keeps the breaks of `text`.
+std::string wrapped(const std::string& text) {
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::size_t width = 0;
+    std::istringstream words(line);
+    if (!result.empty()) result += '\n';
+    for (std::string word; words >> word; width += word.size()) {
+      const bool fits = width + 1 + word.size() <= right_column;
+      if (width > 0) result += fits ? ' ' : '\n';
+      width = width > 0 && fits ? width + 1 : 0;
+      result += word;
+    }
+  }
+  return result;
+}
+
+class HelpLayout : public CLI::Formatter {
+ public:
+  HelpLayout() { column_width(left_column); }
+
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string help = CLI::Formatter::make_help(app, std::move(name), mode);
+    // CLI11 puts two empty lines between groups.
+    for (std::size_t at; (at = help.find("\n\n\n")) != help.npos;) help.erase(at, 1);
+    return help;
+  }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    if (option->get_positional()) return "";
+    const std::string& value = option->get_option_text();
+    return (value.empty() ? "" : " <" + value + ">") + (option->get_required() ? " (required)" : "");
+  }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(option->get_description());
+  }
+};
+
+/// The edit distance with swaps (optimal string alignment), computed by rows of the table of all prefixes.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+    before.swap(last);
+    last.swap(row);
+  }
+  return last[b.size()];
+}
 
 std::vector<std::string> options_of(const CLI::App& command) {
   std::vector<std::string> names;
@@ -73,6 +129,20 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
 }
 
 }  // namespace
+
+void lay_out_help(CLI::App& app) { app.formatter(std::make_shared<HelpLayout>()); }
+
+std::optional<std::string> nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  std::optional<std::string> best;
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t d = distance(word, candidate);
+    if (d >= least) continue;
+    least = d;
+    best = candidate;
+  }
+  return best;
+}
 
 std::string memory_advice(const CLI::App& command) {
   const auto has = [&](const char* option) { return command.get_option_no_throw(option) != nullptr; };

@@ -1,15 +1,23 @@
-// The lost parts of a damaged .tag file, for people and for scripts.
+// Sizes, and the lost parts of a damaged .tag file, for people and for scripts.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stages/grid/brick_run.h"
 
 namespace tagrid {
 
-/// A line for each run of bricks: their numbers, and their samples in the form of --region. Long lists are cut.
+/// "1.2 MB" and the like, in powers of 1000, as in file managers.
+std::string human_bytes(std::uint64_t bytes);
+
+/// "1 file", "3 files".
+std::string counted(std::int64_t count, std::string_view noun);
+
+/// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
 
 /// A list of boxes of samples: [{"low": [x0, y0, z0], "high": [x1, y1, z1]}, ...], half open as --region is.
