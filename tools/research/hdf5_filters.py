@@ -2,7 +2,7 @@
 """Compares HDF5 filters on volumes, at the same largest error.
 
     export HDF5_PLUGIN_PATH=build/release/hdf5_plugins:/usr/lib/x86_64-linux-gnu/hdf5/serial/plugins
-    tools/research/bench/hdf5_filters.py VOLUME.nhdr [...] [--errors 0,2,10]
+    tools/research/hdf5_filters.py VOLUME.nhdr [...] [--errors 0,2,10]
 
 Prints a table in Markdown. Every filter gets the same chunks of 64 x 64 x 64 samples, of a file in memory; the seconds are
 CPU seconds of the process, the least of some runs. zfp and SZ3 are for floats: they get float32 samples, and E + 0.49, the
