@@ -1,76 +1,50 @@
 #!/usr/bin/python3
 """Compares surfaces of tagrid with marching cubes of the decoded voxels.
 
-    surfaces.py TAGRID VOLUME.nhdr ISO [--levels 6,9,12,15] [--encode "--max-error 2"]
+    surfaces.py VOLUME.nhdr ISO [--levels 6,9,12,15] [--encode "--max-error 2"]
 
-Prints two tables in Markdown. The first has the time of a thread: `tagrid surface`, against `tagrid decode` and
-vtkMarchingCubes. The second has the distances between surfaces and that of marching cubes, in millimetres of the
-header, or in samples: of surfaces of several levels, and of marching cubes after vtkQuadricDecimation to as many triangles.
+Prints two tables in Markdown. The first has the time of one thread: `tagrid surface`, compared with `tagrid decode` and
+vtkMarchingCubes. The second has the distances between surfaces and that of marching cubes, in the units of the header,
+or in samples: for surfaces of several levels, and for marching cubes after vtkQuadricDecimation to as many triangles.
 Distances are measured both ways, from the vertices of one surface to the nearest point of the other one: "off" from
-the surface to marching cubes (what is there but should not be), "missed" from marching cubes to the surface.
+the surface to marching cubes, "missed" from marching cubes to the surface.
 
-Needs VTK for Python (python3-vtk9); nothing else of tagrid does.
+Needs VTK for Python (python3-vtk9).
 """
 
-import argparse
-import os
 import shlex
-import subprocess
 import tempfile
 import time
+from pathlib import Path
 
 import numpy
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-from programs import TYPES, info_of, seconds_of
+import nrrd
+from markdown import print_table
+from running import Parser, checked, main, output_of, usage_of
+from vtk_data import image_of, made_by, points_of, read_ply
 
 MOST_POINTS = 50000  # of one surface that are measured
 
 
-def best_of(repetitions, run):
-    return min(run() for _ in range(repetitions))
-
-
-def image_of(path, info):
-    x, y, z = info['dims']
-    samples = numpy.fromfile(path, TYPES[info['type']])
-    image = vtk.vtkImageData()
-    image.SetDimensions(x, y, z)
-    image.SetSpacing(*[float(s) for s in info['geometry']['spacing'] or (1, 1, 1)])
-    image.GetPointData().SetScalars(numpy_to_vtk(samples, deep=1))
-    return image
+def timed(work):
+    start = time.process_time()
+    result = work()
+    return result, time.process_time() - start
 
 
 def marching_cubes(image, iso):
-    cubes = vtk.vtkMarchingCubes()
-    cubes.SetInputData(image)
-    cubes.SetValue(0, iso)
-    cubes.ComputeNormalsOff()
-    cubes.ComputeScalarsOff()
-    start = time.process_time()
-    cubes.Update()
-    return cubes.GetOutput(), time.process_time() - start
+    return timed(lambda: made_by(vtk.vtkMarchingCubes(), image, Value=(0, iso), ComputeNormals=False, ComputeScalars=False))
 
 
 def decimated(surface, triangles):
-    decimation = vtk.vtkQuadricDecimation()
-    decimation.SetInputData(surface)
-    decimation.SetTargetReduction(max(0.0, 1 - triangles / surface.GetNumberOfPolys()))
-    start = time.process_time()
-    decimation.Update()
-    return decimation.GetOutput(), time.process_time() - start
-
-
-def read_ply(path):
-    reader = vtk.vtkPLYReader()
-    reader.SetFileName(path)
-    reader.Update()
-    return reader.GetOutput()
+    reduction = max(0.0, 1 - triangles / surface.GetNumberOfPolys())
+    return timed(lambda: made_by(vtk.vtkQuadricDecimation(), surface, TargetReduction=reduction))
 
 
 def distances(from_surface, to_surface):
-    points = vtk_to_numpy(from_surface.GetPoints().GetData()).astype(float)
+    points = points_of(from_surface)
     points = points[::max(1, len(points) // MOST_POINTS)]
     locator = vtk.vtkCellLocator()
     locator.SetDataSet(to_surface)
@@ -86,51 +60,50 @@ def distances(from_surface, to_surface):
 
 def row(name, surface, cubes, seconds):
     off, missed = distances(surface, cubes), distances(cubes, surface)
-    print(f'| {name} | {surface.GetNumberOfPolys():,} | {off.mean():.3f} | {numpy.percentile(off, 99):.2f} | '
-          f'{100 * (off <= 1).mean():.2f} % | {off.max():.1f} | {missed.mean():.3f} | '
-          f'{numpy.percentile(missed, 99):.2f} | {missed.max():.1f} | {seconds:.2f} s |')
+    return [name, f"{surface.GetNumberOfPolys():,}", f"{off.mean():.3f}", f"{numpy.percentile(off, 99):.2f}",
+            f"{100 * (off <= 1).mean():.2f} %", f"{off.max():.1f}", f"{missed.mean():.3f}",
+            f"{numpy.percentile(missed, 99):.2f}", f"{missed.max():.1f}", f"{seconds:.2f} s"]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('tagrid')
-    parser.add_argument('volume')
-    parser.add_argument('iso', type=float)
-    parser.add_argument('--levels', default='6,9,12,15')
-    parser.add_argument('--encode', default='', help='options of encode')
-    parser.add_argument('--repetitions', type=int, default=5)
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        tag, raw, ply = (os.path.join(folder, name) for name in ('v.tag', 'v.raw', 'v.ply'))
-        subprocess.run([given.tagrid, 'encode', given.volume, '-o', tag] + shlex.split(given.encode), check=True)
-        info = info_of(given.tagrid, tag)
-        common = ['-T1', '-f', '-q']
-        surface_command = [given.tagrid, 'surface', tag, f'--iso={given.iso}', '-o', ply] + common
-        decode = best_of(given.repetitions,
-                         lambda: seconds_of([given.tagrid, 'decode', tag, '-o', raw] + common))
-        image = image_of(raw, info)
-        cubes = marching_cubes(image, given.iso)[0]
-        of_cubes = best_of(given.repetitions, lambda: marching_cubes(image, given.iso)[1])
-        whole = best_of(given.repetitions, lambda: seconds_of(surface_command))
-        size = os.path.getsize(ply)
-        triangles = read_ply(ply).GetNumberOfPolys()
-        print('| one thread | triangles | time | per million triangles |\n|---|---|---|---|')
-        print(f'| `surface`, from the file to a PLY file of {size / 1e6:.1f} MB | {triangles:,} | {whole:.3f} s | '
-              f'{1e6 * whole / triangles:.2f} s |')
+def run():
+    parser = Parser(__doc__)
+    parser.add_argument("volume")
+    parser.add_argument("iso", type=float)
+    parser.add_argument("--levels", default="6,9,12,15")
+    parser.add_argument("--encode", default="", help="options of encode")
+    parser.add_argument("--repetitions", type=int, default=5)
+    options = parser.parse_args()
+    tagrid, repetitions = checked(options.tagrid), range(options.repetitions)
+    with tempfile.TemporaryDirectory() as directory:
+        tag, raw, ply = (Path(directory) / name for name in ("v.tag", "v.raw", "v.ply"))
+        output_of(tagrid, "encode", options.volume, "-o", tag, *shlex.split(options.encode))
+        info, samples = nrrd.decoded(tagrid, tag)
+        image = image_of(samples, [float(s) for s in info["geometry"]["spacing"] or (1, 1, 1)])
+        surface_command = (tagrid, "surface", tag, f"--iso={options.iso}", "-o", ply, "-T1", "-f", "-q")
+        decode = min(usage_of(tagrid, "decode", tag, "-o", raw, "-T1", "-f", "-q").cpu for _ in repetitions)
+        of_cubes = min(marching_cubes(image, options.iso)[1] for _ in repetitions)
+        cubes = marching_cubes(image, options.iso)[0]
+        whole = min(usage_of(*surface_command).cpu for _ in repetitions)
         both = decode + of_cubes
-        print(f'| `decode` ({decode:.3f} s), and vtkMarchingCubes in memory ({of_cubes:.3f} s) | '
-              f'{cubes.GetNumberOfPolys():,} | {both:.3f} s | {1e6 * both / cubes.GetNumberOfPolys():.2f} s |\n')
+        rows = [(f"`surface`, from the file to a PLY file of {ply.stat().st_size / 1e6:.1f} MB", read_ply(ply), whole),
+                (f"`decode` ({decode:.3f} s), and vtkMarchingCubes in memory ({of_cubes:.3f} s)", cubes, both)]
+        print_table(["one thread", "triangles", "time", "per million triangles"],
+                    [(name, f"{surface.GetNumberOfPolys():,}", f"{seconds:.3f} s",
+                      f"{1e6 * seconds / surface.GetNumberOfPolys():.2f} s") for name, surface, seconds in rows])
+        print()
 
-        print('| surface | triangles | off, mean | 99 % | within 1 | most | missed, mean | 99 % | most | time |')
-        print('|---|---|---|---|---|---|---|---|---|---|')
-        for level in given.levels.split(','):
-            seconds = seconds_of(surface_command + ['--level', level])
-            surface = read_ply(ply)
-            row(f'`--level {level}`', surface, cubes, seconds)
-            if surface.GetNumberOfPolys() < cubes.GetNumberOfPolys():
-                fewer, seconds = decimated(cubes, surface.GetNumberOfPolys())
-                row('cubes, decimated', fewer, cubes, both + seconds)
+        def rows_of_levels():
+            for level in options.levels.split(","):
+                seconds = usage_of(*surface_command, "--level", level).cpu
+                surface = read_ply(ply)
+                yield row(f"`--level {level}`", surface, cubes, seconds)
+                if surface.GetNumberOfPolys() < cubes.GetNumberOfPolys():
+                    fewer, seconds = decimated(cubes, surface.GetNumberOfPolys())
+                    yield row("cubes, decimated", fewer, cubes, both + seconds)
+
+        print_table(["surface", "triangles", "off, mean", "99 %", "within 1", "most", "missed, mean", "99 %", "most", "time"],
+                    rows_of_levels())
 
 
-if __name__ == '__main__':
-    main()
+if __name__ == "__main__":
+    main("surfaces.py", run)
