@@ -1,15 +1,11 @@
 """The results as Markdown."""
 
 import rates
+from markdown import table
 
 
 def number(value, digits):
     return "–" if value is None else f"{value:.{digits}f}"
-
-
-def table(head, rows):
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines) + "\n"
 
 
 def circumstances(results):
@@ -127,10 +123,10 @@ SECTIONS = (
 )
 
 
-def summary(results, plots, folder=""):
+def summary(results, plots, directory=""):
     parts = [circumstances(results)]
     if plots:
-        parts.append("\n".join(f"![{plot.rsplit('.', 1)[0]}]({folder}{plot})" for plot in plots) + "\n")
+        parts.append("\n".join(f"![{plot.rsplit('.', 1)[0]}]({directory}{plot})" for plot in plots) + "\n")
     for title, section, explanation in SECTIONS:
         text = section(results)
         if text:
