@@ -19,7 +19,7 @@ fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
-paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core)
+paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;

@@ -4,9 +4,7 @@ import math
 
 import numpy
 
-import colours
-import sheet
-from drawing import Drawing
+import drawing
 
 M = 20  # the accuracy of the paper's experiments, and of ours
 PIECES = 4  # straight pieces with which each B-spline segment is measured
@@ -78,30 +76,30 @@ def circle(centre, radius, begin=0.0, end=2 * math.pi):
 def picture_of_polygons(study):
     panels = []
     for m in (6, M):
-        drawing = Drawing(study.pixels(420), study.pixels(420), (-1, -1), (1, 1), 20, equal=True)
+        figure = drawing.Drawing(study.pixels(420), study.pixels(420), (-1, -1), (1, 1), 20, equal=True)
         corners = [(math.cos(2 * math.pi * i / m), math.sin(2 * math.pi * i / m)) for i in range(m + 1)]
-        drawing.line(circle((0, 0), 1), colours.FAINT, 2)
-        drawing.line(corners, colours.BLUE, 1.5)
-        drawing.line([corners[0], (0, 0), corners[1]], colours.FAINT, 1)
-        drawing.line(circle((0, 0), 1, 0, 2 * math.pi / m), colours.RED, 3)
-        drawing.line(corners[:2], colours.INK, 3)
-        drawing.text((0.12, 0.03), f"2π/{m}", dx=10, dy=8)
-        panels.append(drawing.picture())
-    return sheet.beside(panels, [f"m = {m}: arc / chord = {arc_and_chord(m)[0] / arc_and_chord(m)[1]:.5f}" for m in (6, M)])
+        figure.line(circle((0, 0), 1), drawing.FAINT, 2)
+        figure.line(corners, drawing.BLUE, 1.5)
+        figure.line([corners[0], (0, 0), corners[1]], drawing.FAINT, 1)
+        figure.line(circle((0, 0), 1, 0, 2 * math.pi / m), drawing.RED, 3)
+        figure.line(corners[:2], drawing.INK, 3)
+        figure.text((0.12, 0.03), f"2π/{m}", dx=10, dy=8)
+        panels.append(figure.picture())
+    return drawing.beside(panels, [f"m = {m}: arc / chord = {arc_and_chord(m)[0] / arc_and_chord(m)[1]:.5f}" for m in (6, M)])
 
 
 def picture_of_curve(study, curve):
-    drawing = Drawing(study.pixels(760), study.pixels(330), (-6, -4), (22, 7), 20, equal=True)
+    figure = drawing.Drawing(study.pixels(760), study.pixels(330), (-6, -4), (22, 7), 20, equal=True)
     for centre, radius in curve.circles:
-        drawing.line(circle(centre, radius), colours.FAINT, 1)
-    drawing.line([(-6, 0), (22, 0)], colours.INK, 1)
+        figure.line(circle(centre, radius), drawing.FAINT, 1)
+    figure.line([(-6, 0), (22, 0)], drawing.INK, 1)
     for end in curve.ends:
-        drawing.line([(end[0], 0), end], colours.FAINT, 1)
-    drawing.line(curve.ends, colours.INK, 1.5)
-    for segment, colour in zip(curve.segments, ((0.86, 0.45, 0.62), colours.GREEN, colours.RED)):
-        drawing.line(segment, colour, 3)
+        figure.line([(end[0], 0), end], drawing.FAINT, 1)
+    figure.line(curve.ends, drawing.INK, 1.5)
+    for segment, colour in zip(curve.segments, ((0.86, 0.45, 0.62), drawing.GREEN, drawing.RED)):
+        figure.line(segment, colour, 3)
     for i, place in enumerate(curve.control):
-        drawing.dot(place, colours.PURPLE if i < 3 else colours.ORANGE, 4)
+        figure.dot(place, drawing.PURPLE if i < 3 else drawing.ORANGE, 4)
     for name, end in zip(("Pₗ", "Pᵣ"), curve.ends):
-        drawing.text((end[0], 0), name, dy=-14, anchor="mm")
-    return drawing.picture()
+        figure.text((end[0], 0), name, dy=-14, anchor="mm")
+    return figure.picture()

@@ -2,10 +2,9 @@
 
 import numpy
 
-import colours
-import sheet
-import volumes
+import drawing
 from report import FAILS, HOLDS, PARTLY
+from study import write
 
 ALIKE = 2.0  # per cent by which numbers of points may differ from their mean
 # Axes of the array [z, y, x] between which the volume is turned.
@@ -75,7 +74,7 @@ class Turned:
         for number, axes in enumerate(TURNS.values()):
             turned = volume
             if axes:
-                turned = volumes.write(study.folder, f"{volume.name}_{number}", numpy.rot90(samples, 1, axes), volume.low,
+                turned = write(study.directory, f"{volume.name}_{number}", numpy.rot90(samples, 1, axes), volume.low,
                                        volume.high, volume.iso)
             self.measured.append(Measured(study, turned))
             masks.append(active_points(study.tagrid.mesh(self.measured[-1].tag), turned.dims, axes))
@@ -89,7 +88,7 @@ def claim_turns(report, study):
     volume = study.lobster
     whole = Turned(study, volume)
     # Without some samples at the end of each axis, turning moves the volume relative to the root cubes.
-    part = volumes.write(study.folder, "cropped", volume.samples()[:-5, :-9, :-13], volume.low, volume.high, volume.iso)
+    part = write(study.directory, "cropped", volume.samples()[:-5, :-9, :-13], volume.low, volume.high, volume.iso)
     cropped = Turned(study, part)
     for name, one in ((volume.name, whole), (f"{volume.name} without some samples at its ends", cropped)):
         report.table(f"The {name}, turned",
@@ -130,12 +129,10 @@ def common(one, other):
 
 def picture(study, volume):
     samples = volume.samples()
-    turned = volumes.write(study.folder, "turned_flat", numpy.rot90(samples, 1, (1, 2)), volume.low, volume.high)
+    turned = write(study.directory, "turned_flat", numpy.rot90(samples, 1, (1, 2)), volume.low, volume.high)
     panels = []
     for one in (volume, turned):
         mesh = study.tagrid.mesh(study.tagrid.grid(one, "--max-level", 9), padded=False)
-        extent = mesh.points.max(axis=0)[:2]
-        panels.append(sheet.segments(sheet.projected_edges(mesh, (0, 1)), extent, study.pixels(520) / extent.max(),
-                                     colours.INK, 0.5))
+        panels.append(drawing.projection(mesh, (0, 1), study.pixels(520) / mesh.points[:, :2].max()))
     # Turning rows that go upwards is turning a picture the other way.
-    return sheet.beside([panels[0], panels[1].rotate(90, expand=True)], ["as it lies", "turned, and turned back"])
+    return drawing.beside([panels[0], panels[1].rotate(90, expand=True)], ["as it lies", "turned, and turned back"])

@@ -92,3 +92,12 @@ def conformity(mesh):
     box = numpy.prod(high - low) * 6
     missing = (box - numpy.abs(volumes(mesh.corners())).sum()) / 6
     return Conformity(int((counts == 2).sum()), int((~on_border).sum()), int((counts > 2).sum()), float(missing))
+
+
+def edges_in_plane(mesh, z):
+    """The edges of all triangles that lie in a plane of this z, each once: [n, 4] with x0, y0, x1, y1."""
+    inside = mesh.points[:, 2] == z
+    three = mesh.tetrahedra[inside[mesh.tetrahedra].sum(axis=1) == 3]
+    triangles = three[inside[three]].reshape(-1, 3)
+    pairs = numpy.unique(numpy.sort(triangles[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1), axis=0)
+    return mesh.points[pairs][:, :, :2].reshape(-1, 4)
