@@ -12,7 +12,7 @@ trap 'rm -r "$folder"' EXIT
 "$tagrid" phantom --dims 256,256,96 -o "$folder/phantom.nhdr"
 "$tagrid" encode "$folder/phantom.nhdr" --quiet
 "$tagrid" mesh "$folder/phantom.tag" --quiet
-tools/research/pictures/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64 docs/images/slice_and_grid.png
+tools/research/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64 docs/images/slice_and_grid.png
 
 # The phantom has no unit; with one, the preview has lengths in millimetres.
 echo 'units: "mm" "mm" "mm"' >> "$folder/phantom.nhdr"
