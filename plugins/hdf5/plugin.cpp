@@ -12,7 +12,6 @@
 
 #include "plugins/hdf5/coding.h"
 #include "plugins/hdf5/lattice.h"
-#include "plugins/hdf5/settings.h"
 
 namespace tagrid::hdf5 {
 namespace {

@@ -29,7 +29,7 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
 #: The filter's numbers in a file: how many, and the version, which is the fifth number
-#: (plugins/hdf5/settings.h).
+#: (plugins/hdf5/coding.h).
 _STORED_NUMBERS, _LAYOUT = 11, 2
 
 if TYPE_CHECKING:
