@@ -45,7 +45,7 @@ def read_vtu(path):
 
 
 def volumes(corners):
-    """Six times the volume of each tetrahedron, signed. Exact for whole and half coordinates."""
+    """Six times the volume of each tetrahedron, signed. Exact for integer and half coordinates."""
     a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
     return numpy.einsum("ij,ij->i", numpy.cross(a, b), c)
 
@@ -84,7 +84,7 @@ class Conformity:
 
 
 def conformity(mesh):
-    """Whether tetrahedra meet face to face and fill the box of all points. Exact for coordinates that are whole."""
+    """Whether tetrahedra meet face to face and fill the box of all points. Exact for integer coordinates."""
     faces, counts = unique_faces(mesh.tetrahedra, len(mesh.points))
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     alone = mesh.points[faces[counts == 1]]

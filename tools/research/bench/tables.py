@@ -112,12 +112,12 @@ def concurrency(results):
 
 SECTIONS = (
     ("Bits per voxel at the same largest error", sizes,
-     "Whole files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
+     "Entire files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
     ("Bits per voxel at the same PSNR", equal_psnr,
      "At the PSNR that tagrid reaches at E. Others: interpolated between the bounds that were measured (–: outside of "
      "them); SPERR --psnr was asked for that PSNR, and has no bound."),
     ("Speed and memory", speeds,
-     "Whole processes. Mvoxel/s by the clock; CPU s: user and system, 1 thread; MB: peak resident memory, 1 thread. "
+     "Entire processes. Mvoxel/s by the clock; CPU s: user and system, 1 thread; MB: peak resident memory, 1 thread. "
      "× as fast: CPU seconds of the codec over those of tagrid."),
     ("Threads and processes", concurrency, "One volume on all threads, and as many volumes at once on one thread each."),
 )

@@ -14,7 +14,7 @@ NEAR = 64  # samples on either side of it that are shown
 def add_to(report, study):
     report.section("Cracks (Fig. 7)")
     report.figure("fig-07", "Fig. 7: the crack problem", picture_of_two(study),
-                  "Left: one of two tetrahedra with the face ACE is bisected at M, its neighbour is not. The surface that is "
+                  "Left: one of two tetrahedra with the face ACE is bisected at M, its neighbor is not. The surface that is "
                   "drawn in both has an open edge (red) on their face. Right: both are bisected, as the region of influence "
                   "demands.")
     picture, torn, whole = picture_of_volume(study)

@@ -48,10 +48,10 @@ class Curve:
         for place, (_, slope, second) in zip(self.ends, (left, right)):
             curvature = second / (1 + slope**2) ** 1.5
             normal = numpy.array([-slope, 1]) / math.hypot(slope, 1)
-            centre = place + normal / curvature
-            self.circles.append((centre, abs(1 / curvature)))
+            center = place + normal / curvature
+            self.circles.append((center, abs(1 / curvature)))
             angle = min(2 * math.pi / M / abs(curvature), limit) * curvature
-            self.control += [centre + turned(place - centre, -angle), place, centre + turned(place - centre, angle)]
+            self.control += [center + turned(place - center, -angle), place, center + turned(place - center, angle)]
         self.segments = [self._segment(i, 40) for i in range(3)]
         measured = [self._segment(i, PIECES) for i in range(3)]
         self.length = sum(map(length_of, measured))
@@ -69,8 +69,8 @@ def turned(vector, angle):
     return numpy.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
 
 
-def circle(centre, radius, begin=0.0, end=2 * math.pi):
-    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in numpy.linspace(begin, end, 121)]
+def circle(center, radius, begin=0.0, end=2 * math.pi):
+    return [(center[0] + radius * math.cos(a), center[1] + radius * math.sin(a)) for a in numpy.linspace(begin, end, 121)]
 
 
 def picture_of_polygons(study):
@@ -90,14 +90,14 @@ def picture_of_polygons(study):
 
 def picture_of_curve(study, curve):
     figure = drawing.Drawing(study.pixels(760), study.pixels(330), (-6, -4), (22, 7), 20, equal=True)
-    for centre, radius in curve.circles:
-        figure.line(circle(centre, radius), drawing.FAINT, 1)
+    for center, radius in curve.circles:
+        figure.line(circle(center, radius), drawing.FAINT, 1)
     figure.line([(-6, 0), (22, 0)], drawing.INK, 1)
     for end in curve.ends:
         figure.line([(end[0], 0), end], drawing.FAINT, 1)
     figure.line(curve.ends, drawing.INK, 1.5)
-    for segment, colour in zip(curve.segments, ((0.86, 0.45, 0.62), drawing.GREEN, drawing.RED)):
-        figure.line(segment, colour, 3)
+    for segment, color in zip(curve.segments, ((0.86, 0.45, 0.62), drawing.GREEN, drawing.RED)):
+        figure.line(segment, color, 3)
     for i, place in enumerate(curve.control):
         figure.dot(place, drawing.PURPLE if i < 3 else drawing.ORANGE, 4)
     for name, end in zip(("Pₗ", "Pᵣ"), curve.ends):

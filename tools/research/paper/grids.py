@@ -10,7 +10,7 @@ from report import FAILS, HOLDS
 from scene import Scene, contour_of_samples
 from vtk_data import read_ply
 
-# What the paper prints: Table 1, and the text below it. Level: seconds, points of the whole grid, active points, per cent.
+# What the paper prints: Table 1, and the text below it. Level: seconds, points of the complete grid, active points, per cent.
 PRINTED_LOBSTER = {3: (0.044664, 1323, 416, 31.4), 6: (0.084752, 8405, 1983, 23.60), 9: (0.394752, 59049, 11937, 20.2),
                    12: (3.08826, 440657, 42475, 9.3902), 15: (18.7092, 3400353, 298892, 8.79)}
 PRINTED_FOOT = {9: 15.2063, 12: 10.3186}
@@ -30,7 +30,7 @@ def add_to(report, study):
     report.figure("fig-15", "Fig. 15: the foot", picture_of_samples(study, study.foot), about_input(study.foot))
     picture, triangles = picture_of_surface(study, study.foot)
     report.figure("fig-16", "Fig. 16: the result of the foot", picture,
-                  f"The isosurface {study.foot.iso:g} of the piecewise linear field on the whole grid: {triangles:,} "
+                  f"The isosurface {study.foot.iso:g} of the piecewise linear field on the complete grid: {triangles:,} "
                   "triangles, and a part of it with their edges.")
     for level, name in ((9, "fig-17"), (12, "fig-18")):
         report.figure(name, f"Fig. {name[-2:]}: the grid of the foot at level {level}, projected on XY",
@@ -129,7 +129,7 @@ def claim_levels(report, study):
         octree_factors += [third] if not math.isnan(third) else []
         rows.append((level["level"], f"{level['points']:,}", f"{level['active']:,}", f"{factor:.2f}" if i else "",
                      f"{third:.2f}" if i and i % 3 == 0 else ""))
-    report.table(f"The whole grid of the {study.lobster.name} ({study.lobster.path.name}), level by level",
+    report.table(f"The complete grid of the {study.lobster.name} ({study.lobster.path.name}), level by level",
                  ["level", "all points", "active points", "times those of the level before",
                   "times those three levels before: an octree's step"], rows)
     octree = len(levels) // 3 + 1

@@ -45,7 +45,7 @@ def claim_sizes(report, study):
     sizes = (8, 16, 32) if study.quick else (8, 16, 32, 64)
     volume = study.lobster
     measured = [Measured(study, volume, "--cube", size) for size in sizes]
-    report.table(f"Root cubes of several sizes: the {volume.name}, whole grids",
+    report.table(f"Root cubes of several sizes: the {volume.name}, complete grids",
                  ["S", "active points", "rmse of the field", f"area of the isosurface {volume.iso:g}"],
                  [(size, *one.cells()) for size, one in zip(sizes, measured)])
     found = spreads(measured)
@@ -101,7 +101,7 @@ def claim_turns(report, study):
     verdicts = [verdict(one.spreads) for one in (whole, cropped)]
     report.claim(8, "the accuracy is absolute and does not depend on the direction of view: a turned volume gets the turned grid",
                  HOLDS if verdicts == [HOLDS, HOLDS] else FAILS if FAILS in verdicts else PARTLY,
-                 "The {name} fills whole root cubes. Turned by 90° about each axis, its numbers of active points differ from "
+                 "The {name} fills complete root cubes. Turned by 90° about each axis, its numbers of active points differ from "
                  "their mean by at most {active:.2f} %, the root mean square errors by {rmse:.2f} %, the areas of an "
                  "isosurface by {area:.2f} %; of the points that are active in one of two grids, at least {same:.2f} % are "
                  "active in both ({unturned:.0f} % if the volume is turned by 180° and not turned back). Without some "

@@ -54,7 +54,7 @@ def picture_of_cells(study):
         number = by_direction.setdefault(direction, len(by_direction))
         scene.add_box([2 * c for c in cell], [2 * c + 2 for c in cell], drawing.FAINT, 0.015)
         scene.add_lines([(one, other)], drawing.DIRECTIONS[number], 0.06)
-    return drawing.beside([scene.picture()], ["one colour for each direction of a diagonal"])
+    return drawing.beside([scene.picture()], ["one color for each direction of a diagonal"])
 
 
 def claim_orientation(report, study):

@@ -108,11 +108,11 @@ def claim_roots(report, study, tag):
                                   for y in range(0, CUBES * SIZE, SIZE) for z in range(0, CUBES * SIZE, SIZE)])
     same = same_tetrahedra(mesh.corners().astype(numpy.int64), expected)
     parallel = len(directions) == 3 and all(len(found) == 1 for found in directions.values())
-    report.claim(1, "six root tetrahedra a cube, whose faces fit those of all neighbours, without an alternating pattern",
+    report.claim(1, "six root tetrahedra a cube, whose faces fit those of all neighbors, without an alternating pattern",
                  HOLDS if per_cube == 6 and parallel and check.holds and same else FAILS,
                  "In {cubes} root cubes that the program wrote there are {tetrahedra} tetrahedra, {per_cube:g} a cube. "
                  "Diagonals on faces across x, y and z have {directions} directions in all. Of {faces} inner faces, each "
-                 "belongs to two tetrahedra; there are {cracks} faces without a neighbour. The tetrahedra are those of Fig. "
+                 "belongs to two tetrahedra; there are {cracks} faces without a neighbor. The tetrahedra are those of Fig. "
                  "3: {same}.",
                  cubes=CUBES**3, tetrahedra=len(mesh.tetrahedra), per_cube=per_cube, faces=check.inner_faces, cracks=check.cracks,
                  directions=sum(map(len, directions.values())), same="yes" if same else "no")

@@ -101,11 +101,11 @@ def claim(report, study, measured):
     report.claim(5, "decisions in a cube depend on a bounded region of 8 1/3 cubes; so each cube can be refined alone, and all fit without cracks",
                  PARTLY if works and abs(largest.volume - PRINTED_VOLUME) > 0.01 else FAILS,
                  "The region is bounded: it ends {distance} samples from a cube of edge {size}. But it is larger than "
-                 "printed: {volume:.1f} cubes, not {printed:.2f}, because neighbours across edges take part, too. Cubes can "
+                 "printed: {volume:.1f} cubes, not {printed:.2f}, because neighbors across edges take part, too. Cubes can "
                  "be refined alone: of {tried} cubes of the {foot}, each cut out with one cube of samples around it, "
-                 "{different} get other tetrahedra than in the whole volume (cut out with nothing around them, {without} "
-                 "do). They fit: in the whole grid of the {lobster}, {faces:,} inner faces each belong to two tetrahedra, "
-                 "{cracked} faces have no neighbour, and {missing:g} of the volume is missing or covered twice. Its "
+                 "{different} get other tetrahedra than in the entire volume (cut out with nothing around them, {without} "
+                 "do). They fit: in the complete grid of the {lobster}, {faces:,} inner faces each belong to two tetrahedra, "
+                 "{cracked} faces have no neighbor, and {missing:g} of the volume is missing or covered twice. Its "
                  "isosurface, closed at the border, has {triangles:,} triangles and {open} open edges.",
                  distance=largest.distance, size=largest.size, volume=largest.volume, printed=PRINTED_VOLUME, tried=tried,
                  different=different,

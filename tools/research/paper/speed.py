@@ -76,7 +76,7 @@ def repetitions(study):
 
 
 def measured(study, path, level, command, threads, times_each):
-    """Median seconds of the run as the program measures them, and of the whole process."""
+    """Median seconds of the run as the program measures them, and of the entire process."""
     runs, wholes = [], []
     for _ in range(times_each):
         start = time.monotonic()
@@ -97,10 +97,10 @@ def plot(study, times, level, processes, what):
     for begin in range(0, 40, 2):
         places = [processes[0] + (processes[-1] - processes[0]) * i / 40 for i in (begin, begin + 1)]
         figure.line([(n, first / n) for n in places], drawing.ORANGE, 1.5)
-    for part, colour in ((1, drawing.FAINT), (0, drawing.BLUE)):
-        figure.line([(n, times[level, n][part]) for n in processes], colour, 2.5)
+    for part, color in ((1, drawing.FAINT), (0, drawing.BLUE)):
+        figure.line([(n, times[level, n][part]) for n in processes], color, 2.5)
         for n in processes:
-            figure.dot((n, times[level, n][part]), colour)
+            figure.dot((n, times[level, n][part]), color)
     return figure.picture()
 
 
