@@ -19,7 +19,7 @@ test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-form
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
-bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
+bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 

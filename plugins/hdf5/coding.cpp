@@ -101,34 +101,24 @@ std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, 
   return file_of<T>(chunk, 0, choice.effort, samples);
 }
 
-}  // namespace
+class Memory final : public Input {
+ public:
+  explicit Memory(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  std::uint64_t size() override { return bytes_.size(); }
+  void read_at(std::uint64_t offset, std::span<std::byte> to) override {
+    std::ranges::copy(bytes_.subspan(static_cast<std::size_t>(offset), to.size()), to.begin());
+  }
 
-std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> samples) {
-  return with_type(chunk.type, [&](auto type) {
-    using T = decltype(type);
-    // HDF5's buffers need not be aligned for a type, and those of the other byte order are swapped.
-    std::vector<T> copy(chunk.sample_count());
-    std::memcpy(copy.data(), samples.data(), samples.size());
-    if (chunk.big_endian) reverse_each(std::as_writable_bytes(std::span(copy)), sizeof(T));
-    return encode_samples<T>(chunk, choice, copy);
-  });
-}
+ private:
+  std::span<const std::byte> bytes_;
+};
 
-void StoredChunk::Memory::read_at(std::uint64_t offset, std::span<std::byte> to) {
-  std::ranges::copy(bytes_.subspan(static_cast<std::size_t>(offset), to.size()), to.begin());
-}
-
-StoredChunk::StoredChunk(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file)
-    : chunk_(chunk),
-      max_error_(choice.max_error),
-      memory_(file),
-      reader_(memory_, "the chunk"),
-      header_(reader_.metadata()) {
-  const tagrid_info info = reader_.info();
-  if (has_lattice(header_) && !(lattice_step(chunk.type, choice.max_error) > 0))
+// Throws Error if a file, of numbers on a lattice or of samples, does not fit the data set.
+void check(const Chunk& chunk, const Choice& choice, const tagrid_info& info, bool has_numbers) {
+  if (has_numbers && !(lattice_step(chunk.type, choice.max_error) > 0))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with another bound than that of the data set");
   const bool has_numbers_of_floats =
-      has_lattice(header_) && (chunk.type == TAGRID_FLOAT32 || chunk.type == TAGRID_FLOAT64);
+      has_numbers && (chunk.type == TAGRID_FLOAT32 || chunk.type == TAGRID_FLOAT64);
   if (info.type != (has_numbers_of_floats ? TAGRID_INT32 : chunk.type) ||
       !std::ranges::equal(info.dims, chunk.dims))
     throw Error(TAGRID_BROKEN_INPUT,
@@ -143,21 +133,39 @@ StoredChunk::StoredChunk(const Chunk& chunk, const Choice& choice, std::span<con
         "it belongs into a data set whose fourth number is 1 (whole_chunks in Python)");
 }
 
-void StoredChunk::decode_to(std::span<std::byte> bytes) const {
-  with_type(chunk_.type, [&](auto type) {
+}  // namespace
+
+std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> samples) {
+  return with_type(chunk.type, [&](auto type) {
     using T = decltype(type);
-    const std::span<T> samples(reinterpret_cast<T*>(bytes.data()), chunk_.sample_count());
-    if (!has_lattice(header_)) {
-      reader_.read_to<T>(reader_.box(), {1, 1, 1}, samples);
+    // HDF5's buffers need not be aligned for a type, and those of the other byte order are swapped.
+    std::vector<T> copy(chunk.sample_count());
+    std::memcpy(copy.data(), samples.data(), samples.size());
+    if (chunk.big_endian) reverse_each(std::as_writable_bytes(std::span(copy)), sizeof(T));
+    return encode_samples<T>(chunk, choice, copy);
+  });
+}
+
+void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file,
+            std::span<std::byte> bytes) {
+  Memory memory(file);
+  const Reader reader(memory, "the chunk");
+  const std::string header = reader.metadata();
+  check(chunk, choice, reader.info(), has_lattice(header));
+  with_type(chunk.type, [&](auto type) {
+    using T = decltype(type);
+    const std::span<T> samples(reinterpret_cast<T*>(bytes.data()), chunk.sample_count());
+    if (!has_lattice(header)) {
+      reader.read_to<T>(reader.box(), {1, 1, 1}, samples);
     } else {
       OnLattice<T> places;
-      const auto lattice = lattice_of<T>(chunk_, max_error_);
-      read_lattice_lines(header_, lattice, places);
-      places.numbers = reader_.read<NumberOf<T>>(reader_.box());
+      const auto lattice = lattice_of<T>(chunk, choice.max_error);
+      read_lattice_lines(header, lattice, places);
+      places.numbers = reader.read<NumberOf<T>>(reader.box());
       from_lattice(places, lattice, samples);
     }
   });
-  if (chunk_.big_endian) reverse_each(bytes, tagrid_sample_size(chunk_.type));
+  if (chunk.big_endian) reverse_each(bytes, tagrid_sample_size(chunk.type));
 }
 
 }  // namespace tagrid::hdf5

@@ -1,14 +1,61 @@
-// A chunk of a data set as the bytes of a .tag file, and back.
+// Chunks of a data set with the filter: the numbers that HDF5 keeps for them, and their bytes as a .tag file.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "plugins/hdf5/settings.h"
+#include "tagrid/tagrid.hpp"
 
 namespace tagrid::hdf5 {
+
+/// The number of the filter in HDF5's registry, which keeps 32768 to 65535 for filters that are not
+/// registered.
+constexpr int filter_id = TAGRID_HDF5_FILTER_ID;
+
+/// What a user chooses.
+struct Choice {
+  double max_error = 0;  ///< no sample is off by more
+  tagrid_effort effort = TAGRID_EFFORT_DEFAULT;
+  /// Every chunk is written once, as a whole: then it may be coded without the lattice, which takes fewer
+  /// bytes. Otherwise the bound holds however often HDF5 encodes what it decoded.
+  bool whole_chunks = false;
+};
+
+/// The samples of a chunk.
+struct Chunk {
+  tagrid_type type = TAGRID_UINT8;
+  bool big_endian = false;
+  std::array<std::int64_t, 3> dims = {1, 1, 1};  ///< x, y, z; x fastest
+  std::uint64_t fill = 0;                        ///< the bits of the fill value, in the machine's byte order
+
+  std::size_t sample_count() const;
+  std::size_t bytes() const { return sample_count() * tagrid_sample_size(type); }
+};
+
+/// The numbers (`cd_values`). What a user gives has none to four of them:
+///
+///     (none)                   every sample comes back
+///     E                        the bound is the whole number E
+///     low high                 the bound is a double, by its 32 low and its 32 high bits
+///     low high effort          0 default, 1 fast, 2 best
+///     low high effort whole    1: chunks are written once, as a whole; 0: they may be written in parts
+///
+/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256
+/// if samples are big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the
+/// fill value.
+constexpr std::size_t stored_numbers = 11;
+
+/// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no
+/// bound.
+Choice choice_of(std::span<const unsigned> numbers);
+
+/// Throws Error if the numbers are not those of a stored data set, or its chunk is larger than HDF5 allows.
+Chunk chunk_of(std::span<const unsigned> numbers);
+
+std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chunk& chunk);
 
 /// The chunk as a .tag file without a stored grid: of the samples, or of their places on a lattice
 /// (lattice.h). Throws Error.
@@ -18,35 +65,12 @@ namespace tagrid::hdf5 {
 /// REQUIRES: samples.size() == chunk.bytes().
 std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> samples);
 
-/// The bytes of a .tag file, whoever made it, as a chunk.
-class StoredChunk {
- public:
-  /// Throws Error if the file is damaged at its head or its end, its samples are not of the chunk's type and
-  /// size, or they may be off by more than what was chosen. `file` must outlive the object.
-  StoredChunk(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file);
-  StoredChunk(const StoredChunk&) = delete;
-  StoredChunk& operator=(const StoredChunk&) = delete;
-
-  /// Writes the samples in the byte order of the chunk. Throws Error if the file is damaged.
-  /// REQUIRES: samples.size() == chunk.bytes().
-  void decode_to(std::span<std::byte> samples) const;
-
- private:
-  class Memory final : public Input {
-   public:
-    explicit Memory(std::span<const std::byte> bytes) : bytes_(bytes) {}
-    std::uint64_t size() override { return bytes_.size(); }
-    void read_at(std::uint64_t offset, std::span<std::byte> to) override;
-
-   private:
-    std::span<const std::byte> bytes_;
-  };
-
-  Chunk chunk_;
-  double max_error_;
-  Memory memory_;
-  Reader reader_;
-  std::string header_;
-};
+/// Decodes the bytes of a .tag file, whoever made it, to the samples of a chunk, in its byte order. Throws Error
+/// if the file is damaged, its samples are not of the chunk's type and size, or they may be off by more than what
+/// was chosen.
+///
+/// REQUIRES: samples.size() == chunk.bytes().
+void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file,
+            std::span<std::byte> samples);
 
 }  // namespace tagrid::hdf5

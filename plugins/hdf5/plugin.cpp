@@ -12,7 +12,6 @@
 
 #include "plugins/hdf5/coding.h"
 #include "plugins/hdf5/lattice.h"
-#include "plugins/hdf5/settings.h"
 
 namespace tagrid::hdf5 {
 namespace {
@@ -179,9 +178,8 @@ std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, s
     const Chunk chunk = chunk_of(all);
     const std::span<const std::byte> given(static_cast<const std::byte*>(*buffer), bytes);
     if ((flags & H5Z_FLAG_REVERSE) != 0) {
-      const StoredChunk stored(chunk, choice_of(all), given);
       Hdf5Memory samples(chunk.bytes());
-      stored.decode_to(samples.bytes());
+      decode(chunk, choice_of(all), given, samples.bytes());
       return samples.replace(size, buffer);
     }
     if (bytes != chunk.bytes())

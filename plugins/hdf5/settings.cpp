@@ -1,7 +1,8 @@
-#include "plugins/hdf5/settings.h"
+#include "plugins/hdf5/coding.h"
 
 #include <bit>
 #include <limits>
+#include <string>
 
 namespace tagrid::hdf5 {
 namespace {
@@ -31,8 +32,7 @@ Choice choice_of(std::span<const unsigned> numbers) {
   if (numbers.size() > most_given && numbers.size() != stored_numbers)
     refuse(
         "the filter takes none to four numbers: E, or the low and high half of a double E, the effort, and 1 "
-        "if "
-        "chunks are written as a whole");
+        "if chunks are written as a whole");
   Choice choice;
   choice.max_error = bound_of(numbers);
   // False for NaN, too.

@@ -1,17 +1,17 @@
 #include "call.h"
 
+#include <cxxabi.h>
 #include <pthread.h>
 #include <pythread.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <condition_variable>
-#include <optional>
+#include <future>
+#include <mutex>
 #include <set>
 #include <system_error>
-#include <thread>
 #include <utility>
-
-#include "gil.h"
 
 namespace tagrid_python {
 namespace {
@@ -20,12 +20,26 @@ constexpr std::chrono::milliseconds between_looks(50);
 // A call whose callback sleeps does not end.
 constexpr std::chrono::milliseconds longest_end(500);
 
+[[noreturn]] void sleep_for_ever() {
+  while (true) pause();
+}
+
+// Takes the GIL. pthread_exit() is an exception that nothing can swallow, so its handler never returns.
+template <class Take>
+void take_or_sleep(Take take) noexcept {
+  try {
+    take();
+  } catch (const abi::__forced_unwind&) {
+    sleep_for_ever();
+  }
+}
+
 bool is_main_thread() {
   const py::object main = py::module_::import("threading").attr("main_thread")();
   return main.attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// The calls that run. Never destroyed: threads may be at work when the process ends.
+// The running calls. Never destroyed: threads may be at work when the process ends.
 struct Running {
   std::mutex mutex;
   std::condition_variable ended;
@@ -33,11 +47,11 @@ struct Running {
 };
 Running* running = new Running;
 
-// A process that was forked has none of the threads of this one, and may have the mutex locked.
+// A forked process has none of the threads of this one, and its copy of the mutex may be locked.
 void forget_running() { running = new Running; }
 
-// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the
-// process takes away what they use. Their threads sleep then.
+// Ends calls that still run when the interpreter has ended, and waits for them briefly: the end of the process
+// destroys what they use. Their threads sleep then.
 void end_calls() {
   std::unique_lock lock(running->mutex);
   for (Call* call : running->calls) call->stop();
@@ -56,31 +70,6 @@ Outcome counted(Call& call, const std::function<Outcome()>& work) {
   all.ended.notify_all();
   return outcome;
 }
-
-// The work on a thread of its own.
-class Background {
- public:
-  Background(Call& call, const std::function<Outcome()>& work)
-      : thread_([this, &call, &work] {
-          Outcome outcome = counted(call, work);
-          const std::lock_guard lock(mutex_);
-          outcome_ = std::move(outcome);
-          ended_.notify_one();
-        }) {}
-  ~Background() { thread_.join(); }
-
-  bool ends_soon() {
-    std::unique_lock lock(mutex_);
-    return ended_.wait_for(lock, between_looks, [this] { return outcome_.has_value(); });
-  }
-  Outcome take() { return std::move(*outcome_); }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  std::optional<Outcome> outcome_;
-  std::thread thread_;
-};
 
 const char* class_of(tagrid_status status) {
   switch (status) {
@@ -108,6 +97,24 @@ const char* class_of(tagrid_status status) {
 }
 
 }  // namespace
+
+bool python_is_ending() {
+#if PY_VERSION_HEX >= 0x030D0000
+  return Py_IsFinalizing() != 0 || Py_IsInitialized() == 0;
+#else
+  return _Py_IsFinalizing() != 0 || Py_IsInitialized() == 0;
+#endif
+}
+
+WithoutGil::~WithoutGil() {
+  take_or_sleep([this] { PyEval_RestoreThread(state_); });
+}
+
+WithGil::WithGil() {
+  // An interpreter that has ended has no GIL.
+  if (python_is_ending()) sleep_for_ever();
+  take_or_sleep([this] { state_ = PyGILState_Ensure(); });
+}
 
 void Raised::keep(const py::error_already_set& error) {
   if (value_) return;
@@ -158,15 +165,15 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
 Outcome run(Call& call, const std::function<Outcome()>& work) {
   // Callbacks would wait forever.
   if (python_is_ending()) raise_error("Error", "the interpreter of Python is ending");
-  std::optional<Background> background;
+  std::future<Outcome> background;
   if (is_main_thread()) {
     try {
-      background.emplace(call, work);
+      background = std::async(std::launch::async, [&] { return counted(call, work); });
     } catch (const std::system_error&) {
       // There is no thread left: signals have to wait.
     }
   }
-  if (!background) {
+  if (!background.valid()) {
     const WithoutGil released;
     return counted(call, work);
   }
@@ -174,9 +181,9 @@ Outcome run(Call& call, const std::function<Outcome()>& work) {
     bool ended = false;
     {
       const WithoutGil released;
-      ended = background->ends_soon();
+      ended = background.wait_for(between_looks) == std::future_status::ready;
     }
-    if (ended) return background->take();
+    if (ended) return background.get();
     if (PyErr_CheckSignals() != 0) call.interrupt();
   }
 }

@@ -1,4 +1,9 @@
 // Calls of libtagrid from Python: without the lock of the interpreter (GIL), with signals and exceptions.
+//
+// When the interpreter ends, it ends each Python thread that waits for the GIL by pthread_exit(), which runs
+// destructors on the thread's stack and calls terminate() at the first one that is noexcept, as those of
+// pybind11's guards are. The guards here let such a thread sleep until the process has ended, as Python 3.14
+// does.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -6,7 +11,6 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
 
 #include "tagrid/tagrid.h"
@@ -14,6 +18,33 @@
 namespace tagrid_python {
 
 namespace py = pybind11;
+
+/// Whether the interpreter ends or has ended: only the thread that ends it may then take the GIL.
+bool python_is_ending();
+
+/// Releases the GIL for as long as it lives. REQUIRES: this thread has the GIL.
+class WithoutGil {
+ public:
+  WithoutGil() : state_(PyEval_SaveThread()) {}
+  WithoutGil(const WithoutGil&) = delete;
+  WithoutGil& operator=(const WithoutGil&) = delete;
+  ~WithoutGil();
+
+ private:
+  PyThreadState* state_;
+};
+
+/// Has the GIL for as long as it lives, on any thread. If the interpreter is ending, the thread sleeps.
+class WithGil {
+ public:
+  WithGil();
+  WithGil(const WithGil&) = delete;
+  WithGil& operator=(const WithGil&) = delete;
+  ~WithGil() { PyGILState_Release(state_); }
+
+ private:
+  PyGILState_STATE state_ = PyGILState_UNLOCKED;
+};
 
 /// The first Python exception that a callback raised on a thread of the library. REQUIRES: the GIL, for every
 /// function.

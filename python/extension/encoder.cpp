@@ -7,30 +7,9 @@
 #include <cstring>
 #include <utility>
 
-#include "gil.h"
 #include "info.h"
 
 namespace tagrid_python {
-namespace {
-
-// Sets members that are given by name.
-class Given {
- public:
-  explicit Given(const py::dict& options) : options_(options) {}
-  template <class T>
-  void set(const char* name, T& member) const {
-    if (options_.contains(name)) member = options_[name].cast<T>();
-  }
-  void set_flag(const char* name, int& member) const {
-    if (options_.contains(name)) member = options_[name].cast<bool>();
-  }
-
- private:
-  const py::dict& options_;
-};
-
-}  // namespace
-
 Encoder::Encoder(const py::dict& given_options, py::function write, py::object read, int threads,
                  std::uint64_t memory_limit, py::object progress)
     : call_(threads, memory_limit, std::move(progress)),
@@ -39,36 +18,42 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
       process_(getpid()) {
   tagrid_encode_options options;
   tagrid_encode_options_init(&options);
-  const Given given(given_options);
+  // Sets a member that is given by name.
+  const auto set = [&](const char* name, auto& member) {
+    if (given_options.contains(name)) member = given_options[name].cast<std::decay_t<decltype(member)>>();
+  };
   const auto dims = given_options["dims"].cast<std::array<std::int64_t, 3>>();
   for (std::size_t axis = 0; axis < 3; ++axis) options.dims[axis] = dims[axis];
   options.type = type_ = type_of(py::dtype::from_args(given_options["dtype"]));
   width_ = dims[0];
   height_ = dims[1];
   std::string metadata;
-  given.set("metadata", metadata);
+  set("metadata", metadata);
   options.metadata = metadata.c_str();
-  given.set_flag("grid_only", options.grid_only);
-  given.set_flag("grid_derived", options.grid_derived);
-  given.set("max_error", options.max_error);
-  given.set("surface_error", options.surface_error);
-  given.set("mesh_error", options.mesh_error);
+  bool grid_only = false, grid_derived = false;
+  set("grid_only", grid_only);
+  set("grid_derived", grid_derived);
+  options.grid_only = grid_only;
+  options.grid_derived = grid_derived;
+  set("max_error", options.max_error);
+  set("surface_error", options.surface_error);
+  set("mesh_error", options.mesh_error);
   int effort = TAGRID_EFFORT_DEFAULT;
-  given.set("effort", effort);
+  set("effort", effort);
   options.effort = static_cast<tagrid_effort>(effort);
-  given.set("accuracy", options.accuracy);
-  given.set("cube", options.cube);
-  given.set("brick", options.brick);
-  given.set("max_level", options.max_level);
-  given.set("field_scale", options.field_scale);
+  set("accuracy", options.accuracy);
+  set("cube", options.cube);
+  set("brick", options.brick);
+  set("max_level", options.max_level);
+  set("field_scale", options.field_scale);
   std::array<double, 2> range = {options.range[0], options.range[1]};
-  given.set("range", range);
+  set("range", range);
   options.range[0] = range[0];
   options.range[1] = range[1];
   int rule = TAGRID_RULE_NONE;
-  given.set("error_rule", rule);
+  set("error_rule", rule);
   options.error_rule = static_cast<tagrid_error_rule>(rule);
-  given.set("error_rule_value", options.error_rule_value);
+  set("error_rule_value", options.error_rule_value);
   if (!read_.is_none()) {
     options.read_samples = give;
     options.read_user = this;
@@ -83,8 +68,6 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
 }
 
 Encoder::~Encoder() { cancel(); }
-
-bool Encoder::is_of_this_process() const { return getpid() == process_; }
 
 void Encoder::check_caller() const {
   if (!is_of_this_process())

@@ -2,9 +2,8 @@
 #pragma once
 
 #include <pybind11/numpy.h>
-#include <sys/types.h>
+#include <unistd.h>
 
-#include <memory>
 #include <mutex>
 #include <string>
 
@@ -13,7 +12,7 @@
 
 namespace tagrid_python {
 
-/// Threads may take turns. What `write` raises ends the encoding, and the call that waits for it raises it.
+/// Threads may take turns. An exception of `write` ends the encoding, and the waiting call raises it.
 class Encoder {
  public:
   /// `options`: the members of tagrid_encode_options by name; those that are missing have their defaults. `write` takes
@@ -40,7 +39,7 @@ class Encoder {
   void work(Work work);
   void cancel();
   /// A child process that was forked has neither the threads of the encoder nor its file.
-  bool is_of_this_process() const;
+  bool is_of_this_process() const { return getpid() == process_; }
   /// Raises ArgumentError where the call would wait for ever.
   void check_caller() const;
 

@@ -1,5 +1,4 @@
 // The module tagrid._tagrid: libtagrid as it is. The package around it is what people use.
-#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -11,16 +10,12 @@ namespace {
 
 namespace py = pybind11;
 using namespace pybind11::literals;
-using tagrid_python::Call;
-using tagrid_python::Corners;
 using tagrid_python::Encoder;
-using tagrid_python::Point;
 using tagrid_python::Reader;
 
 void bind_reader(py::module_& module) {
   py::class_<Reader>(module, "Reader")
-      .def_static(
-          "of_path", [](const py::bytes& path) { return Reader::of_path(path); }, "path"_a)
+      .def_static("of_path", &Reader::of_path, "path"_a)
       .def_static("of_buffer", &Reader::of_buffer, "buffer"_a, "name"_a)
       .def_static("of_object", &Reader::of_object, "read_at"_a, "size"_a, "name"_a)
       .def("close", &Reader::close)
@@ -28,46 +23,13 @@ void bind_reader(py::module_& module) {
       .def("info", &Reader::info)
       .def("metadata", &Reader::metadata)
       .def("brick", &Reader::brick, "number"_a)
-      .def(
-          "read",
-          [](const Reader& reader, const Point& low, const Point& high, const Point& step, py::array out,
-             int threads, std::uint64_t memory_limit, py::object progress) {
-            Call call(threads, memory_limit, std::move(progress));
-            reader.read({low, high}, step, std::move(out), call);
-          },
-          "low"_a, "high"_a, "step"_a, py::arg("out").noconvert(), "threads"_a, "memory_limit"_a,
-          "progress"_a)
-      .def(
-          "verify",
-          [](const Reader& reader, int threads, std::uint64_t memory_limit, py::object progress) {
-            Call call(threads, memory_limit, std::move(progress));
-            reader.verify(call);
-          },
-          "threads"_a, "memory_limit"_a, "progress"_a)
-      .def(
-          "levels",
-          [](const Reader& reader, int threads, std::uint64_t memory_limit, py::object progress) {
-            Call call(threads, memory_limit, std::move(progress));
-            return reader.levels(call);
-          },
-          "threads"_a, "memory_limit"_a, "progress"_a)
-      .def(
-          "mesh",
-          [](const Reader& reader, int level, bool padded, const std::optional<Corners>& box, int threads,
-             std::uint64_t memory_limit, py::object progress) {
-            Call call(threads, memory_limit, std::move(progress));
-            return reader.mesh(level, padded, box, call);
-          },
-          "level"_a, "padded"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a)
-      .def(
-          "surface",
-          [](const Reader& reader, double iso, bool rescaled, int level, bool close,
-             const std::optional<Corners>& box, int threads, std::uint64_t memory_limit,
-             py::object progress) {
-            Call call(threads, memory_limit, std::move(progress));
-            return reader.surface(iso, rescaled, level, close, box, call);
-          },
-          "iso"_a, "rescaled"_a, "level"_a, "close"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a);
+      .def("read", &Reader::read, "low"_a, "high"_a, "step"_a, py::arg("out").noconvert(), "threads"_a,
+           "memory_limit"_a, "progress"_a)
+      .def("verify", &Reader::verify, "threads"_a, "memory_limit"_a, "progress"_a)
+      .def("levels", &Reader::levels, "threads"_a, "memory_limit"_a, "progress"_a)
+      .def("mesh", &Reader::mesh, "level"_a, "padded"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a)
+      .def("surface", &Reader::surface, "iso"_a, "rescaled"_a, "level"_a, "close"_a, "box"_a, "threads"_a,
+           "memory_limit"_a, "progress"_a);
 }
 
 void bind_encoder(py::module_& module) {

@@ -1,18 +1,29 @@
 #include "reader.h"
 
+#include <cstring>
 #include <vector>
 
 #include "info.h"
 
 namespace tagrid_python {
 
-// REQUIRES: the GIL, to destroy it.
+// REQUIRES: the GIL, to destroy it. A file without a path is read from a buffer, or by a function of Python.
 struct Reader::File {
-  std::unique_ptr<Source> source;  // null if the file has a path
+  Py_buffer buffer = {};
+  py::object read_at;
+  std::uint64_t size = 0;
+  std::string name;
+  Raised raised;  // while bytes were read
   tagrid_reader* reader = nullptr;
   int calls = 0;  // that are running; counted with the GIL
 
-  ~File() { tagrid_reader_close(reader); }
+  File() = default;
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  ~File() {
+    tagrid_reader_close(reader);
+    PyBuffer_Release(&buffer);
+  }
 
   tagrid_info info() const {
     tagrid_info info;
@@ -26,22 +37,53 @@ struct Reader::File {
     return {status, reader != nullptr ? tagrid_reader_message(reader) : ""};
   }
 
-  // Does the work, and raises what a callback raised, or the error of the library. Several calls may fail because the
-  // same source fails; each raises an exception of the source, which is forgotten after the last one.
+  // Does the work, and raises the exception of a callback, or the error of the library. Several calls may fail
+  // because the same source fails; each raises an exception of the source, which is forgotten after the last one.
   template <class Work>
   void work(Call& call, Work do_it) {
     struct Count {
       File& file;
       explicit Count(File& counted) : file(counted) { ++file.calls; }
       ~Count() {
-        if (--file.calls == 0 && file.source) file.source->raised().clear();
+        if (--file.calls == 0) file.raised.clear();
       }
     } const count(*this);
     const Outcome ended = run(call, [&] { return outcome(do_it()); });
     // Also if the work was complete before it noticed.
     call.raised().raise();
-    if (ended.status == TAGRID_IO_ERROR && source) source->raised().raise();
+    if (ended.status == TAGRID_IO_ERROR) raised.raise();
     raise_unless_ok(ended);
+  }
+
+  // Called without the GIL, by several threads at once.
+  int give(std::uint64_t offset, void* to, std::size_t count) noexcept {
+    if (!read_at) {
+      std::memcpy(to, static_cast<const char*>(buffer.buf) + offset, count);
+      return 0;
+    }
+    const WithGil gil;
+    try {
+      copy(offset, to, count);
+      return 0;
+    } catch (const py::error_already_set& error) {
+      raised.keep(error);
+      return 1;
+    } catch (...) {
+      return 1;
+    }
+  }
+
+ private:
+  void copy(std::uint64_t offset, void* to, std::size_t count) {
+    const py::object bytes = read_at(offset, count);
+    Py_buffer view;
+    if (PyObject_GetBuffer(bytes.ptr(), &view, PyBUF_SIMPLE) != 0) throw py::error_already_set();
+    const auto given = static_cast<std::size_t>(view.len);
+    if (given == count) std::memcpy(to, view.buf, count);
+    PyBuffer_Release(&view);
+    if (given != count)
+      raise_unless_ok({TAGRID_IO_ERROR, "read_at(" + std::to_string(offset) + ", " + std::to_string(count) +
+                                            ") returned " + std::to_string(given) + " bytes"});
   }
 };
 
@@ -66,72 +108,46 @@ tagrid_box box_of(const Corners& corners) {
   return box;
 }
 
-// A sink must not throw. If memory runs out, it ends the call; so does a signal, which need not wait for progress.
-template <class Add>
-int add_or_stop(const Call& call, bool& out_of_memory, Add add) noexcept {
-  if (call.is_interrupted()) return 1;
-  try {
-    add();
-    return 0;
-  } catch (...) {
-    out_of_memory = true;
-    return 1;
-  }
-}
-
-struct TakenMesh {
+// The points and cells of a mesh or a surface. A sink must not throw: if memory runs out, it ends the call; so
+// does a signal, which need not wait for progress.
+struct Taken {
   const Call& call;
-  std::size_t sample_size;
-  std::vector<double> points;
-  std::vector<unsigned char> values;
-  std::vector<std::int64_t> cells;
-  std::vector<std::uint8_t> levels;
+  std::size_t sample_size;  // 0: points have no values
+  std::size_t corners;      // of a cell
+  std::vector<double> points = {};
+  std::vector<unsigned char> values = {};
+  std::vector<std::int64_t> cells = {};
+  std::vector<std::uint8_t> levels = {};
   bool out_of_memory = false;
 
-  tagrid_mesh_sink sink() {
-    tagrid_mesh_sink sink;
-    tagrid_mesh_sink_init(&sink);
-    sink.user = this;
-    sink.points = [](void* user, std::size_t count, const double* xyz, const void* samples) {
-      auto& mesh = *static_cast<TakenMesh*>(user);
-      return add_or_stop(mesh.call, mesh.out_of_memory, [&] {
-        mesh.points.insert(mesh.points.end(), xyz, xyz + 3 * count);
-        const auto* first = static_cast<const unsigned char*>(samples);
-        mesh.values.insert(mesh.values.end(), first, first + count * mesh.sample_size);
-      });
-    };
-    sink.tetrahedra = [](void* user, std::size_t count, const std::int64_t* ids, const std::uint8_t* at) {
-      auto& mesh = *static_cast<TakenMesh*>(user);
-      return add_or_stop(mesh.call, mesh.out_of_memory, [&] {
-        mesh.cells.insert(mesh.cells.end(), ids, ids + 4 * count);
-        mesh.levels.insert(mesh.levels.end(), at, at + count);
-      });
-    };
-    return sink;
+  int add_points(std::size_t count, const double* xyz, const void* samples) noexcept {
+    return add([&] {
+      points.insert(points.end(), xyz, xyz + 3 * count);
+      const auto* first = static_cast<const unsigned char*>(samples);
+      values.insert(values.end(), first, first + count * sample_size);
+    });
   }
-};
+  int add_cells(std::size_t count, const std::int64_t* ids, const std::uint8_t* at) noexcept {
+    return add([&] {
+      cells.insert(cells.end(), ids, ids + corners * count);
+      if (at != nullptr) levels.insert(levels.end(), at, at + count);
+    });
+  }
+  tagrid_status status_of(tagrid_status status) const {
+    return out_of_memory ? TAGRID_OUT_OF_MEMORY : status;
+  }
 
-struct TakenSurface {
-  const Call& call;
-  std::vector<double> points;
-  std::vector<std::int64_t> triangles;
-  bool out_of_memory = false;
-
-  tagrid_surface_sink sink() {
-    tagrid_surface_sink sink;
-    tagrid_surface_sink_init(&sink);
-    sink.user = this;
-    sink.points = [](void* user, std::size_t count, const double* xyz) {
-      auto& taken = *static_cast<TakenSurface*>(user);
-      return add_or_stop(taken.call, taken.out_of_memory,
-                         [&] { taken.points.insert(taken.points.end(), xyz, xyz + 3 * count); });
-    };
-    sink.triangles = [](void* user, std::size_t count, const std::int64_t* ids) {
-      auto& taken = *static_cast<TakenSurface*>(user);
-      return add_or_stop(taken.call, taken.out_of_memory,
-                         [&] { taken.triangles.insert(taken.triangles.end(), ids, ids + 3 * count); });
-    };
-    return sink;
+ private:
+  template <class Add>
+  int add(Add more) noexcept {
+    if (call.is_interrupted()) return 1;
+    try {
+      more();
+      return 0;
+    } catch (...) {
+      out_of_memory = true;
+      return 1;
+    }
   }
 };
 
@@ -151,28 +167,45 @@ void check_room(const tagrid_info& info, const Corners& box, const Point& step, 
 
 }  // namespace
 
-std::unique_ptr<Reader> Reader::of_path(const std::string& path) {
+std::unique_ptr<Reader> Reader::of_path(const py::bytes& path) {
+  const std::string name = path;
   auto file = std::make_shared<File>();
   Call call(0, 0, py::none());
-  file->work(call, [&] { return tagrid_reader_open_file(path.c_str(), &file->reader); });
+  file->work(call, [&] { return tagrid_reader_open_file(name.c_str(), &file->reader); });
   return std::unique_ptr<Reader>(new Reader(std::move(file)));
 }
 
-std::unique_ptr<Reader> Reader::open(std::unique_ptr<Source> source) {
-  auto file = std::make_shared<File>();
-  file->source = std::move(source);
-  const tagrid_input input = file->source->input();
+std::unique_ptr<Reader> Reader::open(std::shared_ptr<File> file) {
+  tagrid_input input;
+  tagrid_input_init(&input);
+  input.user = file.get();
+  input.name = file->name.c_str();
+  input.size = [](void* self, std::uint64_t* bytes) {
+    *bytes = static_cast<File*>(self)->size;
+    return 0;
+  };
+  input.read_at = [](void* self, std::uint64_t offset, void* buffer, std::size_t count) {
+    return static_cast<File*>(self)->give(offset, buffer, count);
+  };
   Call call(0, 0, py::none());
   file->work(call, [&] { return tagrid_reader_open(&input, &file->reader); });
   return std::unique_ptr<Reader>(new Reader(std::move(file)));
 }
 
 std::unique_ptr<Reader> Reader::of_buffer(const py::object& buffer, std::string name) {
-  return open(std::make_unique<BufferSource>(buffer, std::move(name)));
+  auto file = std::make_shared<File>();
+  if (PyObject_GetBuffer(buffer.ptr(), &file->buffer, PyBUF_SIMPLE) != 0) throw py::error_already_set();
+  file->size = static_cast<std::uint64_t>(file->buffer.len);
+  file->name = std::move(name);
+  return open(std::move(file));
 }
 
 std::unique_ptr<Reader> Reader::of_object(py::object read_at, std::uint64_t size, std::string name) {
-  return open(std::make_unique<ObjectSource>(std::move(read_at), size, std::move(name)));
+  auto file = std::make_shared<File>();
+  file->read_at = std::move(read_at);
+  file->size = size;
+  file->name = std::move(name);
+  return open(std::move(file));
 }
 
 std::shared_ptr<Reader::File> Reader::file() const {
@@ -192,10 +225,12 @@ py::dict Reader::brick(std::int64_t number) const {
   return dict_of(brick);
 }
 
-void Reader::read(const Corners& corners, const Point& step, py::array out, Call& call) const {
+void Reader::read(const Point& low, const Point& high, const Point& step, py::array out, int threads,
+                  std::uint64_t memory_limit, py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
-  check_room(open->info(), corners, step, out);
-  const tagrid_box box = box_of(corners);
+  check_room(open->info(), {low, high}, step, out);
+  const tagrid_box box = box_of({low, high});
   const Point strides = {out.strides(2), out.strides(1), out.strides(0)};
   void* samples = out.mutable_data();
   open->work(call, [&] {
@@ -203,43 +238,63 @@ void Reader::read(const Corners& corners, const Point& step, py::array out, Call
   });
 }
 
-void Reader::verify(Call& call) const {
+void Reader::verify(int threads, std::uint64_t memory_limit, py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
   open->work(call, [&] { return tagrid_reader_verify(open->reader, call.get()); });
 }
 
-py::array Reader::levels(Call& call) const {
+py::array Reader::levels(int threads, std::uint64_t memory_limit, py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
   std::vector<std::uint64_t> active(static_cast<std::size_t>(open->info().levels) + 1);
   open->work(call, [&] { return tagrid_reader_levels(open->reader, active.data(), call.get()); });
   return array_of(std::move(active));
 }
 
-py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& corners, Call& call) const {
+py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& corners, int threads,
+                       std::uint64_t memory_limit, py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
   const tagrid_type type = open->info().type;
-  TakenMesh mesh{call, tagrid_sample_size(type), {}, {}, {}, {}};
-  const tagrid_mesh_sink sink = mesh.sink();
+  Taken taken{call, tagrid_sample_size(type), 4};
+  tagrid_mesh_sink sink;
+  tagrid_mesh_sink_init(&sink);
+  sink.user = &taken;
+  sink.points = [](void* user, std::size_t count, const double* xyz, const void* samples) {
+    return static_cast<Taken*>(user)->add_points(count, xyz, samples);
+  };
+  sink.tetrahedra = [](void* user, std::size_t count, const std::int64_t* ids, const std::uint8_t* levels) {
+    return static_cast<Taken*>(user)->add_cells(count, ids, levels);
+  };
   tagrid_mesh_options options;
   tagrid_mesh_options_init(&options);
   const tagrid_box box = box_of(corners.value_or(Corners{}));
   options.level = level;
   options.padded = padded;
   if (corners) options.box = &box;
-  open->work(call, [&] {
-    const tagrid_status status = tagrid_reader_mesh(open->reader, &options, &sink, call.get());
-    return mesh.out_of_memory ? TAGRID_OUT_OF_MEMORY : status;
-  });
-  const py::array values = array_of(std::move(mesh.values)).attr("view")(dtype_of(type));
-  return py::make_tuple(array_of(std::move(mesh.points), 3), values, array_of(std::move(mesh.cells), 4),
-                        array_of(std::move(mesh.levels)));
+  open->work(call,
+             [&] { return taken.status_of(tagrid_reader_mesh(open->reader, &options, &sink, call.get())); });
+  const py::array values = array_of(std::move(taken.values)).attr("view")(dtype_of(type));
+  return py::make_tuple(array_of(std::move(taken.points), 3), values, array_of(std::move(taken.cells), 4),
+                        array_of(std::move(taken.levels)));
 }
 
 py::tuple Reader::surface(double iso, bool rescaled, int level, bool close,
-                          const std::optional<Corners>& corners, Call& call) const {
+                          const std::optional<Corners>& corners, int threads, std::uint64_t memory_limit,
+                          py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
-  TakenSurface surface{call, {}, {}};
-  const tagrid_surface_sink sink = surface.sink();
+  Taken taken{call, 0, 3};
+  tagrid_surface_sink sink;
+  tagrid_surface_sink_init(&sink);
+  sink.user = &taken;
+  sink.points = [](void* user, std::size_t count, const double* xyz) {
+    return static_cast<Taken*>(user)->add_points(count, xyz, nullptr);
+  };
+  sink.triangles = [](void* user, std::size_t count, const std::int64_t* ids) {
+    return static_cast<Taken*>(user)->add_cells(count, ids, nullptr);
+  };
   tagrid_surface_options options;
   tagrid_surface_options_init(&options);
   const tagrid_box box = box_of(corners.value_or(Corners{}));
@@ -248,10 +303,9 @@ py::tuple Reader::surface(double iso, bool rescaled, int level, bool close,
   options.rescaled = rescaled;
   if (corners) options.box = &box;
   open->work(call, [&] {
-    const tagrid_status status = tagrid_reader_surface(open->reader, iso, &options, &sink, call.get());
-    return surface.out_of_memory ? TAGRID_OUT_OF_MEMORY : status;
+    return taken.status_of(tagrid_reader_surface(open->reader, iso, &options, &sink, call.get()));
   });
-  return py::make_tuple(array_of(std::move(surface.points), 3), array_of(std::move(surface.triangles), 3));
+  return py::make_tuple(array_of(std::move(taken.points), 3), array_of(std::move(taken.cells), 3));
 }
 
 }  // namespace tagrid_python

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "call.h"
-#include "source.h"
 #include "tagrid/tagrid.h"
 
 namespace tagrid_python {
@@ -18,14 +17,18 @@ namespace tagrid_python {
 using Point = std::array<std::int64_t, 3>;  ///< x, y, z
 using Corners = std::pair<Point, Point>;    ///< low, and high, which is not part of the box
 
-/// Any number of threads may use one reader at once, and one may close it while others read.
+/// Any number of threads may use one reader at once, and one may close it while others read. The last three
+/// arguments of a call that decodes are those of Call.
 class Reader {
  public:
-  static std::unique_ptr<Reader> of_path(const std::string& path);
+  static std::unique_ptr<Reader> of_path(const py::bytes& path);
+  /// `buffer`: an object with the buffer protocol: bytes, bytearray, memoryview, mmap. It is held, so it
+  /// cannot shrink.
   static std::unique_ptr<Reader> of_buffer(const py::object& buffer, std::string name);
+  /// `read_at`: a function of Python. read_at(offset, size) returns so many bytes.
   static std::unique_ptr<Reader> of_object(py::object read_at, std::uint64_t size, std::string name);
 
-  /// Calls that are running end as if it were open.
+  /// Running calls complete as if it were open.
   void close() { file_.reset(); }
   bool is_closed() const { return !file_; }
 
@@ -33,20 +36,22 @@ class Reader {
   py::bytes metadata() const;
   py::dict brick(std::int64_t number) const;
   /// Fills `out`, an array of the shape (z, y, x) that the box has with this step.
-  void read(const Corners& box, const Point& step, py::array out, Call& call) const;
-  void verify(Call& call) const;
+  void read(const Point& low, const Point& high, const Point& step, py::array out, int threads,
+            std::uint64_t memory_limit, py::object progress) const;
+  void verify(int threads, std::uint64_t memory_limit, py::object progress) const;
   /// The number of active points of each level.
-  py::array levels(Call& call) const;
+  py::array levels(int threads, std::uint64_t memory_limit, py::object progress) const;
   /// points (n, 3), values (n), cells (m, 4), levels (m).
-  py::tuple mesh(int level, bool padded, const std::optional<Corners>& box, Call& call) const;
+  py::tuple mesh(int level, bool padded, const std::optional<Corners>& box, int threads,
+                 std::uint64_t memory_limit, py::object progress) const;
   /// points (n, 3), triangles (m, 3).
   py::tuple surface(double iso, bool rescaled, int level, bool close, const std::optional<Corners>& box,
-                    Call& call) const;
+                    int threads, std::uint64_t memory_limit, py::object progress) const;
 
  private:
   struct File;
   explicit Reader(std::shared_ptr<File> file) : file_(std::move(file)) {}
-  static std::unique_ptr<Reader> open(std::unique_ptr<Source> source);
+  static std::unique_ptr<Reader> open(std::shared_ptr<File> file);
 
   /// The file, for as long as a call needs it. Raises ArgumentError if the reader is closed.
   std::shared_ptr<File> file() const;

@@ -28,6 +28,14 @@ def number(name: str, value: Any) -> float:
     raise ArgumentError(f"{name} must be a number, not {value!r}")
 
 
+def finite_bound(value: Any) -> float:
+    """A max_error of chunks, which are never without a bound."""
+    bound = number("max_error", value)
+    if not 0 <= bound < math.inf:
+        raise ArgumentError(f"max_error is a finite number of at least 0, not {value}")
+    return bound
+
+
 def whole_number(name: str, value: Any) -> int:
     """TypeError: it is not an integer; floats are not integers. ArgumentError: it exceeds 32 bits."""
     return _whole(name, value, "a whole number", -2**31, 2**31 - 1)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arguments import numbers
 from ._errors import ArgumentError
+
+if TYPE_CHECKING:
+    from ._volume import Volume
 
 Metadata = Union[str, Mapping[str, str]]
 
@@ -41,6 +44,38 @@ def slice_positions_of(metadata: Mapping[str, str], slices: int) -> Optional[npt
 def distances_of(slices: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """The distance of each slice from the first one, summed along the slices between them."""
     return np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
+
+
+class Coordinate(NamedTuple):
+    """One number for each sample along an axis, and its attributes "units" and "long_name"."""
+
+    places: npt.NDArray[Any]
+    attributes: dict[str, str]
+
+
+def is_along_world(volume: Volume) -> bool:
+    """Whether the axes of the scan are world axes."""
+    directions = volume.affine[:3, :3]
+    return bool(np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0))
+
+
+def coordinate_of(volume: Volume, axis: int) -> Coordinate:
+    """The coordinates along axis 0 (z), 1 (y) or 2 (x). They are world positions if the axes of the scan are
+    world axes, and otherwise distances from the first sample. If the spacing is unknown, they are sample
+    numbers."""
+    spacing, numbers = volume.spacing[axis], np.arange(volume.shape[axis])
+    if np.isnan(spacing):
+        return Coordinate(numbers, {"units": "1", "long_name": "sample"})
+    slices = volume.slice_positions if axis == 0 else None
+    if is_along_world(volume):
+        step, origin = volume.affine[2 - axis, 2 - axis], volume.affine[2 - axis, 3]
+        places = origin + numbers * step if slices is None else slices[:, 2]
+        meaning = "position in the world"
+    else:
+        places = numbers * spacing if slices is None else distances_of(slices)
+        meaning = "distance from the first sample"
+    units = units_of(volume.metadata)
+    return Coordinate(places, {"units": "mm" if units is None else units[axis], "long_name": meaning})
 
 
 def metadata_of(header: str) -> dict[str, str]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, flag, number, one_of, whole_number
+from ._arguments import EFFORTS, finite_bound, flag, one_of, whole_number
 from ._arrays import with_three_axes
 from ._errors import ArgumentError, DamagedError
 from ._lattice import decode_chunk, encode_chunk, lattice_of, step_of
@@ -29,7 +29,7 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
 #: The filter's numbers in a file: how many, and the version, which is the fifth number
-#: (plugins/hdf5/settings.h).
+#: (plugins/hdf5/coding.h).
 _STORED_NUMBERS, _LAYOUT = 11, 2
 
 if TYPE_CHECKING:
@@ -57,11 +57,9 @@ class Filter(_Base):
     """
 
     def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False):
-        bound = number("max_error", max_error)
-        if not 0 <= bound < float("inf"):
-            raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
         one_of("effort", effort, EFFORTS)
-        self.max_error, self.effort, self.whole_chunks = bound, effort, flag("whole_chunks", whole_chunks)
+        self.max_error, self.effort = finite_bound(max_error), effort
+        self.whole_chunks = flag("whole_chunks", whole_chunks)
 
     @property
     def filter_id(self) -> int:

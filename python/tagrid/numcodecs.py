@@ -11,7 +11,7 @@ from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
 from numcodecs.registry import register_codec
 
-from ._arguments import EFFORTS, GRIDS, flag, number, one_of, whole_number
+from ._arguments import EFFORTS, GRIDS, finite_bound, flag, number, one_of, whole_number
 from ._errors import ArgumentError
 from ._lattice import decode_chunk, encode_chunk
 from ._volume import Volume
@@ -43,9 +43,7 @@ class Tagrid(Codec):
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0,
                  whole_chunks: bool = False, fill_value: float = 0):
         # The configuration becomes JSON, which does not support numpy numbers.
-        self.max_error = number("max_error", max_error)
-        if not 0 <= self.max_error < float("inf"):
-            raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
+        self.max_error = finite_bound(max_error)
         one_of("effort", effort, EFFORTS)
         one_of("grid", grid, GRIDS)
         self.effort = effort

@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from ._arguments import byte_count, whole_number
 from ._errors import ArgumentError
-from ._coordinates import coordinate_of, is_along_world
-from ._geometry import rescale_of, units_of
+from ._geometry import coordinate_of, is_along_world, rescale_of, units_of
 from ._volume import Volume
 
 _Index = tuple[int, int, int]

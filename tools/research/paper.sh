@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes a report of the paper: its figures, its table and its claims beside what the program makes of them. Installs what is
+# Writes a report of the paper: its figures, its table and its claims beside those of the program. Installs what is
 # missing, builds, and runs tools/research/paper with the given arguments (see --help).
-#   tools/research/paper.sh [--quick] [--output FOLDER]      FOLDER: paper-report by default; open its index.html
+#   tools/research/paper.sh [--quick] [--output DIRECTORY]      DIRECTORY: paper-report by default; open its index.html
 set -euo pipefail
 sources=$(realpath "$(dirname "$0")/../..")
 

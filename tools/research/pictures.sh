@@ -1,27 +1,44 @@
 #!/usr/bin/env bash
-# Makes the pictures in docs/images again, from a phantom and the program's own output.
+# Redraws the pictures in docs/images, from phantoms and the program's own output.
 #   tools/research/pictures.sh [PROGRAM]      PROGRAM: build/release/tagrid by default
+# The picture of the mesh in docs/tour.md needs pvpython and Xvfb; see tools/research/paraview.sh.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 tagrid=${1:-build/release/tagrid}
 tools/install_packages.sh pictures
-folder=$(mktemp -d)
-trap 'rm -r "$folder"' EXIT
+directory=$(mktemp -d)
+trap 'rm -r "$directory"' EXIT
 
-"$tagrid" phantom --dims 256,256,96 -o "$folder/phantom.nhdr"
-"$tagrid" encode "$folder/phantom.nhdr" --quiet
-"$tagrid" mesh "$folder/phantom.tag" --quiet
-tools/research/pictures/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64 docs/images/slice_and_grid.png
+"$tagrid" phantom --dims 256,256,96 -o "$directory/phantom.nhdr"
+"$tagrid" encode "$directory/phantom.nhdr" --quiet
+"$tagrid" mesh "$directory/phantom.tag" --quiet
+tools/research/slice_and_grid.py "$directory/phantom.nhdr" "$directory/phantom.vtu" 64 docs/images/slice_and_grid.png
 
-# The phantom has no unit; with one, the preview has lengths in millimetres.
-echo 'units: "mm" "mm" "mm"' >> "$folder/phantom.nhdr"
-"$tagrid" encode "$folder/phantom.nhdr" --max-error 5 -o "$folder/chest.tag" --quiet
-"$tagrid" preview "$folder/chest.tag" -o docs/images/preview.png --force --quiet
+# The phantom has no unit; with one, the preview has lengths in millimeters.
+echo 'units: "mm" "mm" "mm"' >> "$directory/phantom.nhdr"
+"$tagrid" encode "$directory/phantom.nhdr" --max-error 5 -o "$directory/chest.tag" --quiet
+"$tagrid" preview "$directory/chest.tag" -o docs/images/preview.png --force --quiet
 
-"$tagrid" phantom --dims 160,160,96 -o "$folder/scan.nhdr"
-"$tagrid" encode "$folder/scan.nhdr" --max-error 5 -o "$folder/scan.tag" --quiet
+"$tagrid" phantom --dims 160,160,96 -o "$directory/scan.nhdr"
+"$tagrid" encode "$directory/scan.nhdr" --max-error 5 -o "$directory/scan.tag" --quiet
 # The package is beside the program where it was built with -DTAGRID_PYTHON=ON.
-PYTHONPATH=${tagrid%/*}/python tools/research/pictures/python_tour.py "$folder/scan.tag" docs/images
+PYTHONPATH=${tagrid%/*}/python tools/research/pictures/python_tour.py "$directory/scan.tag" docs/images
 
-tools/research/pictures/tour.sh "$tagrid"
+# The commands of docs/tour.md.
+mkdir "$directory/tour"
+"$tagrid" phantom --dims 128,128,64 -o "$directory/tour/scan.nhdr"
+"$tagrid" encode "$directory/tour/scan.nhdr" --max-error 5
+"$tagrid" preview "$directory/tour/scan.tag" -o "$directory/tour/scan.png"
+# As large as a page needs: half, and with a palette.
+/usr/bin/python3 -c 'import sys
+from PIL import Image
+small = Image.open(sys.argv[1]).convert("RGB").reduce(2)
+small.quantize(128, dither=Image.Dither.NONE).save(sys.argv[2], optimize=True)' "$directory/tour/scan.png" docs/images/tour_preview.png
+pvpython=${PVPYTHON:-pvpython}
+if ! command -v "$pvpython" >/dev/null; then
+  echo "tools/research/pictures.sh: pvpython is not installed, so the picture of the mesh stays" >&2
+  exit 0
+fi
+"$tagrid" mesh "$directory/tour/scan.tag" --level 12 -o "$directory/tour/scan.vtu"
+xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" "$pvpython" tools/research/pictures/tour_mesh.py "$directory/tour/scan.vtu" docs/images/tour_mesh.png

@@ -10,20 +10,13 @@ import os
 import shutil
 import statistics
 import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
-SOURCES = Path(__file__).resolve().parents[2]
-BEGIN, END = "<!-- tools/research/speedup.py begins -->", "<!-- tools/research/speedup.py ends -->"
+from markdown import Document, table
+from running import SOURCES, WORLD, Failure, main, numbers, usage_of
 
-
-def numbers(text):
-    result = sorted({int(n) for n in text.split(",")})
-    if result[0] < 0:
-        raise ValueError
-    return result
+MARKS = "<!-- tools/research/speedup.py begins -->", "<!-- tools/research/speedup.py ends -->"
 
 
 def command_line():
@@ -40,30 +33,19 @@ def command_line():
     return parser.parse_args()
 
 
-def seconds_of(options, processes, level, folder):
-    command = ["mpirun", "-n", processes, "--oversubscribe", options.tagrid_mpi, "encode", options.volume,
-               "-o", Path(folder) / "grid.tag", "-f", "--grid-only", "--max-level", level, "-T", 1, "-q"]
-    environment = dict(os.environ)
-    if os.geteuid() == 0:  # as in a container; Open MPI asks for both
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    times = []
-    for _ in range(options.repetitions):
-        start = time.monotonic()
-        done = subprocess.run([str(word) for word in command], env=environment, capture_output=True, text=True)
-        times.append(time.monotonic() - start)
-        if done.returncode != 0:
-            sys.exit(f"tools/research/speedup.py: {' '.join(map(str, command))} failed: {done.stderr.strip()}")
-    return statistics.median(times)
+def seconds_of(options, processes, level, directory):
+    command = ("mpirun", "-n", processes, "--oversubscribe", options.tagrid_mpi, "encode", options.volume,
+               "-o", Path(directory) / "grid.tag", "-f", "--grid-only", "--max-level", level, "-T", 1, "-q")
+    return statistics.median(usage_of(*command).wall for _ in range(options.repetitions))
 
 
-def table(options, times):
-    lines = ["| processes | " + " | ".join(f"level {level}: s | speed-up" for level in options.levels) + " |",
-             "|---|" + "---|---|" * len(options.levels)]
+def table_of(options, times):
+    head = [head for level in options.levels for head in (f"level {level}: s", "speed-up")]
     first = options.processes[0]
-    for n in options.processes:
-        cells = [f"{times[n, level]:.3f} | {times[first, level] / times[n, level]:.2f}" for level in options.levels]
-        lines.append(f"| {n} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    rows = [[n, *(cell for level in options.levels
+                  for cell in (f"{times[n, level]:.3f}", f"{times[first, level] / times[n, level]:.2f}"))]
+            for n in options.processes]
+    return table(["processes", *head], rows)
 
 
 def draw(options, times):
@@ -81,25 +63,21 @@ def draw(options, times):
     subprocess.run(["gnuplot"], input=script, text=True, check=True)
 
 
-def main():
+def run():
     options = command_line()
+    document = Document(options.document, *MARKS) if options.document else None
     for program in ["mpirun"] + (["gnuplot"] if options.plot else []):
         if not shutil.which(program):
-            sys.exit(f"tools/research/speedup.py: {program} is not installed")
-    times = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for level in options.levels:
-            for n in options.processes:
-                times[n, level] = seconds_of(options, n, level, folder)
-    text = table(options, times)
-    print(text)
+            raise Failure(WORLD, f"{program} is not installed")
+    with tempfile.TemporaryDirectory() as directory:
+        times = {(n, level): seconds_of(options, n, level, directory) for level in options.levels for n in options.processes}
+    text = table_of(options, times)
+    print(text, end="")
     if options.plot:
         draw(options, times)
-    if options.document:
-        whole = options.document.read_text()
-        before, after = whole.split(BEGIN)[0], whole.split(END)[1]
-        options.document.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
+    if document:
+        document.replace(text)
 
 
 if __name__ == "__main__":
-    main()
+    main("speedup.py", run)

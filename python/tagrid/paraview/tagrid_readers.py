@@ -17,6 +17,35 @@ from vtkmodules.vtkCommonDataModel import (VTK_TETRA, vtkCellArray, vtkDataObjec
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline as Pipeline
 
 
+# ParaView ignores properties of a base class, so each reader gets functions of its own.
+
+
+def _file_name(description: str) -> Any:
+    """The property FileName."""
+    @smproperty.stringvector(name="FileName", panel_visibility="never")
+    @smdomain.filelist()
+    @smhint.filechooser(extensions="tag", file_description=description)
+    def SetFileName(self: _Reader, path: Any) -> None:
+        if path != self._path:
+            self._path, self._volume = path, None
+            self.Modified()
+
+    return SetFileName
+
+
+def _step() -> Any:
+    """The property Step."""
+    @smproperty.intvector(name="Step", default_values=1)
+    @smdomain.intrange(min=1, max=64)
+    def SetStep(self: _Voxels, step: int) -> None:
+        """Take every n-th sample along each axis."""
+        if step != self._step:
+            self._step = step
+            self.Modified()
+
+    return SetStep
+
+
 class _Reader(VTKPythonAlgorithmBase):
     """The base of the readers, which opens the file on demand."""
 
@@ -25,11 +54,6 @@ class _Reader(VTKPythonAlgorithmBase):
         self._path: Any = None
         self._volume: Any = None
         self._status: Any = None
-
-    def set_path(self, path: Any) -> None:
-        if path != self._path:
-            self._path, self._volume = path, None
-            self.Modified()
 
     def volume(self) -> tagrid.Volume:
         if not self._path or self._path == "None":
@@ -58,17 +82,11 @@ def _is_sheared(volume: tagrid.Volume) -> bool:
 
 
 class _Voxels(_Reader):
-    """The base of the voxel readers, which decode only the requested region. ParaView ignores properties of a
-    base class."""
+    """The base of the voxel readers, which decode only the requested region."""
 
     def __init__(self, output: str):
         super().__init__(output)
         self._step = 1
-
-    def set_step(self, step: int) -> None:
-        if step != self._step:
-            self._step = step
-            self.Modified()
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         volume = self.volume()
@@ -98,17 +116,8 @@ class TagridImage(_Voxels):
         super().__init__("vtkImageData")
         self._judged: Any = None
 
-    @smproperty.stringvector(name="FileName", panel_visibility="never")
-    @smdomain.filelist()
-    @smhint.filechooser(extensions="tag", file_description="tagrid: image of the voxels")
-    def SetFileName(self, path: Any) -> None:
-        self.set_path(path)
-
-    @smproperty.intvector(name="Step", default_values=1)
-    @smdomain.intrange(min=1, max=64)
-    def SetStep(self, step: int) -> None:
-        """Take every n-th sample along each axis."""
-        self.set_step(step)
+    SetFileName = _file_name("tagrid: image of the voxels")
+    SetStep = _step()
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         super().RequestInformation(request, inputs, outputs)
@@ -154,17 +163,8 @@ class TagridStructuredGrid(_Voxels):
     def __init__(self) -> None:
         super().__init__("vtkStructuredGrid")
 
-    @smproperty.stringvector(name="FileName", panel_visibility="never")
-    @smdomain.filelist()
-    @smhint.filechooser(extensions="tag", file_description="tagrid: voxels at their places")
-    def SetFileName(self, path: Any) -> None:
-        self.set_path(path)
-
-    @smproperty.intvector(name="Step", default_values=1)
-    @smdomain.intrange(min=1, max=64)
-    def SetStep(self, step: int) -> None:
-        """Take every n-th sample along each axis."""
-        self.set_step(step)
+    SetFileName = _file_name("tagrid: voxels at their places")
+    SetStep = _step()
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         grid = vtkStructuredGrid.GetData(outputs, 0)
@@ -198,11 +198,7 @@ class TagridMesh(_Reader):
         super().__init__("vtkUnstructuredGrid")
         self._level = 9
 
-    @smproperty.stringvector(name="FileName", panel_visibility="never")
-    @smdomain.filelist()
-    @smhint.filechooser(extensions="tag", file_description="tagrid: mesh of the grid")
-    def SetFileName(self, path: Any) -> None:
-        self.set_path(path)
+    SetFileName = _file_name("tagrid: mesh of the grid")
 
     @smproperty.intvector(name="Level", default_values=9)
     @smdomain.intrange(min=0, max=24)

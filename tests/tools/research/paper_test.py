@@ -16,7 +16,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 SOURCES = Path(__file__).resolve().parents[3]
 PAPER = SOURCES / "tools/research/paper"
-sys.path.insert(0, str(PAPER))
+sys.path[:0] = [str(PAPER), str(PAPER.parent)]
 
 try:
     import numpy
@@ -142,11 +142,11 @@ class Contradictions(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         import primitives
-        from program import Tagrid
+        from study import Tagrid
 
         cls.temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.temporary.cleanup)
-        cls.tagrid, cls.folder = Tagrid(Path(TAGRID), Path(cls.temporary.name)), Path(cls.temporary.name)
+        cls.tagrid, cls.directory = Tagrid(Path(TAGRID), Path(cls.temporary.name)), Path(cls.temporary.name)
         cls.tag = primitives.uniform_grid(cls)
 
     def verdict(self, claim, alter=lambda mesh: mesh):

@@ -5,10 +5,10 @@ import shutil
 import subprocess
 
 import rates
-from failure import WORLD, Failure
+from running import WORLD, Failure, say
 
-# Colours that the colour-blind can tell apart (Okabe and Ito); tagrid is black, and thicker.
-COLOURS = {"tagrid": "#000000", "JPEG-LS": "#0072B2", "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
+# Colors that the color-blind can tell apart (Okabe and Ito); tagrid is black, and thicker.
+COLORS = {"tagrid": "#000000", "JPEG-LS": "#0072B2", "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
            "zfp": "#CC79A7", "JPEG XL": "#E69F00", "zstd -1": "#999999"}
 
 PREAMBLE = """set encoding utf8
@@ -35,13 +35,13 @@ def block(name, points):
 def lines_of(results, volume, x_of):
     """Data blocks and the plot command, with one line per codec."""
     blocks, curves = "", []
-    for i, codec in enumerate(codec for codec in rates.codecs_of(results, volume) if codec in COLOURS):
+    for i, codec in enumerate(codec for codec in rates.codecs_of(results, volume) if codec in COLORS):
         points = [(x_of(row), row["bits"]) for row in rates.rows_of(results, volume, codec)]
         points = sorted(point for point in points if point[0] is not None)
         if points:
             blocks += block(f"codec{i}", points)
             width = 3 if codec == "tagrid" else 1.5
-            curves.append(f"$codec{i} using 1:2 with linespoints lw {width} pt 7 ps 0.4 lc rgb '{COLOURS[codec]}' "
+            curves.append(f"$codec{i} using 1:2 with linespoints lw {width} pt 7 ps 0.4 lc rgb '{COLORS[codec]}' "
                           f"title {quoted(codec)}")
     return blocks, "plot " + ", ".join(curves) + "\n" if curves else ""
 
@@ -88,9 +88,9 @@ def speed_plot(results, volume):
     if not rows:
         return ""
     columns = []
-    for i, (step, n, colour) in enumerate(bars):
+    for i, (step, n, color) in enumerate(bars):
         label = f"{step}, {n} thread{'s' if n > 1 else ''}"
-        columns.append(f"$speeds using {i + 2}:xtic(1) lc rgb '{colour}' title {quoted(label)}")
+        columns.append(f"$speeds using {i + 2}:xtic(1) lc rgb '{color}' title {quoted(label)}")
     text = "set terminal svg size 860,360 font 'sans-serif,12' background 'white'\n" + PREAMBLE + block("speeds", points)
     text += f"set title {quoted(f'{volume}, E = {bound}: speed by the clock')} noenhanced\n"
     text += "set ylabel 'million voxels a second'\nset yrange [0:*]\nset style data histogram\n"
@@ -98,8 +98,8 @@ def speed_plot(results, volume):
     return text + "plot " + ", ".join(columns) + "\n"
 
 
-def draw(results, folder, say):
-    """Writes the plots into the folder and returns their names."""
+def draw(results, directory):
+    """Writes the plots into the directory and returns their names."""
     if not shutil.which("gnuplot"):
         say("no plots are drawn: gnuplot is not on the PATH (Debian package: gnuplot-nox)")
         return []
@@ -112,6 +112,6 @@ def draw(results, folder, say):
             run = subprocess.run(["gnuplot"], input=script, capture_output=True, text=True)
             if run.returncode != 0 or not run.stdout:
                 raise Failure(WORLD, f"gnuplot failed on {name}: {run.stderr.strip()}")
-            (folder / name).write_text(run.stdout)
+            (directory / name).write_text(run.stdout)
             names.append(name)
     return names

@@ -1,15 +1,11 @@
 """The results as Markdown."""
 
 import rates
+from markdown import table
 
 
 def number(value, digits):
     return "–" if value is None else f"{value:.{digits}f}"
-
-
-def table(head, rows):
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines) + "\n"
 
 
 def circumstances(results):
@@ -116,21 +112,21 @@ def concurrency(results):
 
 SECTIONS = (
     ("Bits per voxel at the same largest error", sizes,
-     "Whole files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
+     "Entire files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
     ("Bits per voxel at the same PSNR", equal_psnr,
      "At the PSNR that tagrid reaches at E. Others: interpolated between the bounds that were measured (–: outside of "
      "them); SPERR --psnr was asked for that PSNR, and has no bound."),
     ("Speed and memory", speeds,
-     "Whole processes. Mvoxel/s by the clock; CPU s: user and system, 1 thread; MB: peak resident memory, 1 thread. "
+     "Entire processes. Mvoxel/s by the clock; CPU s: user and system, 1 thread; MB: peak resident memory, 1 thread. "
      "× as fast: CPU seconds of the codec over those of tagrid."),
     ("Threads and processes", concurrency, "One volume on all threads, and as many volumes at once on one thread each."),
 )
 
 
-def summary(results, plots, folder=""):
+def summary(results, plots, directory=""):
     parts = [circumstances(results)]
     if plots:
-        parts.append("\n".join(f"![{plot.rsplit('.', 1)[0]}]({folder}{plot})" for plot in plots) + "\n")
+        parts.append("\n".join(f"![{plot.rsplit('.', 1)[0]}]({directory}{plot})" for plot in plots) + "\n")
     for title, section, explanation in SECTIONS:
         text = section(results)
         if text:

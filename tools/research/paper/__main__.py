@@ -1,54 +1,70 @@
-"""The paper's figures, table and claims, made again by the program. See --help."""
+"""The paper's figures, table and claims, reproduced with the program. See --help."""
 
-import argparse
+import contextlib
+import os
+import shutil
+import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
-from failure import USAGE, WORLD, Failure
+from running import SOURCES, WORLD, Failure, Parser, checked, main, say
 
-SOURCES = Path(__file__).resolve().parents[3]
 TITLE = "Tetrahedral Adaptive Grid for Parallel Hierarchical Tetrahedrization: the paper, and what tagrid makes of it"
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        raise Failure(USAGE, f"{message}; see --help")
-
-
-def command_line(arguments):
-    parser = Parser(prog="tools/research/paper", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("paper-report"), metavar="FOLDER",
+def command_line():
+    parser = Parser(__doc__, prog="tools/research/paper")
+    parser.add_argument("-o", "--output", type=Path, default=Path("paper-report"), metavar="DIRECTORY",
                         help="where index.html, results.json and the pictures go (paper-report)")
-    parser.add_argument("--data", type=Path, default=SOURCES.parent / "shared/data", metavar="FOLDER",
-                        help="where lobster_321x321x33.nhdr and foot_161x321x129.nhdr are; phantoms stand in for a missing one")
-    parser.add_argument("--quick", action="store_true", help="small phantoms and small pictures: a look at everything in seconds")
+    parser.add_argument("--data", type=Path, default=SOURCES.parent / "shared/data", metavar="DIRECTORY",
+                        help="where lobster_321x321x33.nhdr and foot_161x321x129.nhdr are; phantoms replace a missing one")
+    parser.add_argument("--quick", action="store_true", help="small phantoms and small pictures: everything in seconds")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="chooses the phantoms (1)")
-    parser.add_argument("--tagrid", type=Path, default=SOURCES / "build/release/tagrid", metavar="PROGRAM",
-                        help="default: build/release/tagrid of these sources; tagrid-mpi is looked for beside it")
-    return parser.parse_args(arguments)
+    return parser.parse_args()
 
 
-def about(study):
+@contextlib.contextmanager
+def display():
+    """An X server in memory, on a free number: Debian's VTK draws through one, and a report needs no screen."""
+    if not shutil.which("Xvfb"):
+        raise Failure(WORLD, "Xvfb is not installed (Debian: xvfb)")
+    reading, writing = os.pipe()
+    # VTK aborts this process if a display fails; the server must not stay.
+    command = ["setpriv", "--pdeathsig", "TERM", "Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x1024x24",
+               "-nolisten", "tcp", "-noreset"]
+    with subprocess.Popen(command, pass_fds=[writing], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as server:
+        os.close(writing)
+        try:
+            with open(reading) as number:
+                os.environ["DISPLAY"] = f":{number.readline().strip()}"
+            if os.environ["DISPLAY"] == ":":
+                raise Failure(WORLD, f"Xvfb does not start: {server.stderr.read().strip()}")
+            yield
+        finally:
+            server.terminate()
+
+
+def about(volumes):
     """What the report was made from."""
-    lines = ["Figures and numbers of the paper are those of its text; the words here are ours. Everything else was made by this "
-             "program when the report was written."]
-    for volume in (study.lobster, study.foot):
-        size = " x ".join(map(str, volume.dims))
-        lines.append(f"{volume.name.capitalize()}: {volume.path.name}, {size}, resampled by us to the paper's size." if volume.is_real else
-                     f"{volume.name.capitalize()}: the paper's volume is not here, and a phantom of {size} samples stands in "
-                     "for it. "
-                     "Its numbers cannot be compared with the paper's.")
-    return lines
+    yield ("Figures and numbers of the paper are those of its text; the words here are ours. Everything else was made by this "
+           "program when the report was written.")
+    for volume in volumes:
+        size, name = " x ".join(map(str, volume.dims)), volume.name.capitalize()
+        if volume.is_real:
+            yield f"{name}: {volume.path.name}, {size}, resampled by us to the paper's size."
+        else:
+            yield (f"{name}: the paper's volume is missing, and a phantom of {size} samples replaces it. "
+                   "Its numbers cannot be compared with the paper's.")
 
 
-def run(arguments):
-    options = command_line(arguments)
-    if not options.tagrid.is_file():
-        raise Failure(WORLD, f"{options.tagrid}: no such program; build it, or name it with --tagrid")
+def run():
+    options = command_line()
+    tagrid = checked(options.tagrid)
     # After --help and mistakes, since VTK takes a second.
     import criterion
     import cracks
@@ -59,21 +75,16 @@ def run(arguments):
     import primitives
     import region
     import speed
-    import volumes
-    from display import display
-    from program import Tagrid
     from report import Report
-    from study import Study
+    from study import FOOT, LOBSTER, Study, Tagrid, find
 
     options.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="tagrid-paper-") as folder, display():
-        folder = Path(folder)
-        tagrid = Tagrid(options.tagrid.resolve(), folder)
-        found = [volumes.find(wanted, options.data, folder, tagrid, options.quick,
-                              options.seed) for wanted in (volumes.LOBSTER, volumes.FOOT)]
-        report = Report(options.output, TITLE)
-        study = Study(tagrid, report, folder, *found, options.quick)
-        report.about(about(study))
+    with tempfile.TemporaryDirectory(prefix="tagrid-paper-") as directory, display():
+        directory = Path(directory)
+        tagrid = Tagrid(tagrid, directory)
+        volumes = [find(wanted, options.data, tagrid, options.quick, options.seed) for wanted in (LOBSTER, FOOT)]
+        report = Report(options.output, TITLE, list(about(volumes)))
+        study = Study(tagrid, directory, *volumes, options.quick)
         for chapter in (primitives, orientation, cracks, region, criterion, grids, discontinuities, invariance, speed):
             start = time.monotonic()
             chapter.add_to(report, study)
@@ -82,22 +93,4 @@ def run(arguments):
     say(f"{options.output / 'index.html'} is written")
 
 
-def say(text):
-    print(text, file=sys.stderr, flush=True)
-
-
-def main():
-    try:
-        run(sys.argv[1:])
-    except Failure as failure:
-        say(f"tools/research/paper: {failure}")
-        return failure.code
-    except OSError as error:
-        say(f"tools/research/paper: {error.filename}: {error.strerror}" if error.filename else f"tools/research/paper: {error}")
-        return WORLD
-    except KeyboardInterrupt:
-        return 130
-    return 0
-
-
-sys.exit(main())
+main("paper", run)

@@ -2,10 +2,10 @@
 
 import numpy
 
-import colours
-import sheet
+import drawing
 from mesh import Mesh
-from scene import Scene, contour_of, open_edges, part_of
+from scene import Scene
+from vtk_data import contour_of, open_edges, part_of
 
 COARSE, FINE = 9, 12  # levels on either side of the plane
 NEAR = 64  # samples on either side of it that are shown
@@ -14,7 +14,7 @@ NEAR = 64  # samples on either side of it that are shown
 def add_to(report, study):
     report.section("Cracks (Fig. 7)")
     report.figure("fig-07", "Fig. 7: the crack problem", picture_of_two(study),
-                  "Left: one of two tetrahedra with the face ACE is bisected at M, its neighbour is not. The surface that is "
+                  "Left: one of two tetrahedra with the face ACE is bisected at M, its neighbor is not. The surface that is "
                   "drawn in both has an open edge (red) on their face. Right: both are bisected, as the region of influence "
                   "demands.")
     picture, torn, whole = picture_of_volume(study)
@@ -37,20 +37,20 @@ def picture_of_two(study):
         values = numpy.array([heights[corner] for tetrahedron in split + right for corner in tetrahedron])
         scene = Scene(study.pixels(520), study.pixels(400), view=(0.2, 0.35, -0.75), zoom=1.2)
         edges = [(tetrahedron[i], tetrahedron[j]) for tetrahedron in split + right for i in range(4) for j in range(i)]
-        scene.add_lines(edges, colours.FAINT, 0.02)
-        scene.add_balls([m], colours.INK, 0.07)
+        scene.add_lines(edges, drawing.FAINT, 0.02)
+        scene.add_balls([m], drawing.INK, 0.07)
         surface = contour_of(welded(corners, values), 0.0)
-        scene.add(surface, colours.BLUE, edges=colours.INK)
+        scene.add(surface, drawing.BLUE, edges=drawing.INK)
         edges = open_edges(surface)
         # Those on the face of A, C, E, which both tetrahedra have.
         normal = numpy.cross(numpy.subtract(c, a), numpy.subtract(e, a))
         torn = edges[(numpy.abs((edges - a) @ normal) < 1e-6).all(axis=1)]
         if len(torn):
-            scene.add_lines(torn, colours.RED, 0.05)
+            scene.add_lines(torn, drawing.RED, 0.05)
         for name, place in zip("AEBCDM", (a, e, b, c, d, m)):
             scene.add_text(place, name)
         panels.append(scene.picture())
-    return sheet.beside(panels, ["one is bisected: a crack", "both are bisected: no crack"])
+    return drawing.beside(panels, ["one is bisected: a crack", "both are bisected: no crack"])
 
 
 def welded(corners, values):
@@ -90,10 +90,10 @@ def picture_of_volume(study):
         counts.append(len(torn))
         scene = Scene(study.pixels(540), study.pixels(460), view=(-0.25, 0.45, -0.85), up=(0, 1, 0), zoom=1.45)
         near = part_of(surface, lambda corners: (abs(corners[:, :, 0] - plane) <= NEAR).all(axis=1))
-        scene.add(near, colours.SHELL, edges=(0.66, 0.52, 0.40))
+        scene.add(near, drawing.SHELL, edges=(0.66, 0.52, 0.40))
         if len(torn):
-            scene.add_lines(torn, colours.RED, 0.0022 * volume.dims[0])
+            scene.add_lines(torn, drawing.RED, 0.0022 * volume.dims[0])
         panels.append(scene.picture())
-    return sheet.beside(panels,
+    return drawing.beside(panels,
                         [f"levels {COARSE} and {FINE}, apart: {counts[0]:,} open edges",
                          f"level {FINE}: {counts[1]:,} open edges"]), *counts

@@ -4,9 +4,7 @@ import math
 
 import numpy
 
-import colours
-import sheet
-from drawing import Drawing
+import drawing
 
 M = 20  # the accuracy of the paper's experiments, and of ours
 PIECES = 4  # straight pieces with which each B-spline segment is measured
@@ -50,10 +48,10 @@ class Curve:
         for place, (_, slope, second) in zip(self.ends, (left, right)):
             curvature = second / (1 + slope**2) ** 1.5
             normal = numpy.array([-slope, 1]) / math.hypot(slope, 1)
-            centre = place + normal / curvature
-            self.circles.append((centre, abs(1 / curvature)))
+            center = place + normal / curvature
+            self.circles.append((center, abs(1 / curvature)))
             angle = min(2 * math.pi / M / abs(curvature), limit) * curvature
-            self.control += [centre + turned(place - centre, -angle), place, centre + turned(place - centre, angle)]
+            self.control += [center + turned(place - center, -angle), place, center + turned(place - center, angle)]
         self.segments = [self._segment(i, 40) for i in range(3)]
         measured = [self._segment(i, PIECES) for i in range(3)]
         self.length = sum(map(length_of, measured))
@@ -71,37 +69,37 @@ def turned(vector, angle):
     return numpy.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
 
 
-def circle(centre, radius, begin=0.0, end=2 * math.pi):
-    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in numpy.linspace(begin, end, 121)]
+def circle(center, radius, begin=0.0, end=2 * math.pi):
+    return [(center[0] + radius * math.cos(a), center[1] + radius * math.sin(a)) for a in numpy.linspace(begin, end, 121)]
 
 
 def picture_of_polygons(study):
     panels = []
     for m in (6, M):
-        drawing = Drawing(study.pixels(420), study.pixels(420), (-1, -1), (1, 1), 20, equal=True)
+        figure = drawing.Drawing(study.pixels(420), study.pixels(420), (-1, -1), (1, 1), 20, equal=True)
         corners = [(math.cos(2 * math.pi * i / m), math.sin(2 * math.pi * i / m)) for i in range(m + 1)]
-        drawing.line(circle((0, 0), 1), colours.FAINT, 2)
-        drawing.line(corners, colours.BLUE, 1.5)
-        drawing.line([corners[0], (0, 0), corners[1]], colours.FAINT, 1)
-        drawing.line(circle((0, 0), 1, 0, 2 * math.pi / m), colours.RED, 3)
-        drawing.line(corners[:2], colours.INK, 3)
-        drawing.text((0.12, 0.03), f"2π/{m}", dx=10, dy=8)
-        panels.append(drawing.picture())
-    return sheet.beside(panels, [f"m = {m}: arc / chord = {arc_and_chord(m)[0] / arc_and_chord(m)[1]:.5f}" for m in (6, M)])
+        figure.line(circle((0, 0), 1), drawing.FAINT, 2)
+        figure.line(corners, drawing.BLUE, 1.5)
+        figure.line([corners[0], (0, 0), corners[1]], drawing.FAINT, 1)
+        figure.line(circle((0, 0), 1, 0, 2 * math.pi / m), drawing.RED, 3)
+        figure.line(corners[:2], drawing.INK, 3)
+        figure.text((0.12, 0.03), f"2π/{m}", dx=10, dy=8)
+        panels.append(figure.picture())
+    return drawing.beside(panels, [f"m = {m}: arc / chord = {arc_and_chord(m)[0] / arc_and_chord(m)[1]:.5f}" for m in (6, M)])
 
 
 def picture_of_curve(study, curve):
-    drawing = Drawing(study.pixels(760), study.pixels(330), (-6, -4), (22, 7), 20, equal=True)
-    for centre, radius in curve.circles:
-        drawing.line(circle(centre, radius), colours.FAINT, 1)
-    drawing.line([(-6, 0), (22, 0)], colours.INK, 1)
+    figure = drawing.Drawing(study.pixels(760), study.pixels(330), (-6, -4), (22, 7), 20, equal=True)
+    for center, radius in curve.circles:
+        figure.line(circle(center, radius), drawing.FAINT, 1)
+    figure.line([(-6, 0), (22, 0)], drawing.INK, 1)
     for end in curve.ends:
-        drawing.line([(end[0], 0), end], colours.FAINT, 1)
-    drawing.line(curve.ends, colours.INK, 1.5)
-    for segment, colour in zip(curve.segments, ((0.86, 0.45, 0.62), colours.GREEN, colours.RED)):
-        drawing.line(segment, colour, 3)
+        figure.line([(end[0], 0), end], drawing.FAINT, 1)
+    figure.line(curve.ends, drawing.INK, 1.5)
+    for segment, color in zip(curve.segments, ((0.86, 0.45, 0.62), drawing.GREEN, drawing.RED)):
+        figure.line(segment, color, 3)
     for i, place in enumerate(curve.control):
-        drawing.dot(place, colours.PURPLE if i < 3 else colours.ORANGE, 4)
+        figure.dot(place, drawing.PURPLE if i < 3 else drawing.ORANGE, 4)
     for name, end in zip(("Pₗ", "Pᵣ"), curve.ends):
-        drawing.text((end[0], 0), name, dy=-14, anchor="mm")
-    return drawing.picture()
+        figure.text((end[0], 0), name, dy=-14, anchor="mm")
+    return figure.picture()

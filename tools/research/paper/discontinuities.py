@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy
 
-import colours
-import sheet
-import volumes
+import drawing
+from mesh import edges_in_plane
 from report import FAILS, HOLDS
-from scene import points_of, read_ply
+from study import write
+from vtk_data import points_of, read_ply
 
 SIZE = 16  # edge of a root cube
 CUBES = 3  # along each axis
@@ -60,7 +60,7 @@ def volume_with(study, kind, plane):
     distance = plane.distance(numpy.stack([x, y, z], axis=-1).astype(float))
     height = numpy.where(distance > 0, 4.0, 0.0) if kind == "step" else numpy.maximum(distance, 0)
     name = f"{kind}_{plane.name.replace(' ', '_')}_{plane.at:g}"
-    return volumes.write(study.folder, name, numpy.rint(UNIT * height).astype("i2"), -1024, 3072)
+    return write(study.directory, name, numpy.rint(UNIT * height).astype("i2"), -1024, 3072)
 
 
 def look(study, kind, plane):
@@ -87,17 +87,16 @@ def picture(study, found):
     for kind in found:
         for name in NORMALS:
             one = [one for one in found[kind] if one.plane.name == name][len(found[kind]) // len(NORMALS) // 2]
-            lines = sheet.edges_in_plane(one.mesh, 2, SIZE)
-            panel = sheet.segments(lines, (extent, extent), scale, colours.INK, 0.5)
+            panel = drawing.segments(edges_in_plane(one.mesh, SIZE), (extent, extent), scale)
             # Where the plane cuts the picture: along the line of distance 0 at this z.
             normal = numpy.array(NORMALS[name])
             constant = one.plane.at * normal.sum() - normal[2] * SIZE
             ends = [(constant / normal[0], 0), ((constant - normal[1] * extent) / normal[0], extent)]
             pixels = [(x * scale + 2, panel.height - 3 - y * scale) for x, y in ends]
-            sheet.outline(panel, pixels, colours.RED, 2)
+            drawing.outline(panel, pixels, drawing.RED, 2)
             panels.append(panel)
             titles.append(f"{kind}, {name}")
-    return sheet.beside(panels, titles, len(NORMALS))
+    return drawing.beside(panels, titles, len(NORMALS))
 
 
 def claim(report, found, positions):

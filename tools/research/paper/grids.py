@@ -5,12 +5,12 @@ import time
 
 import numpy
 
-import colours
-import sheet
+import drawing
 from report import FAILS, HOLDS
-from scene import Scene, contour_of_samples, read_ply
+from scene import Scene, contour_of_samples
+from vtk_data import read_ply
 
-# What the paper prints: Table 1, and the text below it. Level: seconds, points of the whole grid, active points, per cent.
+# What the paper prints: Table 1, and the text below it. Level: seconds, points of the complete grid, active points, per cent.
 PRINTED_LOBSTER = {3: (0.044664, 1323, 416, 31.4), 6: (0.084752, 8405, 1983, 23.60), 9: (0.394752, 59049, 11937, 20.2),
                    12: (3.08826, 440657, 42475, 9.3902), 15: (18.7092, 3400353, 298892, 8.79)}
 PRINTED_FOOT = {9: 15.2063, 12: 10.3186}
@@ -24,17 +24,17 @@ def add_to(report, study):
     report.figure("fig-11", "Fig. 11: the lobster", picture_of_samples(study, study.lobster), about_input(study.lobster))
     for level, name in ((6, "fig-12"), (9, "fig-13"), (12, "fig-14"), (15, "level-15")):
         title = f"Fig. {name[-2:]}: the grid of the lobster at level {level}" if level < 15 else "The grid of the lobster at level 15"
-        report.figure(name, title, three_views(study, study.lobster, lobster[level].tag),
+        report.figure(name, title, drawing.three_views(study.tagrid.mesh(lobster[level].tag, padded=False), study.pixels(900) / study.lobster.dims[0]),
                       f"All edges of the limited run's tetrahedra, projected on XY, YZ and ZX: {lobster[level].active:,} points." +
                       (" The paper has no picture of this level." if level == 15 else ""))
     report.figure("fig-15", "Fig. 15: the foot", picture_of_samples(study, study.foot), about_input(study.foot))
     picture, triangles = picture_of_surface(study, study.foot)
     report.figure("fig-16", "Fig. 16: the result of the foot", picture,
-                  f"The isosurface {study.foot.iso:g} of the piecewise linear field on the whole grid: {triangles:,} "
+                  f"The isosurface {study.foot.iso:g} of the piecewise linear field on the complete grid: {triangles:,} "
                   "triangles, and a part of it with their edges.")
     for level, name in ((9, "fig-17"), (12, "fig-18")):
         report.figure(name, f"Fig. {name[-2:]}: the grid of the foot at level {level}, projected on XY",
-                      projection(study, study.foot, foot[level].tag),
+                      drawing.projection(study.tagrid.mesh(foot[level].tag, padded=False), (0, 1), study.pixels(900) / study.foot.dims[1]),
                       f"All edges of the limited run's tetrahedra: {foot[level].active:,} points.")
     claim_levels(report, study)
 
@@ -100,22 +100,11 @@ def view_of(volume):
 def picture_of_samples(study, volume):
     samples = volume.samples()
     scene = Scene(study.pixels(620), study.pixels(520), zoom=1.25, **view_of(volume))
-    scene.add(contour_of_samples(samples, volume.iso), colours.SHELL, smooth=True)
-    middle = sheet.grey(samples[samples.shape[0] // 2], volume.low, volume.low + (volume.high - volume.low) * 0.6)
+    scene.add(contour_of_samples(samples, volume.iso), drawing.SHELL, smooth=True)
+    middle = drawing.gray(samples[samples.shape[0] // 2], volume.low, volume.low + (volume.high - volume.low) * 0.6)
     height = study.pixels(440)
     middle = middle.resize((round(height * middle.width / middle.height), height))
-    return sheet.beside([scene.picture(), middle], ["isosurface", f"slice z = {samples.shape[0] // 2}"])
-
-
-def three_views(study, volume, tag):
-    scale = study.pixels(900) / volume.dims[0]
-    return sheet.three_views(study.tagrid.mesh(tag, padded=False), scale)
-
-
-def projection(study, volume, tag):
-    mesh = study.tagrid.mesh(tag, padded=False)
-    extent = mesh.points.max(axis=0)
-    return sheet.segments(sheet.projected_edges(mesh, (0, 1)), extent[:2], study.pixels(900) / volume.dims[1], colours.INK, 0.5)
+    return drawing.beside([scene.picture(), middle], ["isosurface", f"slice z = {samples.shape[0] // 2}"])
 
 
 def picture_of_surface(study, volume):
@@ -124,9 +113,9 @@ def picture_of_surface(study, volume):
     panels = []
     for zoom, edges in ((1.0, None), (5.0, (0.45, 0.34, 0.25))):
         scene = Scene(study.pixels(520), study.pixels(520), zoom=zoom, **view_of(volume))
-        scene.add(surface, colours.SHELL, smooth=edges is None, edges=edges)
+        scene.add(surface, drawing.SHELL, smooth=edges is None, edges=edges)
         panels.append(scene.picture())
-    return sheet.beside(panels, ["whole", "a part, with edges"]), counts["triangles"]
+    return drawing.beside(panels, ["whole", "a part, with edges"]), counts["triangles"]
 
 
 def claim_levels(report, study):
@@ -140,7 +129,7 @@ def claim_levels(report, study):
         octree_factors += [third] if not math.isnan(third) else []
         rows.append((level["level"], f"{level['points']:,}", f"{level['active']:,}", f"{factor:.2f}" if i else "",
                      f"{third:.2f}" if i and i % 3 == 0 else ""))
-    report.table(f"The whole grid of the {study.lobster.name} ({study.lobster.path.name}), level by level",
+    report.table(f"The complete grid of the {study.lobster.name} ({study.lobster.path.name}), level by level",
                  ["level", "all points", "active points", "times those of the level before",
                   "times those three levels before: an octree's step"], rows)
     octree = len(levels) // 3 + 1

@@ -2,10 +2,9 @@
 
 import numpy
 
-import colours
-import sheet
-import volumes
+import drawing
 from report import FAILS, HOLDS, PARTLY
+from study import write
 
 ALIKE = 2.0  # per cent by which numbers of points may differ from their mean
 # Axes of the array [z, y, x] between which the volume is turned.
@@ -46,7 +45,7 @@ def claim_sizes(report, study):
     sizes = (8, 16, 32) if study.quick else (8, 16, 32, 64)
     volume = study.lobster
     measured = [Measured(study, volume, "--cube", size) for size in sizes]
-    report.table(f"Root cubes of several sizes: the {volume.name}, whole grids",
+    report.table(f"Root cubes of several sizes: the {volume.name}, complete grids",
                  ["S", "active points", "rmse of the field", f"area of the isosurface {volume.iso:g}"],
                  [(size, *one.cells()) for size, one in zip(sizes, measured)])
     found = spreads(measured)
@@ -75,7 +74,7 @@ class Turned:
         for number, axes in enumerate(TURNS.values()):
             turned = volume
             if axes:
-                turned = volumes.write(study.folder, f"{volume.name}_{number}", numpy.rot90(samples, 1, axes), volume.low,
+                turned = write(study.directory, f"{volume.name}_{number}", numpy.rot90(samples, 1, axes), volume.low,
                                        volume.high, volume.iso)
             self.measured.append(Measured(study, turned))
             masks.append(active_points(study.tagrid.mesh(self.measured[-1].tag), turned.dims, axes))
@@ -89,7 +88,7 @@ def claim_turns(report, study):
     volume = study.lobster
     whole = Turned(study, volume)
     # Without some samples at the end of each axis, turning moves the volume relative to the root cubes.
-    part = volumes.write(study.folder, "cropped", volume.samples()[:-5, :-9, :-13], volume.low, volume.high, volume.iso)
+    part = write(study.directory, "cropped", volume.samples()[:-5, :-9, :-13], volume.low, volume.high, volume.iso)
     cropped = Turned(study, part)
     for name, one in ((volume.name, whole), (f"{volume.name} without some samples at its ends", cropped)):
         report.table(f"The {name}, turned",
@@ -102,7 +101,7 @@ def claim_turns(report, study):
     verdicts = [verdict(one.spreads) for one in (whole, cropped)]
     report.claim(8, "the accuracy is absolute and does not depend on the direction of view: a turned volume gets the turned grid",
                  HOLDS if verdicts == [HOLDS, HOLDS] else FAILS if FAILS in verdicts else PARTLY,
-                 "The {name} fills whole root cubes. Turned by 90° about each axis, its numbers of active points differ from "
+                 "The {name} fills complete root cubes. Turned by 90° about each axis, its numbers of active points differ from "
                  "their mean by at most {active:.2f} %, the root mean square errors by {rmse:.2f} %, the areas of an "
                  "isosurface by {area:.2f} %; of the points that are active in one of two grids, at least {same:.2f} % are "
                  "active in both ({unturned:.0f} % if the volume is turned by 180° and not turned back). Without some "
@@ -130,12 +129,10 @@ def common(one, other):
 
 def picture(study, volume):
     samples = volume.samples()
-    turned = volumes.write(study.folder, "turned_flat", numpy.rot90(samples, 1, (1, 2)), volume.low, volume.high)
+    turned = write(study.directory, "turned_flat", numpy.rot90(samples, 1, (1, 2)), volume.low, volume.high)
     panels = []
     for one in (volume, turned):
         mesh = study.tagrid.mesh(study.tagrid.grid(one, "--max-level", 9), padded=False)
-        extent = mesh.points.max(axis=0)[:2]
-        panels.append(sheet.segments(sheet.projected_edges(mesh, (0, 1)), extent, study.pixels(520) / extent.max(),
-                                     colours.INK, 0.5))
+        panels.append(drawing.projection(mesh, (0, 1), study.pixels(520) / mesh.points[:, :2].max()))
     # Turning rows that go upwards is turning a picture the other way.
-    return sheet.beside([panels[0], panels[1].rotate(90, expand=True)], ["as it lies", "turned, and turned back"])
+    return drawing.beside([panels[0], panels[1].rotate(90, expand=True)], ["as it lies", "turned, and turned back"])

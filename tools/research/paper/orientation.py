@@ -2,8 +2,7 @@
 
 import numpy
 
-import colours
-import sheet
+import drawing
 from hierarchy import PATTERNS, refined, root_tetrahedra, same_tetrahedra
 from primitives import SIZE, uniform_grid
 from report import FAILS, HOLDS
@@ -26,13 +25,13 @@ def picture_of_patterns(study):
     for pattern in PATTERNS:
         for level, row in ((0, above), (3, below)):
             scene = Scene(study.pixels(250), study.pixels(250))
-            scene.add_tetrahedra(refined(root_tetrahedra(4, pattern), level), colours.BLUE, shrink=0.99,
+            scene.add_tetrahedra(refined(root_tetrahedra(4, pattern), level), drawing.BLUE, shrink=0.99,
                                  opacity=0.35 if level == 0 else 1)
             if level == 0:
                 start = numpy.array(PATTERNS[pattern]) * 4
-                scene.add_lines([(start, 4 - start)], colours.RED, 0.05)
+                scene.add_lines([(start, 4 - start)], drawing.RED, 0.05)
             row.append(scene.picture())
-    return sheet.beside(above + below,
+    return drawing.beside(above + below,
                         [f"({pattern})" for pattern in PATTERNS] + [f"({pattern}), level 3" for pattern in PATTERNS], 4)
 
 
@@ -53,9 +52,9 @@ def picture_of_cells(study):
     for cell, (one, other) in diagonals_of_cells("A").items():
         direction = tuple((numpy.sign(numpy.array(other) - one) * numpy.sign(other[0] - one[0])).tolist())
         number = by_direction.setdefault(direction, len(by_direction))
-        scene.add_box([2 * c for c in cell], [2 * c + 2 for c in cell], colours.FAINT, 0.015)
-        scene.add_lines([(one, other)], colours.DIRECTIONS[number], 0.06)
-    return sheet.beside([scene.picture()], ["one colour for each direction of a diagonal"])
+        scene.add_box([2 * c for c in cell], [2 * c + 2 for c in cell], drawing.FAINT, 0.015)
+        scene.add_lines([(one, other)], drawing.DIRECTIONS[number], 0.06)
+    return drawing.beside([scene.picture()], ["one color for each direction of a diagonal"])
 
 
 def claim_orientation(report, study):

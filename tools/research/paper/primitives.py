@@ -4,13 +4,12 @@ import collections
 
 import numpy
 
-import colours
-import sheet
-import volumes
+import drawing
 from hierarchy import base_edges, bisected, midpoints, refined, root_tetrahedra, same_tetrahedra
-from mesh import conformity, squared_lengths, unique_edges, unique_faces, volumes as six_volumes
+from mesh import conformity, squared_lengths, unique_edges, unique_faces, volumes
 from report import FAILS, HOLDS
 from scene import Scene
+from study import write
 
 NAMES = ("TYPE-I", "TYPE-II", "TYPE-III")
 # The ratios of the longest to the shortest edge that the paper states, squared.
@@ -38,7 +37,7 @@ def add_to(report, study):
 def uniform_grid(study):
     """A grid that is refined everywhere: that of noise, of which every voxel is kept."""
     samples = numpy.random.default_rng(1).integers(0, 4096, (CUBES * SIZE + 1,) * 3).astype("i2")
-    noise = volumes.write(study.folder, "noise", samples, 0, 4096)
+    noise = write(study.directory, "noise", samples, 0, 4096)
     return study.tagrid.grid(noise, "--max-error", 0, "--cube", SIZE)
 
 
@@ -49,11 +48,11 @@ def picture_of_roots(study):
     for apart in (False, True):
         scene = Scene(study.pixels(520), study.pixels(420))
         for i, root in enumerate(roots):
-            scene.add_tetrahedra((root + (pull[i] if apart else 0))[None], colours.PRIMITIVES[i % 3],
+            scene.add_tetrahedra((root + (pull[i] if apart else 0))[None], drawing.PRIMITIVES[i % 3],
                                  opacity=0.95 if apart else 0.45)
-        scene.add_lines([((0, 0, 0), (2, 2, 2))], colours.INK, 0.025)
+        scene.add_lines([((0, 0, 0), (2, 2, 2))], drawing.INK, 0.025)
         panels.append(scene.picture())
-    return sheet.beside(panels, ["together, around the diagonal", "apart"])
+    return drawing.beside(panels, ["together, around the diagonal", "apart"])
 
 
 def picture_of_primitives(study):
@@ -61,15 +60,15 @@ def picture_of_primitives(study):
     tetrahedron = root_tetrahedra(8)[:1]
     for kind in range(4):
         scene = Scene(study.pixels(300), study.pixels(300))
-        scene.add_tetrahedra(tetrahedron, colours.PRIMITIVES[kind % 3], opacity=0.75)
+        scene.add_tetrahedra(tetrahedron, drawing.PRIMITIVES[kind % 3], opacity=0.75)
         base = tetrahedron[0][base_edges(tetrahedron)[0]]
-        scene.add_lines([base], colours.INK, 0.012 * numpy.ptp(tetrahedron, axis=1).max())
-        scene.add_balls(midpoints(tetrahedron), colours.RED, 0.03 * numpy.ptp(tetrahedron, axis=1).max())
+        scene.add_lines([base], drawing.INK, 0.012 * numpy.ptp(tetrahedron, axis=1).max())
+        scene.add_balls(midpoints(tetrahedron), drawing.RED, 0.03 * numpy.ptp(tetrahedron, axis=1).max())
         panels.append(scene.picture())
         ratio = longest_to_shortest(tetrahedron)[0]
         titles.append(f"{NAMES[kind % 3]}: edges 1 : {ratio:.3f}" if kind < 3 else "TYPE-I again, half the edges")
         tetrahedron = bisected(tetrahedron)[:1]
-    return sheet.beside(panels, titles, 2)
+    return drawing.beside(panels, titles, 2)
 
 
 def longest_to_shortest(corners):
@@ -84,11 +83,11 @@ def picture_of_diamonds(study):
         tetrahedra = refined(numpy.concatenate([root_tetrahedra(4, corner=corner) for corner in cubes]), level)
         around = tetrahedra[(midpoints(tetrahedra) == place).all(axis=1)]
         scene = Scene(study.pixels(360), study.pixels(360))
-        scene.add_tetrahedra(around, colours.PRIMITIVES[level], shrink=0.93, opacity=0.8)
-        scene.add_lines([around[0][base_edges(around)[0]]], colours.INK, 0.05)
+        scene.add_tetrahedra(around, drawing.PRIMITIVES[level], shrink=0.93, opacity=0.8)
+        scene.add_lines([around[0][base_edges(around)[0]]], drawing.INK, 0.05)
         panels.append(scene.picture())
         titles.append(f"{len(around)} tetrahedra")
-    return sheet.beside(panels, titles)
+    return drawing.beside(panels, titles)
 
 
 def claim_roots(report, study, tag):
@@ -109,11 +108,11 @@ def claim_roots(report, study, tag):
                                   for y in range(0, CUBES * SIZE, SIZE) for z in range(0, CUBES * SIZE, SIZE)])
     same = same_tetrahedra(mesh.corners().astype(numpy.int64), expected)
     parallel = len(directions) == 3 and all(len(found) == 1 for found in directions.values())
-    report.claim(1, "six root tetrahedra a cube, whose faces fit those of all neighbours, without an alternating pattern",
+    report.claim(1, "six root tetrahedra a cube, whose faces fit those of all neighbors, without an alternating pattern",
                  HOLDS if per_cube == 6 and parallel and check.holds and same else FAILS,
                  "In {cubes} root cubes that the program wrote there are {tetrahedra} tetrahedra, {per_cube:g} a cube. "
                  "Diagonals on faces across x, y and z have {directions} directions in all. Of {faces} inner faces, each "
-                 "belongs to two tetrahedra; there are {cracks} faces without a neighbour. The tetrahedra are those of Fig. "
+                 "belongs to two tetrahedra; there are {cracks} faces without a neighbor. The tetrahedra are those of Fig. "
                  "3: {same}.",
                  cubes=CUBES**3, tetrahedra=len(mesh.tetrahedra), per_cube=per_cube, faces=check.inner_faces, cracks=check.cracks,
                  directions=sum(map(len, directions.values())), same="yes" if same else "no")
@@ -127,7 +126,7 @@ def claim_primitives(report, study, tag):
         corners = mesh.corners()
         squares = squared_lengths(corners)
         ratios = squares.max(axis=1) / squares.min(axis=1)
-        sixfold = numpy.abs(six_volumes(corners)) / SIZE**3
+        sixfold = numpy.abs(volumes(corners)) / SIZE**3
         wrong += int((mesh.levels != level).sum() + (mesh.types != level % 3).sum())
         wrong += int((numpy.abs(ratios - SQUARED_RATIOS[level % 3]) > 1e-12).sum() + (sixfold * 2**level != 1).sum())
         wrong += int((squares.max(axis=1) != (3, 2, 1)[level % 3] * (SIZE / 2 ** (level // 3)) ** 2).sum())

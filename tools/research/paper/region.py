@@ -3,15 +3,13 @@
 import numpy
 from PIL import Image
 
-import colours
-import cracks
-import sheet
-import volumes
+import drawing
 from hierarchy import same_tetrahedra
 from mesh import FACES, conformity
 from reach import region_of_reference
 from report import FAILS, PARTLY
 from scene import Scene
+from study import write
 
 PRINTED_VOLUME = 25 / 3  # cubes: 1 + 6 + 8/6, below Eq. 5 of the paper
 
@@ -21,7 +19,7 @@ def add_to(report, study):
     small = region_of_reference(8)
     region = small if study.quick else region_of_reference(16)
     report.figure("fig-09", "Figs. 9 and 23: how far the region reaches, projected on a plane", picture_of_levels(small),
-                  "The square is the cube. Around it lie the tetrahedra whose bisection can affect it, coloured by their level. "
+                  "The square is the cube. Around it lie the tetrahedra whose bisection can affect it, colored by their level. "
                   f"S is {small.size}; the farthest point is {small.distance} samples away.")
     report.figure("fig-24", "Fig. 24: the region grows with the level", picture_of_growth(study, region),
                   "The tetrahedra whose bisection can affect the cube, up to a level. The cube is drawn inside.")
@@ -37,17 +35,17 @@ def picture_of_levels(region):
     """What the diamonds of each level cover, seen along z; coarser levels lie above finer ones."""
     last, size = len(region.diamonds), region.size
     scale = 480 / (3 * size)
-    image = sheet.blank(481, 481)
+    image = drawing.blank(481, 481)
     for level in range(last, 0, -1):
         triangles = region.diamonds[level - 1][:, FACES][..., :2].reshape(-1, 6)
-        sheet.fill(image, numpy.unique(triangles, axis=0).reshape(-1, 3, 2) * scale, colours.of_level(level, last))
+        drawing.fill(image, numpy.unique(triangles, axis=0).reshape(-1, 3, 2) * scale, drawing.of_level(level, last))
     square = numpy.array([(1, 1), (2, 1), (2, 2), (1, 2), (1, 1)]) * size * scale
-    sheet.outline(image, square)
-    legend = sheet.blank(150, image.height)
+    drawing.outline(image, square)
+    legend = drawing.blank(150, image.height)
     for level in range(1, last + 1):
-        legend.paste(Image.new("RGB", (20, 16), colours.bytes_of(colours.of_level(level, last))), (0, 26 * level))
-        sheet.write(legend, (28, 26 * level - 2), f"level {level}")
-    return sheet.beside([image, legend], ["three root cubes an axis, on the XY plane", ""])
+        legend.paste(Image.new("RGB", (20, 16), drawing.bytes_of(drawing.of_level(level, last))), (0, 26 * level))
+        drawing.write(legend, (28, 26 * level - 2), f"level {level}")
+    return drawing.beside([image, legend], ["three root cubes an axis, on the XY plane", ""])
 
 
 def picture_of_growth(study, region):
@@ -57,12 +55,12 @@ def picture_of_growth(study, region):
     for level in levels:
         scene = Scene(study.pixels(340), study.pixels(320))
         size = region.size
-        scene.add_hull(numpy.concatenate(region.diamonds[:level]), colours.of_level(level, last), 0.55,
-                       edges=colours.INK if level < 7 else None)
-        scene.add_box((size,) * 3, (2 * size,) * 3, colours.INK, 0.012 * size)
-        scene.add_box((0,) * 3, (3 * size,) * 3, colours.FAINT, 0.006 * size)
+        scene.add_hull(numpy.concatenate(region.diamonds[:level]), drawing.of_level(level, last), 0.55,
+                       edges=drawing.INK if level < 7 else None)
+        scene.add_box((size,) * 3, (2 * size,) * 3, drawing.INK, 0.012 * size)
+        scene.add_box((0,) * 3, (3 * size,) * 3, drawing.FAINT, 0.006 * size)
         panels.append(scene.picture())
-    return sheet.beside(panels, [f"up to level {level}" for level in levels], 3)
+    return drawing.beside(panels, [f"up to level {level}" for level in levels], 3)
 
 
 def cubes_alone(study, size, margin, most):
@@ -79,7 +77,7 @@ def cubes_alone(study, size, margin, most):
         low = numpy.maximum(numpy.array(cube) - margin, 0)
         high = numpy.array(cube) + size + margin + 1
         name = f"part_{margin}_{'_'.join(map(str, cube))}"
-        part = volumes.write(study.folder, name, samples[low[2] : high[2], low[1] : high[1], low[0] : high[0]], volume.low,
+        part = write(study.directory, name, samples[low[2] : high[2], low[1] : high[1], low[0] : high[0]], volume.low,
                              volume.high)
         tag = study.tagrid.grid(part, "--cube", size)
         alone = study.tagrid.mesh(tag).corners().astype(numpy.int32) + low
@@ -96,18 +94,18 @@ def claim(report, study, measured):
     _, different_without = cubes_alone(study, size, 0, most)
     tag = study.tagrid.grid(study.lobster)
     check = conformity(study.tagrid.mesh(tag))
-    _, closed = study.tagrid.surface(tag, study.lobster.iso, close=True)
+    _, closed = study.tagrid.surface(tag, study.lobster.iso, "--close")
     largest = measured[-1]
     bounded = all(one.distance < one.size for one in measured)
     works = bounded and different == 0 and check.holds and closed["boundary_edges"] == 0
     report.claim(5, "decisions in a cube depend on a bounded region of 8 1/3 cubes; so each cube can be refined alone, and all fit without cracks",
                  PARTLY if works and abs(largest.volume - PRINTED_VOLUME) > 0.01 else FAILS,
                  "The region is bounded: it ends {distance} samples from a cube of edge {size}. But it is larger than "
-                 "printed: {volume:.1f} cubes, not {printed:.2f}, because neighbours across edges take part, too. Cubes can "
+                 "printed: {volume:.1f} cubes, not {printed:.2f}, because neighbors across edges take part, too. Cubes can "
                  "be refined alone: of {tried} cubes of the {foot}, each cut out with one cube of samples around it, "
-                 "{different} get other tetrahedra than in the whole volume (cut out with nothing around them, {without} "
-                 "do). They fit: in the whole grid of the {lobster}, {faces:,} inner faces each belong to two tetrahedra, "
-                 "{cracked} faces have no neighbour, and {missing:g} of the volume is missing or covered twice. Its "
+                 "{different} get other tetrahedra than in the entire volume (cut out with nothing around them, {without} "
+                 "do). They fit: in the complete grid of the {lobster}, {faces:,} inner faces each belong to two tetrahedra, "
+                 "{cracked} faces have no neighbor, and {missing:g} of the volume is missing or covered twice. Its "
                  "isosurface, closed at the border, has {triangles:,} triangles and {open} open edges.",
                  distance=largest.distance, size=largest.size, volume=largest.volume, printed=PRINTED_VOLUME, tried=tried,
                  different=different,

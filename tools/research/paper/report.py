@@ -27,14 +27,10 @@ class Claim:
 
 
 class Report:
-    def __init__(self, folder, title):
-        self.folder = folder
-        self._title, self._about = title, []
+    def __init__(self, directory, title, about):
+        """`about`: paragraphs for the top of the page."""
+        self.directory, self._title, self._about = directory, title, about
         self._parts, self._claims, self._figures, self._departures = [], [], {}, []
-
-    def about(self, lines):
-        """What stands at the top of the page."""
-        self._about = lines
 
     def section(self, title):
         self._parts.append(f"<h2>{html.escape(title)}</h2>")
@@ -44,7 +40,7 @@ class Report:
 
     def figure(self, name, title, picture, caption):
         """A picture under the name of the paper's figure, such as "fig-12"."""
-        picture.save(self.folder / f"{name}.png")
+        picture.save(self.directory / f"{name}.png")
         self._figures[name] = title
         self._parts.append(f'<figure id="{name}"><img src="{name}.png" alt="{html.escape(title)}" width="{picture.width}">'
                            f"<figcaption><b>{html.escape(title)}.</b> {html.escape(caption)}</figcaption></figure>")
@@ -59,7 +55,7 @@ class Report:
         self._claims.append(Claim(number, says, verdict, evidence.format(**numbers), numbers))
 
     def departure(self, text):
-        """What is printed in the paper and was found otherwise, besides the claims."""
+        """What is printed in the paper and was found to be different, besides the claims."""
         self._departures.append(text)
 
     def write(self):
@@ -76,8 +72,8 @@ class Report:
         about = "".join(f'<p class="note">{html.escape(text)}</p>' for text in self._about)
         page = [f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(self._title)}</title>',
                 f"<style>{STYLE}</style><h1>{html.escape(self._title)}</h1>{about}<h2>The claims</h2><p>{summary}</p>", *lines,
-                f"<h3>What else is printed otherwise than it was found</h3><ul>{departures}</ul>", *self._parts, "</html>"]
-        (self.folder / "index.html").write_text("\n".join(page) + "\n")
+                f"<h3>What else differs from the paper</h3><ul>{departures}</ul>", *self._parts, "</html>"]
+        (self.directory / "index.html").write_text("\n".join(page) + "\n")
         results = {"about": self._about, "figures": self._figures, "departures": self._departures,
                    "claims": [dataclasses.asdict(claim) for claim in claims]}
-        (self.folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+        (self.directory / "results.json").write_text(json.dumps(results, indent=1) + "\n")

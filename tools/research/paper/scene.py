@@ -1,140 +1,50 @@
 """Pictures of things in space, drawn by VTK."""
 
+import itertools
+
 import numpy
 from PIL import Image
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkImageData, vtkPolyData, vtkUnstructuredGrid
-from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkFeatureEdges, vtkFlyingEdges3D, vtkPolyDataNormals, vtkTubeFilter
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D, vtkPolyDataNormals, vtkTubeFilter
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkRenderingCore import (vtkActor, vtkBillboardTextActor3D, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow,
                                          vtkWindowToImageFilter)
-import vtkmodules.vtkRenderingFreeType  # noqa: F401  the texts
-import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  what draws
+import vtkmodules.vtkRenderingFreeType  # noqa: F401  draws texts
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  draws
 
-import colours
+from drawing import FINER, INK, PAPER
 from mesh import FACES
-
-FINER = 2  # pictures are drawn larger by this factor
-
-
-def poly(points, triangles=None, lines=None):
-    """Triangles or lines, rows of indices of points, as VTK has them."""
-    data = vtkPolyData()
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(numpy.ascontiguousarray(points, dtype=float), deep=1))
-    data.SetPoints(places)
-    for rows, take in ((triangles, data.SetPolys), (lines, data.SetLines)):
-        if rows is not None:
-            take(cells_of(rows))
-    return data
-
-
-def cells_of(rows):
-    rows = numpy.ascontiguousarray(rows, dtype=numpy.int64)
-    cells = vtkCellArray()
-    offsets = numpy.arange(0, rows.size + 1, rows.shape[1], dtype=numpy.int64)
-    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=1), numpy_to_vtkIdTypeArray(rows.reshape(-1), deep=1))
-    return cells
-
-
-def grid_of(mesh):
-    """A Mesh as VTK has it, with the values of its points."""
-    grid = vtkUnstructuredGrid()
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(numpy.ascontiguousarray(mesh.points), deep=1))
-    grid.SetPoints(places)
-    grid.SetCells(VTK_TETRA, cells_of(mesh.tetrahedra))
-    grid.GetPointData().SetScalars(numpy_to_vtk(mesh.values.astype(float), deep=1))
-    return grid
-
-
-def contour_of(mesh, iso):
-    """VTK's own isosurface of a mesh."""
-    contour = vtkContourFilter()
-    contour.SetInputData(grid_of(mesh))
-    contour.SetValue(0, iso)
-    contour.ComputeScalarsOff()
-    contour.Update()
-    return contour.GetOutput()
+from vtk_data import image_of, lines_of, made_by, tetrahedra_of, triangles_of
 
 
 def contour_of_samples(samples, iso):
     """The isosurface of samples [z, y, x], by marching cubes."""
-    image = vtkImageData()
-    image.SetDimensions(*samples.shape[::-1])
-    image.GetPointData().SetScalars(numpy_to_vtk(numpy.ascontiguousarray(samples).reshape(-1), deep=1))
-    contour = vtkFlyingEdges3D()
-    contour.SetInputData(image)
-    contour.SetValue(0, iso)
-    contour.ComputeScalarsOff()
-    contour.Update()
-    return contour.GetOutput()
-
-
-def read_ply(path):
-    reader = vtkPLYReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    return reader.GetOutput()
-
-
-def points_of(data):
-    return vtk_to_numpy(data.GetPoints().GetData()).astype(float) if data.GetNumberOfPoints() else numpy.empty((0, 3))
-
-
-def open_edges(surface):
-    """The edges that only one triangle has: positions of their ends [n, 2, 3]."""
-    edges = vtkFeatureEdges()
-    edges.SetInputData(surface)
-    edges.BoundaryEdgesOn()
-    edges.FeatureEdgesOff()
-    edges.ManifoldEdgesOff()
-    edges.NonManifoldEdgesOff()
-    edges.ColoringOff()
-    edges.Update()
-    lines = edges.GetOutput()
-    if not lines.GetNumberOfLines():
-        return numpy.empty((0, 2, 3))
-    return points_of(lines)[vtk_to_numpy(lines.GetLines().GetConnectivityArray()).reshape(-1, 2)]
-
-
-def part_of(surface, is_wanted):
-    """The triangles for whose corners [n, 3, 3] the function is true."""
-    points = points_of(surface)
-    triangles = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    return poly(points, triangles=triangles[is_wanted(points[triangles])])
+    return made_by(vtkFlyingEdges3D(), image_of(samples), Value=(0, iso), ComputeScalars=False)
 
 
 class Scene:
     """Things, and a camera that looks along `view` and sees all of them."""
 
-    def __init__(self, width, height, view=(-0.45, 0.8, -0.4), up=(0, 0, 1), zoom=1.0, perspective=True):
-        self._size, self._view, self._up, self._zoom, self._perspective = (width, height), view, up, zoom, perspective
+    def __init__(self, width, height, view=(-0.45, 0.8, -0.4), up=(0, 0, 1), zoom=1.0):
+        self._size, self._view, self._up, self._zoom = (width, height), view, up, zoom
         self._renderer = vtkRenderer()
-        self._renderer.SetBackground(*colours.PAPER)
+        self._renderer.SetBackground(*PAPER)
         self._renderer.SetUseDepthPeeling(True)
         self._renderer.SetMaximumNumberOfPeels(8)
 
-    def add(self, data, colour, opacity=1.0, edges=None, smooth=False, light=True):
-        """Triangles or lines; `edges` is the colour of the triangles' edges."""
+    def add(self, data, color, opacity=1.0, edges=None, smooth=False):
+        """Triangles or lines; `edges` is the color of the triangles' edges."""
         if smooth:
-            normals = vtkPolyDataNormals()
-            normals.SetInputData(data)
-            normals.SplittingOff()
-            normals.Update()
-            data = normals.GetOutput()
+            data = made_by(vtkPolyDataNormals(), data, Splitting=False)
         mapper = vtkPolyDataMapper()
         mapper.SetInputData(data)
         mapper.ScalarVisibilityOff()
         actor = vtkActor()
         actor.SetMapper(mapper)
         look = actor.GetProperty()
-        look.SetColor(*colour)
+        look.SetColor(*color)
         look.SetOpacity(opacity)
-        look.SetLighting(light)
         look.SetAmbient(0.25)
         look.SetDiffuse(0.75)
         if not smooth:
@@ -144,61 +54,41 @@ class Scene:
             look.SetEdgeColor(*edges)
         self._renderer.AddActor(actor)
 
-    def add_tetrahedra(self, corners, colour, shrink=1.0, opacity=1.0, edges=colours.INK):
-        """Tetrahedra [m, 4, 3], each shrunk towards its middle so that neighbours can be told apart."""
+    def add_tetrahedra(self, corners, color, shrink=1.0, opacity=1.0):
+        """Tetrahedra [m, 4, 3], each shrunk towards its middle so that neighbors can be told apart."""
         middle = corners.mean(axis=1, keepdims=True)
         points = (middle + shrink * (corners - middle)).reshape(-1, 3)
         triangles = (4 * numpy.arange(len(corners))[:, None, None] + FACES).reshape(-1, 3)
-        self.add(poly(points, triangles=triangles), colour, opacity, edges)
+        self.add(triangles_of(points, triangles), color, opacity, INK)
 
-    def add_hull(self, corners, colour, opacity=1.0, edges=None):
-        """What can be seen of tetrahedra that fill a region together."""
+    def add_hull(self, corners, color, opacity=1.0, edges=None):
+        """The surface of tetrahedra that fill a region together."""
         points, inverse = numpy.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-        grid = vtkUnstructuredGrid()
-        places = vtkPoints()
-        places.SetData(numpy_to_vtk(points.astype(float), deep=1))
-        grid.SetPoints(places)
-        grid.SetCells(VTK_TETRA, cells_of(inverse.reshape(-1, 4)))
-        outside = vtkGeometryFilter()
-        outside.SetInputData(grid)
-        outside.Update()
-        self.add(outside.GetOutput(), colour, opacity, edges)
+        self.add(made_by(vtkGeometryFilter(), tetrahedra_of(points, inverse.reshape(-1, 4))), color, opacity, edges)
 
-    def add_lines(self, pairs, colour, radius):
+    def add_lines(self, pairs, color, radius):
         """Round lines between pairs of positions [n, 2, 3]."""
         pairs = numpy.asarray(pairs, dtype=float)
-        tubes = vtkTubeFilter()
-        tubes.SetInputData(poly(pairs.reshape(-1, 3), lines=numpy.arange(2 * len(pairs)).reshape(-1, 2)))
-        tubes.SetRadius(radius)
-        tubes.SetNumberOfSides(12)
-        tubes.CappingOn()
-        tubes.Update()
-        self.add(tubes.GetOutput(), colour, smooth=True)
+        lines = lines_of(pairs.reshape(-1, 3), numpy.arange(2 * len(pairs)).reshape(-1, 2))
+        self.add(made_by(vtkTubeFilter(), lines, Radius=radius, NumberOfSides=12, Capping=True), color, smooth=True)
 
-    def add_box(self, low, high, colour, radius):
-        corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-        place = [tuple((low, high)[bit][axis] for axis, bit in enumerate(corner)) for corner in corners]
-        pairs = [(place[a],
-                  place[b]) for a in range(8) for b in range(a) if sum(i != j for i, j in zip(corners[a], corners[b])) == 1]
-        self.add_lines(pairs, colour, radius)
+    def add_box(self, low, high, color, radius):
+        corners = list(itertools.product(*zip(low, high)))
+        pairs = [(a, b) for a, b in itertools.combinations(corners, 2) if sum(i != j for i, j in zip(a, b)) == 1]
+        self.add_lines(pairs, color, radius)
 
-    def add_balls(self, places, colour, radius):
+    def add_balls(self, places, color, radius):
         for place in places:
-            ball = vtkSphereSource()
-            ball.SetCenter(*map(float, place))
-            ball.SetRadius(radius)
-            ball.SetThetaResolution(24)
-            ball.SetPhiResolution(16)
-            ball.Update()
-            self.add(ball.GetOutput(), colour, smooth=True)
+            ball = made_by(vtkSphereSource(), Center=tuple(map(float, place)), Radius=radius, ThetaResolution=24, PhiResolution=16)
+            self.add(ball, color, smooth=True)
 
-    def add_text(self, place, text, size=18, colour=colours.INK):
+    def add_text(self, place, text):
         actor = vtkBillboardTextActor3D()
         actor.SetInput(text)
         actor.SetPosition(*map(float, place))
         actor.SetDisplayOffset(6 * FINER, 6 * FINER)
-        actor.GetTextProperty().SetFontSize(FINER * size)
-        actor.GetTextProperty().SetColor(*colour)
+        actor.GetTextProperty().SetFontSize(FINER * 18)
+        actor.GetTextProperty().SetColor(*INK)
         actor.GetTextProperty().SetBold(True)
         self._renderer.AddActor(actor)
 
@@ -215,7 +105,6 @@ class Scene:
         camera.SetFocalPoint(0, 0, 0)
         camera.SetPosition(*(-v for v in self._view))
         camera.SetViewUp(*self._up)
-        camera.SetParallelProjection(not self._perspective)
         self._renderer.ResetCamera()
         camera.Zoom(self._zoom)
         self._renderer.ResetCameraClippingRange()
@@ -223,8 +112,7 @@ class Scene:
         grab = vtkWindowToImageFilter()
         grab.SetInput(window)
         grab.ReadFrontBufferOff()
-        grab.Update()
-        image = grab.GetOutput()
+        image = made_by(grab)
         width, height, _ = image.GetDimensions()
         pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3]
         window.Finalize()

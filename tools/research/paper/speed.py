@@ -8,8 +8,7 @@ import subprocess
 import sys
 import time
 
-import colours
-from drawing import Drawing
+import drawing
 from report import FAILS, HOLDS, PARTLY, UNKNOWN
 
 LEVELS = {6: "fig-19", 9: "fig-20", 15: "speed-15"}
@@ -36,7 +35,7 @@ def add_to(report, study):
 
     times = times_of(study.foot.path, repetitions(study))
     # The foot takes a tenth of a second today.
-    large = study.tagrid.folder / "large.nrrd"
+    large = study.tagrid.directory / "large.nrrd"
     edge = 64 if study.quick else 512
     try:
         study.tagrid.run("phantom", "--dims", f"{edge},{edge},{edge}", "-q", "-f", "-o", large)
@@ -77,12 +76,12 @@ def repetitions(study):
 
 
 def measured(study, path, level, command, threads, times_each):
-    """Median seconds of the run as the program measures them, and of the whole process."""
+    """Median seconds of the run as the program measures them, and of the entire process."""
     runs, wholes = [], []
     for _ in range(times_each):
         start = time.monotonic()
         words = ["encode", path, "--grid-only", "--max-level", level, "-T", threads, "-q", "-f", "--json", "-",
-                 "-o", study.tagrid.folder / "speed.tag"]
+                 "-o", study.tagrid.directory / "speed.tag"]
         runs.append(json.loads(study.tagrid.run(*words, program=command))["seconds"])
         wholes.append(time.monotonic() - start)
     return statistics.median(runs), statistics.median(wholes)
@@ -92,17 +91,17 @@ def plot(study, times, level, processes, what):
     top = max(max(times[level, n]) for n in processes)
     step = next(step for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if top / step <= 8)
     ticks = [step * i for i in range(int(top / step) + 2)]
-    drawing = Drawing(study.pixels(620), study.pixels(380), (processes[0] - 0.2, 0), (processes[-1] + 0.2, ticks[-1]), 60)
-    drawing.axes(processes, ticks, what, "seconds")
+    figure = drawing.Drawing(study.pixels(620), study.pixels(380), (processes[0] - 0.2, 0), (processes[-1] + 0.2, ticks[-1]), 60)
+    figure.axes(processes, ticks, what, "seconds")
     first = times[level, processes[0]][0] * processes[0]
     for begin in range(0, 40, 2):
         places = [processes[0] + (processes[-1] - processes[0]) * i / 40 for i in (begin, begin + 1)]
-        drawing.line([(n, first / n) for n in places], colours.ORANGE, 1.5)
-    for part, colour in ((1, colours.FAINT), (0, colours.BLUE)):
-        drawing.line([(n, times[level, n][part]) for n in processes], colour, 2.5)
+        figure.line([(n, first / n) for n in places], drawing.ORANGE, 1.5)
+    for part, color in ((1, drawing.FAINT), (0, drawing.BLUE)):
+        figure.line([(n, times[level, n][part]) for n in processes], color, 2.5)
         for n in processes:
-            drawing.dot((n, times[level, n][part]), colour)
-    return drawing.picture()
+            figure.dot((n, times[level, n][part]), color)
+    return figure.picture()
 
 
 def claim(report, times, times_of_large, processes, what, cores, free):

@@ -1,9 +1,9 @@
 """Follows docs/paraview.md in ParaView, checks what it shows, and draws the pictures of that page.
 
-    tools/research/paraview.sh [--tagrid PROGRAM] [--output FOLDER]
+    tools/research/paraview.sh [--tagrid PROGRAM] [--output DIRECTORY]
 
 Runs in pvpython, ParaView's own Python (Debian: python3-paraview, python3-pil), and needs a display. Ends with exit code 1
-if anything is not as the program and the page say, and leaves the pictures that are in FOLDER as they are.
+if anything is not as the program and the page say, and leaves the pictures that are in DIRECTORY as they are.
 """
 
 import argparse
@@ -40,49 +40,49 @@ def expect(what, found, expected, tolerance=0.0):
 
 
 class Files:
-    """The files that the page makes, and what tagrid says of them."""
+    """The files that the page makes, and what tagrid reports about them."""
 
-    def __init__(self, program, folder):
-        self._program, self.folder = program, folder
+    def __init__(self, program, directory):
+        self._program, self.directory = program, directory
         self._run("phantom", "--dims", ",".join(map(str, DIMS)), "-o", "scan.nhdr")
-        header = folder / "scan.nhdr"
+        header = directory / "scan.nhdr"
         header.write_text(header.read_text().replace("spacings: 1 1 1", f"spacings: {' '.join(map(str, SPACING))}"))
         self._run("encode", "scan.nhdr", "--max-error", "5")
-        self.mesh = self._said("mesh", "scan.tag", "--level", "12", "-o", "scan.vtu")
+        self.mesh = self._settings_of("mesh", "scan.tag", "--level", "12", "-o", "scan.vtu")
         self._run("decode", "scan.tag", "-o", "scan.vti")
         self._run("decode", "scan.tag", "--format", "vtkhdf", "-o", "scan.hdf")
         self._run("decode", "scan.tag", "-o", "scan.vtkhdf")
         self._run("decode", "scan.tag", "-o", "scan.raw", "-f")
-        self.level_surface = self._said("surface", "scan.tag", "--iso", str(ISO), "--level", "12", "-o", "level.ply")
-        self.surface = self._said("surface", "scan.tag", "--iso", str(ISO), "-o", "bone.ply")
+        self.level_surface = self._settings_of("surface", "scan.tag", "--iso", str(ISO), "--level", "12", "-o", "level.ply")
+        self.surface = self._settings_of("surface", "scan.tag", "--iso", str(ISO), "-o", "bone.ply")
 
     def _run(self, *words):
-        done = subprocess.run([str(self._program), *words, "-q"], cwd=self.folder, capture_output=True, text=True)
+        done = subprocess.run([str(self._program), *words, "-q"], cwd=self.directory, capture_output=True, text=True)
         if done.returncode != 0:
             raise Different(f"tagrid {' '.join(words)}: {done.stderr.strip()}")
         return done.stdout
 
-    def _said(self, *words):
+    def _settings_of(self, *words):
         return json.loads(self._run(*words, "--json", "-"))["settings"]
 
     def turn(self):
         """The same samples with axes that are turned by 90 degrees about z."""
         x, y, z = SPACING
-        header = (self.folder / "scan.nhdr").read_text().replace("dimension: 3\n", "dimension: 3\nspace: right-anterior-superior\n")
+        header = (self.directory / "scan.nhdr").read_text().replace("dimension: 3\n", "dimension: 3\nspace: right-anterior-superior\n")
         spacings = f"spacings: {' '.join(map(str, SPACING))}"
         placed = f"space directions: (0,{x},0) (-{y},0,0) (0,0,{z})\nspace origin: (0,0,0)"
-        (self.folder / "turned.nhdr").write_text(header.replace(spacings, placed))
+        (self.directory / "turned.nhdr").write_text(header.replace(spacings, placed))
         self._run("encode", "turned.nhdr")
         self._run("mesh", "turned.tag", "--level", "9", "-o", "turned.vtu")
         self._run("decode", "turned.tag", "-o", "turned.vti")
         self._run("decode", "turned.tag", "--format", "vtkhdf", "-o", "turned.hdf")
 
     def range_of_samples(self):
-        samples = array.array("h", (self.folder / "scan.raw").read_bytes())
+        samples = array.array("h", (self.directory / "scan.raw").read_bytes())
         return float(min(samples)), float(max(samples))
 
     def open(self, name):
-        source = simple.OpenDataFile(str(self.folder / name))
+        source = simple.OpenDataFile(str(self.directory / name))
         if source is None:
             raise Different(f"{name}: ParaView finds no reader")
         source.UpdatePipeline()
@@ -108,8 +108,8 @@ def area_of(surface):
 class Picture:
     """What one view shows, saved as PNG. All pictures have the same view."""
 
-    def __init__(self, folder, name):
-        self._path = folder / name
+    def __init__(self, directory, name):
+        self._path = directory / name
         self.view = simple.GetActiveViewOrCreate("RenderView")
         simple.HideAll(self.view)
         simple.HideUnusedScalarBars(self.view)
@@ -158,7 +158,7 @@ class Picture:
 def volumes(files, output):
     """The decoded samples, in all three files that ParaView opens; a slice of them."""
     expected = files.range_of_samples()
-    vtkhdf = simple.VTKHDFReader(FileName=str(files.folder / "scan.vtkhdf"))
+    vtkhdf = simple.VTKHDFReader(FileName=str(files.directory / "scan.vtkhdf"))
     for name, source in (("scan.vti", files.open("scan.vti")), ("scan.hdf", files.open("scan.hdf")),
                          ("scan.vtkhdf, VTKHDF Reader", vtkhdf)):
         expect(f"{name}: points", of(source).GetNumberOfPoints(), math.prod(DIMS))
@@ -166,7 +166,7 @@ def volumes(files, output):
         expect(f"{name}: bounds", of(source).GetBounds(), bounds(), 1e-6)
         expect(f"{name}: range of value", source.PointData.GetArray("value").GetRange(), expected)
     try:
-        if simple.OpenDataFile(str(files.folder / "scan.vtkhdf")) is not None:
+        if simple.OpenDataFile(str(files.directory / "scan.vtkhdf")) is not None:
             raise Different("scan.vtkhdf: ParaView finds a reader by its name; the page says that it does not")
     except RuntimeError:
         print("scan.vtkhdf: no reader is found by its name, as the page says")
@@ -183,7 +183,7 @@ def volumes(files, output):
 
 
 def mesh(files, output):
-    """The tetrahedra: clipped and coloured by level; the contour of their values."""
+    """The tetrahedra: clipped and colored by level; the contour of their values."""
     source = files.open("scan.vtu")
     expect("scan.vtu: tetrahedra", of(source).GetNumberOfCells(), files.mesh["tetrahedra"])
     expect("scan.vtu: points", of(source).GetNumberOfPoints(), files.mesh["points"])
@@ -227,7 +227,7 @@ def readers(files, output):
     import tagrid.paraview
 
     tagrid.paraview.load()
-    path = str(files.folder / "scan.tag")
+    path = str(files.directory / "scan.tag")
     image, grid = simple.TagridImage(FileName=path), simple.TagridMesh(FileName=path, Level=12)
     for name, source in (("image", image), ("structured grid", simple.TagridStructuredGrid(FileName=path))):
         expect(f"scan.tag, {name}: points", of(source).GetNumberOfPoints(), math.prod(DIMS))
@@ -266,13 +266,13 @@ def directions(files):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tagrid", type=Path, default=SOURCES / "build/release/tagrid", metavar="PROGRAM")
-    parser.add_argument("--output", type=Path, default=SOURCES / "docs/paraview", metavar="FOLDER")
+    parser.add_argument("--output", type=Path, default=SOURCES / "docs/paraview", metavar="DIRECTORY")
     options = parser.parse_args()
     # The Python package is beside the program where it was built with -DTAGRID_PYTHON=ON.
     sys.path.append(str(options.tagrid.resolve().parent / "python"))
-    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as drawn:
+    with tempfile.TemporaryDirectory() as directory, tempfile.TemporaryDirectory() as drawn:
         try:
-            files = Files(options.tagrid.resolve(), Path(folder))
+            files = Files(options.tagrid.resolve(), Path(directory))
             for step in (volumes, mesh, surface, readers):
                 step(files, Path(drawn))
             directions(files)

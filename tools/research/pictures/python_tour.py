@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Draws the pictures of docs/python.md with matplotlib.
 
-    python_tour.py VOLUME.tag FOLDER      PYTHONPATH names the Python package, such as build/release/python
+    python_tour.py VOLUME.tag DIRECTORY      PYTHONPATH names the Python package, such as build/release/python
 """
 
 import sys
@@ -51,10 +51,10 @@ def draw_surface(scan, path, iso):
 
 
 def main():
-    path, folder = sys.argv[1:]
+    path, directory = sys.argv[1:]
     with tagrid.open(path) as scan:
-        draw_slices(scan, f"{folder}/python_slices.png")
-        draw_surface(scan, f"{folder}/python_surface.png", 300)
+        draw_slices(scan, f"{directory}/python_slices.png")
+        draw_surface(scan, f"{directory}/python_surface.png", 300)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,9 @@
 """The results as Markdown."""
 
-BEGIN, END = "<!-- tools/research/scale begins -->", "<!-- tools/research/scale ends -->"
+from markdown import table
+
+HEAD = ["volume", "samples", "--brick", "nodes", "parts", "read", "written", "marks", "rows in a strip", "memory", "index",
+        "encode", "cores busy", "decode"]
 
 
 def human(size):
@@ -19,10 +22,10 @@ def duration(seconds):
 
 
 def row_of(volume, cluster, outcome):
-    head = [f"{human(volume.bytes)}", " × ".join(map(str, volume.dims)), f"{volume.brick}", f"{cluster.nodes}"]
+    head = [human(volume.bytes), " × ".join(map(str, volume.dims)), volume.brick, cluster.nodes]
     if outcome is None:
-        return head + [f"not within {human(cluster.memory)}"] + [""] * 10
-    return head + [f"{outcome.parts}", f"{human(outcome.read)}, {outcome.read / volume.bytes:.2f} ×",
+        return head + [f"not within {human(cluster.memory)}"] + [""] * 9
+    return head + [outcome.parts, f"{human(outcome.read)}, {outcome.read / volume.bytes:.2f} ×",
                    human(outcome.written), f"{outcome.marked:.2f} ×", f"{outcome.rows} of {volume.bricks(1)}",
                    human(outcome.memory), human(outcome.index), duration(outcome.encode),
                    f"{100 * outcome.busy:.0f} %", duration(outcome.decode)]
@@ -30,21 +33,7 @@ def row_of(volume, cluster, outcome):
 
 def markdown(rows, rates):
     cluster = rows[0][1]
-    titles = ["volume", "samples", "--brick", "nodes", "parts", "read", "written", "marks", "rows in a strip", "memory", "index",
-              "encode", "cores busy", "decode"]
-    lines = [f"Nodes of {cluster.cores} cores, {human(cluster.memory)} a process, {human(cluster.node_bandwidth)}/s a "
-             f"node, {human(cluster.file_system)}/s for all. Rates of one core: {rates['source']}: "
-             + ", ".join(f"{name} {value:.3g}" for name, value in rates["rates"].items())
-             + " (ns per sample, and bits per sample).", "",
-             "| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += ["| " + " | ".join(row_of(*row)) + " |" for row in rows]
-    return "\n".join(lines)
-
-
-def insert(path, text):
-    """Replaces what is between the marks of the file."""
-    whole = path.read_text()
-    if BEGIN not in whole or END not in whole:
-        raise ValueError(f"{path}: has no lines {BEGIN} and {END}")
-    before, after = whole.split(BEGIN)[0], whole.split(END)[1]
-    path.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
+    return (f"Nodes of {cluster.cores} cores, {human(cluster.memory)} a process, {human(cluster.node_bandwidth)}/s a "
+            f"node, {human(cluster.file_system)}/s for all. Rates of one core: {rates['source']}: "
+            + ", ".join(f"{name} {value:.3g}" for name, value in rates["rates"].items())
+            + " (ns per sample, and bits per sample).\n\n" + table(HEAD, [row_of(*row) for row in rows]))

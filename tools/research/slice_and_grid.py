@@ -1,18 +1,20 @@
 #!/usr/bin/python3
-"""A slice of a volume as a picture, with the adaptive grid drawn over its right part.
+"""Draws a slice of a volume, with the adaptive grid over its right part.
 
     slice_and_grid.py VOLUME.nhdr MESH.vtu Z OUT.png
 
-Reads int16 samples beside an .nhdr and a mesh that `tagrid mesh` wrote, both with a spacing of 1. Z must be a plane of
-faces of root cubes (a multiple of their edge): there the tetrahedra meet the slice in whole triangles, which are drawn.
+MESH.vtu is of `tagrid mesh`, both files have a spacing of 1, and Z is a plane of faces of root cubes (a multiple of their
+edge): the tetrahedra intersect the slice there in complete triangles, which are drawn.
 """
 
-import pathlib
-import re
 import sys
+from pathlib import Path
 
 import numpy
 from PIL import Image, ImageDraw
+
+import nrrd
+from mesh import edges_in_plane, read_vtu
 
 SCALE = 4  # pixels a sample
 FINER = 3  # drawn larger by this factor, then scaled down, so that lines are smooth
@@ -22,38 +24,8 @@ LINE = (255, 150, 40)
 GRAYS, OPACITIES = 42, 6
 
 
-def read_slice(header, z):
-    fields = dict(re.findall(r"^([\w ]+): *(.*)$", header.read_text(), re.MULTILINE))
-    x, y, _ = map(int, fields["sizes"].split())
-    samples = numpy.memmap(header.with_name(fields["data file"]), "<i2", "r")
-    return numpy.array(samples[z * x * y : (z + 1) * x * y]).reshape(y, x)
-
-
-def read_array(data, begin, head, name, dtype):
-    """An array of a .vtu with appended raw data: at its offset the number of bytes, 64 bits, then the bytes."""
-    offset = begin + int(re.search(rf'Name="{name}"[^>]*offset="(\d+)"', head)[1])
-    size = int.from_bytes(data[offset : offset + 8], "little")
-    return numpy.frombuffer(data, dtype, size // numpy.dtype(dtype).itemsize, offset + 8)
-
-
-def edges_in_plane(mesh, z):
-    """The edges of all triangles that lie in the plane, each once: rows of x0, y0, x1, y1."""
-    data = mesh.read_bytes()
-    begin = data.index(b'<AppendedData encoding="raw">')
-    begin = data.index(b"_", begin) + 1
-    head = data[:begin].decode("ascii")
-    points = read_array(data, begin, head, "Points", "<f8").reshape(-1, 3)
-    tetrahedra = read_array(data, begin, head, "connectivity", "<i8").reshape(-1, 4)
-    inside = points[:, 2] == z
-    three = tetrahedra[inside[tetrahedra].sum(axis=1) == 3]
-    triangles = three[inside[three]].reshape(-1, 3)
-    pairs = numpy.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]])
-    pairs = numpy.unique(numpy.sort(pairs, axis=1), axis=0)
-    return points[pairs][:, :, :2].reshape(-1, 4)
-
-
 def save(gray, opacity, out):
-    """A palette of all possible colours: GRAYS grays, each under lines of OPACITIES opacities."""
+    """A palette of all possible colors: GRAYS grays, each under lines of OPACITIES opacities."""
     grays, opacities = numpy.linspace(0, 255, GRAYS), numpy.linspace(0, 1, OPACITIES)
     palette = grays[None, :, None] + opacities[:, None, None] * (numpy.array(LINE) - grays[None, :, None])
     index = numpy.rint(opacity / 255 * (OPACITIES - 1)) * GRAYS + numpy.rint(gray / 255 * (GRAYS - 1))
@@ -63,8 +35,8 @@ def save(gray, opacity, out):
 
 
 def main():
-    header, mesh, z, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
-    samples = read_slice(header, z)
+    header, mesh, z, out = sys.argv[1], read_vtu(Path(sys.argv[2])), int(sys.argv[3]), sys.argv[4]
+    samples = numpy.array(nrrd.read(header).samples()[z])
     low, high = WINDOW
     gray = numpy.clip((samples.astype(float) - low) / (high - low), 0, 1) * 255
     body = numpy.argwhere(samples > -500)

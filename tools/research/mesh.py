@@ -45,7 +45,7 @@ def read_vtu(path):
 
 
 def volumes(corners):
-    """Six times the volume of each tetrahedron, signed. Exact for whole and half coordinates."""
+    """Six times the volume of each tetrahedron, signed. Exact for integer and half coordinates."""
     a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
     return numpy.einsum("ij,ij->i", numpy.cross(a, b), c)
 
@@ -84,7 +84,7 @@ class Conformity:
 
 
 def conformity(mesh):
-    """Whether tetrahedra meet face to face and fill the box of all points. Exact for coordinates that are whole."""
+    """Whether tetrahedra meet face to face and fill the box of all points. Exact for integer coordinates."""
     faces, counts = unique_faces(mesh.tetrahedra, len(mesh.points))
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     alone = mesh.points[faces[counts == 1]]
@@ -92,3 +92,12 @@ def conformity(mesh):
     box = numpy.prod(high - low) * 6
     missing = (box - numpy.abs(volumes(mesh.corners())).sum()) / 6
     return Conformity(int((counts == 2).sum()), int((~on_border).sum()), int((counts > 2).sum()), float(missing))
+
+
+def edges_in_plane(mesh, z):
+    """The edges of all triangles that lie in a plane of this z, each once: [n, 4] with x0, y0, x1, y1."""
+    inside = mesh.points[:, 2] == z
+    three = mesh.tetrahedra[inside[mesh.tetrahedra].sum(axis=1) == 3]
+    triangles = three[inside[three]].reshape(-1, 3)
+    pairs = numpy.unique(numpy.sort(triangles[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1), axis=0)
+    return mesh.points[pairs][:, :, :2].reshape(-1, 4)
