@@ -46,17 +46,6 @@ def nrrd_header(case, last):
     return "\n".join(lines + [last]).encode() + b"\n"
 
 
-def write_nrrd(folder, case):
-    (folder / "a.nrrd").write_bytes(nrrd_header(case, "") + case.data)
-    return ["a.nrrd"]
-
-
-def write_nhdr(folder, case):
-    (folder / "a.nhdr").write_bytes(nrrd_header(case, "data file: a.raw"))
-    (folder / "a.raw").write_bytes(case.data)
-    return ["a.nhdr"]
-
-
 def meta_image_header(case, file):
     fields = {"ObjectType": "Image", "NDims": 3, "BinaryData": "True", "ElementSpacing": words(case.spacing), "DimSize": "9 7 5"}
     if case.origin is not None:
@@ -66,17 +55,6 @@ def meta_image_header(case, file):
     if case.intercept is not None:
         fields["ElementToIntensityFunctionOffset"] = case.intercept
     return "".join(f"{key} = {value}\n" for key, value in (fields | {"ElementType": "MET_SHORT", "ElementDataFile": file}).items()).encode()
-
-
-def write_mha(folder, case):
-    (folder / "a.mha").write_bytes(meta_image_header(case, "LOCAL") + case.data)
-    return ["a.mha"]
-
-
-def write_mhd(folder, case):
-    (folder / "a.mhd").write_bytes(meta_image_header(case, "a.raw"))
-    (folder / "a.raw").write_bytes(case.data)
-    return ["a.mhd"]
 
 
 def nifti_header(case, magic):
@@ -96,38 +74,24 @@ def nifti_header(case, magic):
     return bytes(header)
 
 
-def write_nii(folder, case):
-    (folder / "a.nii").write_bytes(nifti_header(case, b"n+1\0") + case.data)
-    return ["a.nii"]
+def vgi_header(case):
+    return ("{volume1}\n[representation]\nsize = 9 7 5\ndatatype = signed integer\nbitsperelement = 16\n"
+            "[file1]\nFileFormat = raw\nSize = 9 7 5\nName = a.vol\nDatatype = signed integer\nBitsPerElement = 16\n"
+            f"{{volumeprimitive1}}\n[geometry]\nresolution = {words(case.spacing)}\nunit = mm\n").encode()
 
 
-def write_nii_gz(folder, case):
-    (folder / "a.nii.gz").write_bytes(gzip.compress(nifti_header(case, b"n+1\0") + case.data))
-    return ["a.nii.gz"]
-
-
-def write_hdr(folder, case):
-    (folder / "a.hdr").write_bytes(nifti_header(case, b"ni1\0"))
-    (folder / "a.img").write_bytes(case.data)
-    return ["a.hdr"]
-
-
-def write_vgi(folder, case):
-    (folder / "a.vgi").write_text("{volume1}\n[representation]\nsize = 9 7 5\ndatatype = signed integer\nbitsperelement = 16\n"
-                                  "[file1]\nFileFormat = raw\nSize = 9 7 5\nName = a.vol\nDatatype = signed integer\nBitsPerElement = 16\n"
-                                  f"{{volumeprimitive1}}\n[geometry]\nresolution = {words(case.spacing)}\nunit = mm\n")
-    (folder / "a.vol").write_bytes(case.data)
-    return ["a.vgi"]
-
-
-def write_raw(folder, case):
-    (folder / "a.raw").write_bytes(case.data)
-    return ["a.raw", "--dims", "9,7,5", "--type", "int16"]
-
-
-# NIfTI and the scanner's formats with binary numbers say no texts; VGStudio says neither an origin nor a slope.
-ALL = {"NRRD, attached": write_nrrd, "NRRD, detached": write_nhdr, "MetaImage .mha": write_mha, "MetaImage .mhd": write_mhd,
-       "NIfTI .nii": write_nii, "NIfTI .nii.gz": write_nii_gz, "NIfTI .hdr": write_hdr, "VGStudio": write_vgi, "raw": write_raw}
+# The files of a case in each format, of which the first one is read. NIfTI and the scanner's formats with binary numbers
+# say no texts; VGStudio says neither an origin nor a slope.
+ALL = {"NRRD, attached": lambda case: {"a.nrrd": nrrd_header(case, "") + case.data},
+       "NRRD, detached": lambda case: {"a.nhdr": nrrd_header(case, "data file: a.raw"), "a.raw": case.data},
+       "MetaImage .mha": lambda case: {"a.mha": meta_image_header(case, "LOCAL") + case.data},
+       "MetaImage .mhd": lambda case: {"a.mhd": meta_image_header(case, "a.raw"), "a.raw": case.data},
+       "NIfTI .nii": lambda case: {"a.nii": nifti_header(case, b"n+1\0") + case.data},
+       "NIfTI .nii.gz": lambda case: {"a.nii.gz": gzip.compress(nifti_header(case, b"n+1\0") + case.data)},
+       "NIfTI .hdr": lambda case: {"a.hdr": nifti_header(case, b"ni1\0"), "a.img": case.data},
+       "VGStudio": lambda case: {"a.vgi": vgi_header(case), "a.vol": case.data},
+       "raw": lambda case: {"a.raw": case.data}}
+OPTIONS = {"raw": ["--dims", "9,7,5", "--type", "int16"]}
 TEXTS = ["NRRD, attached", "NRRD, detached", "MetaImage .mha", "MetaImage .mhd", "VGStudio"]
 NUMBERS = ["NIfTI .nii", "NIfTI .nii.gz", "NIfTI .hdr"]
 PLACED = TEXTS[:4] + NUMBERS
@@ -140,8 +104,11 @@ class Verdicts(ReaderTest):
         for name in names:
             for file in self.folder.iterdir():
                 shutil.rmtree(file) if file.is_dir() else file.unlink()
+            files = ALL[name](case)
+            for file, content in files.items():
+                (self.folder / file).write_bytes(content)
             try:
-                yield name, ALL[name](self.folder, case)
+                yield name, [next(iter(files)), *OPTIONS.get(name, [])]
             except GeneratorExit:
                 print(f"wrong for {name}", file=sys.stderr)
                 raise
