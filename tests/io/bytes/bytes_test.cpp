@@ -11,7 +11,6 @@
 namespace tagrid {
 namespace {
 
-
 // A size of 64 bits does not become a smaller one where memory has 32.
 
 TEST(MemorySize, IsTheSameNumberOrRefused) {

@@ -17,7 +17,6 @@
 namespace tagrid {
 namespace {
 
-
 // Bytes of files and pipes: reading, peeking, skipping, lines.
 
 class FileBytesTest : public TemporaryFolder {
@@ -123,7 +122,7 @@ TEST_F(FileBytesTest, WhatCannotBeReadIsNamed) {
     read(bytes, 1);
     ADD_FAILURE();
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find(folder_.string()), std::string::npos) << error.what();
+    EXPECT_TRUE(has(error.what(), folder_.string()));
   }
 }
 

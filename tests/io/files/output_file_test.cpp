@@ -67,7 +67,7 @@ TEST_F(OutputFileTest, AFileThatAppearsMeanwhileIsKept) {
 TEST_F(OutputFileTest, FoldersAndMissingFoldersAreRefused) {
   EXPECT_THROW(OutputFile(folder_.string(), true), UsageError);
   const std::string message = message_of<WorldError>([&] { OutputFile(path("gone/a.tag"), false); });
-  EXPECT_NE(message.find("gone/a.tag"), message.npos) << message;
+  EXPECT_TRUE(has(message, "gone/a.tag"));
 }
 
 TEST_F(OutputFileTest, ADanglingLinkIsNotOverwritten) {
@@ -102,8 +102,8 @@ TEST_F(OutputFileTest, AFullDiskIsAnErrorOfTheWorld) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   OutputFile out("/dev/full", false);
   const std::string message = message_of<WorldError>([&] { out.write("x"); });
-  EXPECT_NE(message.find("/dev/full"), message.npos) << message;
-  EXPECT_NE(message.find("space"), message.npos) << message;
+  EXPECT_TRUE(has(message, "/dev/full"));
+  EXPECT_TRUE(has(message, "space"));
 }
 
 TEST_F(OutputFileTest, ASignalHandlerCanRemoveAllTemporaries) {
@@ -258,9 +258,7 @@ TEST_F(SpoolFileTest, AFolderThatIsNotThereIsNamedWithWhomItIsFor) {
     SpoolFile::in(path("none"), "scan.nrrd");
     ADD_FAILURE();
   } catch (const WorldError& error) {
-    EXPECT_NE(std::string(error.what()).find("scan.nrrd: cannot create a temporary file in " + path("none")),
-              std::string::npos)
-        << error.what();
+    EXPECT_TRUE(has(error.what(), "scan.nrrd: cannot create a temporary file in " + path("none")));
   }
 }
 

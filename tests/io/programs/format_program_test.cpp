@@ -20,7 +20,6 @@
 namespace tagrid {
 namespace {
 
-
 // Programs that do as they should, and programs that do not.
 
 using namespace std::chrono_literals;

@@ -12,7 +12,6 @@
 namespace tagrid {
 namespace {
 
-
 // Units of lengths by all their names, and places that stay where they are in another unit.
 
 std::string usual(std::string_view name) {

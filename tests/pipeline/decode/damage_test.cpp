@@ -10,16 +10,15 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "tests/support/frames.h"
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {
-
 
 // Damaged files give an error every time, never other voxels.
 
@@ -29,11 +28,7 @@ class Damage : public TemporaryFolder {
   std::string small_file(bool grid, unsigned seed = 1) {
     const Index3 dims{11, 6, 10};
     write_nrrd(path("in.nrrd"), dims, blobs<std::uint8_t>(dims, seed));
-    EncodeOptions options;
-    options.cube_size = 4;
-    options.brick_edge = 2;
-    options.grid_only = grid;
-    options.max_error = 4;
+    EncodeOptions options{.grid_only = grid, .max_error = 4, .cube_size = 4, .brick_edge = 2};
     encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
     return file_content(path("a.tag"));
   }
@@ -89,10 +84,7 @@ TEST_F(Damage, BricksSwappedRepeatedOrOfAnotherFileAreFound) {
 
 TEST_F(Damage, ABrickOfAFileWithAnotherHeaderIsFound) {
   const std::string a = small_file(false);
-  EncodeOptions options;
-  options.cube_size = 4;
-  options.brick_edge = 2;
-  options.max_error = 5;
+  EncodeOptions options{.max_error = 5, .cube_size = 4, .brick_edge = 2};
   encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
   const std::string b = file_content(path("a.tag"));
   const auto fa = frames(a)[1], fb = frames(b)[1];
@@ -129,10 +121,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
   // The same volume except for a part that depends on the seed; the header is the same.
   std::string encoded(std::uint64_t seed) const {
     write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), format_named("nrrd"), true, 2);
-    EncodeOptions options;
-    options.grid_only = GetParam();
-    options.cube_size = 16;
-    options.brick_edge = 2;
+    EncodeOptions options{.grid_only = GetParam(), .cube_size = 16, .brick_edge = 2};
     if (options.grid_only) options.max_error = 20;
     encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(2));
     std::filesystem::remove(path("in.nrrd"));
@@ -157,7 +146,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
                        generous_decoding(reader.parameters(), 2), streams);
     } catch (const BrokenInput& error) {
       failed = true;
-      EXPECT_NE(std::string(error.what()).find("b.tag: "), std::string::npos) << error.what();
+      EXPECT_TRUE(has(error.what(), "b.tag: "));
     }
     EXPECT_EQ(failed, broken);
     return out;

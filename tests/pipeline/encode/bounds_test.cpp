@@ -17,7 +17,6 @@
 namespace tagrid {
 namespace {
 
-
 // Options and headers agree on what a bound is.
 
 constexpr std::optional<double> EncodeOptions::*options[] = {
@@ -26,16 +25,12 @@ constexpr double CodingParameters::*parameters[] = {
     &CodingParameters::max_error, &CodingParameters::surface_error, &CodingParameters::mesh_error};
 
 EncodeOptions options_with(std::size_t which, double bound) {
-  EncodeOptions result;
-  result.max_error = 1000;
+  EncodeOptions result{.max_error = 1000};
   result.*options[which] = bound;
   return result;
 }
 Status check_with(std::size_t which, double bound) {
-  CodingParameters p;
-  p.dims = {4, 4, 4};
-  p.field_scale = 1;
-  p.max_error = 1000;
+  CodingParameters p{.dims = {4, 4, 4}, .field_scale = 1, .max_error = 1000};
   p.*parameters[which] = bound;
   return check_parameters(p);
 }
@@ -64,16 +59,15 @@ TEST(Bounds, ThatAreAbsentAreMinusOneInHeadersOnly) {
 // Stages skip air, and the grid is the same as if they did not.
 
 CodingParameters parameters_of(double mesh_error) {
-  CodingParameters p;
-  p.dims = {60, 33, 41};
-  p.type = SampleType::int16;
-  p.mode = FileMode::grid;
-  p.cube_size = 8;
-  p.brick_edge = 1;
-  p.max_level = 9;
-  p.max_error = -1;
-  p.mesh_error = mesh_error;
-  p.field_scale = 0.1;
+  CodingParameters p{.dims = {60, 33, 41},
+                     .type = SampleType::int16,
+                     .mode = FileMode::grid,
+                     .cube_size = 8,
+                     .brick_edge = 1,
+                     .max_level = 9,
+                     .field_scale = 0.1,
+                     .max_error = -1,
+                     .mesh_error = mesh_error};
   return p;
 }
 

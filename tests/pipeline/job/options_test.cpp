@@ -38,10 +38,7 @@ TEST_F(Options, WhatIsAcceptedDecodes) {
   for (const double a : numbers)
     for (const double b : numbers)
       for (const bool grid : {false, true}) {
-        EncodeOptions options;
-        options.cube_size = 4;
-        options.max_error = a;
-        options.grid_only = grid;
+        EncodeOptions options{.grid_only = grid, .max_error = a, .cube_size = 4};
         EncodeOptions with_surface = options, with_mesh = options;
         with_surface.surface_error = b;
         with_mesh.mesh_error = b;
@@ -50,32 +47,25 @@ TEST_F(Options, WhatIsAcceptedDecodes) {
       }
   for (const int brick : {1, 2, 127, 128, 129, 1 << 26, 1 << 27, (1 << 27) + 1})
     for (const int cube : {4, 64, 256}) {
-      EncodeOptions options;
-      options.cube_size = cube;
-      options.brick_edge = brick;
+      EncodeOptions options{.cube_size = cube, .brick_edge = brick};
       expect_refused_or_whole(options);
     }
   for (const double low : {-1e308, -1.0, 0.0, 1e-320})
     for (const double high : {1e308, 1.0, 1e-320, 5.0}) {
-      EncodeOptions options;
-      options.range = {low, high};
+      EncodeOptions options{.range = {{low, high}}};
       expect_refused_or_whole(options);
     }
 }
 
 TEST_F(Options, BoundsThatAreEqualInWholeUnitsAreRefused) {
-  EncodeOptions options;
-  options.max_error = 2.7;
-  options.surface_error = 2.3;
+  EncodeOptions options{.max_error = 2.7, .surface_error = 2.3};
   expect_refused(options);
 }
 
 TEST_F(Options, ALooserMeshBoundNeverMakesMorePointsActive) {
   std::uint64_t before = ~std::uint64_t{0};
   for (const double bound : {0.0, 1.0, 5.0, 50.0, 1e6, 1e19}) {
-    EncodeOptions options;
-    options.cube_size = 4;
-    options.mesh_error = bound;
+    EncodeOptions options{.mesh_error = bound, .cube_size = 4};
     encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
     const std::uint64_t active = verify_file(path("a.tag"), "", {}, Resources(1)).active_points;
     EXPECT_LE(active, before) << bound;
@@ -132,10 +122,7 @@ TEST_F(WideOptions, EveryRangeOfDataGivesAFieldScale) {
 
 TEST_F(WideOptions, BoundsOfFloatsAreNotRounded) {
   const auto samples = awkward_volume<double>(Awkward::smooth, dims_, 1);
-  EncodeOptions options;
-  options.max_error = 0.7;
-  options.surface_error = 0.6;
-  options.mesh_error = 0.65;
+  EncodeOptions options{.max_error = 0.7, .surface_error = 0.6, .mesh_error = 0.65};
   const CodingParameters p = encode(samples, options);
   EXPECT_EQ(p.max_error, 0.7);
   EXPECT_EQ(p.surface_error, 0.6);
@@ -148,9 +135,7 @@ TEST_F(WideOptions, BoundsOfFloatsAreNotRounded) {
 // bit, as the field scale is a power of two.
 TEST_F(WideOptions, TheGridDoesNotDependOnTheTypeOfTheSamples) {
   const auto narrow = blobs<std::int16_t>(dims_, 3);
-  EncodeOptions options;
-  options.cube_size = 4;
-  options.range = {0, 128};
+  EncodeOptions options{.cube_size = 4, .range = {{0, 128}}};
   const auto active = [&](const auto& samples, const EncodeOptions& with) {
     encode(samples, with);
     return verify_file(tag_, in_, {}, Resources(1)).index.total.active;
@@ -174,9 +159,7 @@ TEST_F(WideOptions, ValuesOfAMeshHaveTheTypeOfTheVolume) {
     using T = decltype(sample);
     const auto samples = awkward_volume<T>(Awkward::not_finite_blobs, dims_, 2);
     for (const bool grid : {false, true}) {
-      EncodeOptions options;
-      options.cube_size = 4;
-      options.grid_only = grid;
+      EncodeOptions options{.grid_only = grid, .cube_size = 4};
       encode(samples, options);
       MeshOptions mesh;
       mesh.overwrite = mesh.padded = true;

@@ -18,7 +18,6 @@
 namespace tagrid {
 namespace {
 
-
 // Making a mesh takes no more memory than the plan says, and the plan does not say much more.
 
 class Nowhere : public MeshSink {
@@ -69,10 +68,7 @@ TEST_F(MeshMemory, OfABoxIsWithinItsPlan) {
   write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true})
     for (const int cube : {4, 16}) {
-      EncodeOptions options;
-      options.cube_size = cube;
-      options.brick_edge = 2;
-      options.grid_only = grid_only;
+      EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2};
       encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
       const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
       MeshPart part = all_of(file.parameters());
@@ -95,9 +91,7 @@ TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
   const Index3 dims{70, 60, 50};
   write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true}) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.grid_only = grid_only;
+    EncodeOptions options{.grid_only = grid_only, .cube_size = 8};
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
     TagReader reader(path("in.tag"));
     const std::uint64_t stated = plan_mesh(reader.parameters(), Resources(1)).memory;
@@ -117,8 +111,7 @@ class CoarseningMemory : public TemporaryFolder {
   }
   void encode(Index3 dims, int cube_size) const {
     write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 60));
-    EncodeOptions options;
-    options.cube_size = cube_size;
+    EncodeOptions options{.cube_size = cube_size};
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
   }
   // The peak of the heap, and what the plan says.
@@ -190,11 +183,7 @@ class SurfaceMemory : public TemporaryFolder {
   void encode(bool grid_only, int cube) {
     const Index3 dims{70, 60, 50};
     write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 100));
-    EncodeOptions options;
-    options.cube_size = cube;
-    options.brick_edge = 2;
-    options.grid_only = grid_only;
-    options.range = {20, 120};
+    EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2, .range = {{20, 120}}};
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
   }
 };

@@ -1,4 +1,4 @@
-// Marking: ...
+// Marks of volumes, and the edges that are found in fields.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -12,14 +12,13 @@
 #include "stages/criterion/marking.h"
 #include "stages/grid/lattice_bits.h"
 #include "tests/support/conforming_activity.h"
-#include "tests/support/curvature_of.h"
 #include "tests/support/encode_volume.h"
 #include "tests/support/oracle.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/points.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
-
 
 // Marks of whole volumes agree with the oracle, whatever the size of the volume, its tiles, and the level
 // limit.
@@ -184,11 +183,9 @@ TEST(FindEdges, FindsEveryEdgeOnceWithTheValuesOfTheField) {
       std::set<std::uint32_t> seen;
       const LatticeBits bits(box);
       std::map<std::uint32_t, Index3> point_of;
-      for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-        for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-          for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-            if (classify({x, y, z}, cube_size).odd > 0)
-              point_of[static_cast<std::uint32_t>(bits.bit_of({x, y, z}))] = {x, y, z};
+      for (const auto [x, y, z] : points_of(box))
+        if (classify({x, y, z}, cube_size).odd > 0)
+          point_of[static_cast<std::uint32_t>(bits.bit_of({x, y, z}))] = {x, y, z};
       for_each_found(curvature_of(volume, cubes, scale), box, cube_size, every_edge(),
                      [&](std::uint32_t number, const EdgeBatch& edges, std::size_t i) {
                        ASSERT_TRUE(point_of.contains(number));

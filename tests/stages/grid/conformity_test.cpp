@@ -1,4 +1,4 @@
-// The grid is conforming, and its order has a reference.
+// Conforming grids, and the region that a point refers to.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include "stages/grid/conformity.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/region_of_reference.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -17,9 +18,7 @@ const Box domain{{0, 0, 0}, {16, 16, 8}};
 
 LatticeBits with_root_corners() {
   LatticeBits bits(domain);
-  for (std::int64_t z = 0; z <= domain.high.z; z += cube_size)
-    for (std::int64_t y = 0; y <= domain.high.y; y += cube_size)
-      for (std::int64_t x = 0; x <= domain.high.x; x += cube_size) bits.set({x, y, z});
+  for (const auto [x, y, z] : points_of(Box{{}, domain.high}, cube_size)) bits.set({x, y, z});
   return bits;
 }
 
@@ -48,16 +47,14 @@ TEST(Conformity, APointWithAllAncestorsConformsAndWithoutAnyOneDoesNot) {
   activate_with_ancestors(bits, {7, 8, 3});
   EXPECT_TRUE(is_conforming(bits, domain, cube_size));
   int ancestors = 0;
-  for (std::int64_t z = 0; z <= domain.high.z; ++z)
-    for (std::int64_t y = 0; y <= domain.high.y; ++y)
-      for (std::int64_t x = 0; x <= domain.high.x; ++x) {
-        const Index3 p{x, y, z};
-        if (!bits.test(p) || empty.test(p) || p == Index3{7, 8, 3}) continue;
-        ++ancestors;
-        LatticeBits broken = bits;
-        clear(broken, p);
-        EXPECT_FALSE(is_conforming(broken, domain, cube_size)) << x << ' ' << y << ' ' << z;
-      }
+  for (const auto [x, y, z] : points_of(Box{{}, domain.high})) {
+    const Index3 p{x, y, z};
+    if (!bits.test(p) || empty.test(p) || p == Index3{7, 8, 3}) continue;
+    ++ancestors;
+    LatticeBits broken = bits;
+    clear(broken, p);
+    EXPECT_FALSE(is_conforming(broken, domain, cube_size)) << x << ' ' << y << ' ' << z;
+  }
   EXPECT_GT(ancestors, 8);
 }
 
@@ -96,14 +93,12 @@ std::int64_t count(const LatticeBits& bits) {
 Box extent(const LatticeBits& bits) {
   const Box& b = bits.box();
   Box result{b.high, b.low};
-  for (std::int64_t z = b.low.z; z <= b.high.z; ++z)
-    for (std::int64_t y = b.low.y; y <= b.high.y; ++y)
-      for (std::int64_t x = b.low.x; x <= b.high.x; ++x)
-        if (bits.test({x, y, z}))
-          for (int axis = 0; axis < 3; ++axis) {
-            result.low[axis] = std::min(result.low[axis], Index3{x, y, z}[axis]);
-            result.high[axis] = std::max(result.high[axis], Index3{x, y, z}[axis]);
-          }
+  for (const auto [x, y, z] : points_of(b))
+    if (bits.test({x, y, z}))
+      for (int axis = 0; axis < 3; ++axis) {
+        result.low[axis] = std::min(result.low[axis], Index3{x, y, z}[axis]);
+        result.high[axis] = std::max(result.high[axis], Index3{x, y, z}[axis]);
+      }
   return result;
 }
 
@@ -140,16 +135,14 @@ TEST(RegionOfReferenceLaw, IsClosedUnderChildrenAndHoldsNothingElse) {
   const Box box{{8, 16, 8}, {16, 24, 16}};
   const LatticeBits region = region_of_reference(box, s);
   const Box& b = region.box();
-  for (std::int64_t z = b.low.z; z <= b.high.z; ++z)
-    for (std::int64_t y = b.low.y; y <= b.high.y; ++y)
-      for (std::int64_t x = b.low.x; x <= b.high.x; ++x) {
-        const Index3 p{x, y, z};
-        const PointClass c = classify(p, s);
-        if (c.odd == 0) continue;
-        bool has_parent = false;
-        for (Index3 parent : parents(p, c, s)) has_parent |= b.contains(parent) && region.test(parent);
-        EXPECT_EQ(region.test(p), box.contains(p) || has_parent);
-      }
+  for (const auto [x, y, z] : points_of(b)) {
+    const Index3 p{x, y, z};
+    const PointClass c = classify(p, s);
+    if (c.odd == 0) continue;
+    bool has_parent = false;
+    for (Index3 parent : parents(p, c, s)) has_parent |= b.contains(parent) && region.test(parent);
+    EXPECT_EQ(region.test(p), box.contains(p) || has_parent);
+  }
 }
 
 }  // namespace

@@ -10,10 +10,10 @@
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
 #include "tests/support/conforming_activity.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
-
 
 // Laws of the bisection hierarchy, for all points of small lattices of several root cubes.
 
@@ -31,15 +31,13 @@ class LatticeLaw : public testing::TestWithParam<Lattice> {
   template <class F>
   void for_all_points(F f) const {
     const Box box = GetParam().domain();
-    for (std::int64_t z = 0; z <= box.high.z; ++z)
-      for (std::int64_t y = 0; y <= box.high.y; ++y)
-        for (std::int64_t x = 0; x <= box.high.x; ++x) {
-          f(Index3{x, y, z}, classify({x, y, z}, cube_size()));
-          if (testing::Test::HasFailure()) {
-            ADD_FAILURE() << "at " << x << ' ' << y << ' ' << z;
-            return;
-          }
-        }
+    for (const auto [x, y, z] : points_of(Box{{}, box.high})) {
+      f(Index3{x, y, z}, classify({x, y, z}, cube_size()));
+      if (testing::Test::HasFailure()) {
+        ADD_FAILURE() << "at " << x << ' ' << y << ' ' << z;
+        return;
+      }
+    }
   }
 
   template <class F>

@@ -11,6 +11,7 @@
 #include "stages/mesh/leaf_at.h"
 #include "stages/mesh/tetrahedra.h"
 #include "tests/support/conforming_activity.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -112,16 +113,14 @@ RC_GTEST_PROP(LeafTetrahedra, RootCubesDoneAloneGiveTheSameMesh, ()) {
   const std::int64_t s = g.cube_size;
   std::set<std::array<Point, 4>> apart;
   std::size_t count = 0;
-  for (std::int64_t z = g.box.low.z; z < g.box.high.z; z += s)
-    for (std::int64_t y = g.box.low.y; y < g.box.high.y; y += s)
-      for (std::int64_t x = g.box.low.x; x < g.box.high.x; x += s) {
-        const Box cube{{x, y, z}, {x + s, y + s, z + s}};
-        LatticeBits own(cube);
-        copy_bits(g.active, own);
-        const auto mesh = leaves(own, cube, g.cube_size);
-        count += mesh.size();
-        apart.merge(as_set(mesh));
-      }
+  for (const auto [x, y, z] : points_of(Box{g.box.low, g.box.high - Index3{1, 1, 1}}, s)) {
+    const Box cube{{x, y, z}, {x + s, y + s, z + s}};
+    LatticeBits own(cube);
+    copy_bits(g.active, own);
+    const auto mesh = leaves(own, cube, g.cube_size);
+    count += mesh.size();
+    apart.merge(as_set(mesh));
+  }
   const auto together = leaves(g.active, g.box, g.cube_size);
   RC_ASSERT(count == together.size());
   RC_ASSERT(apart == as_set(together));

@@ -15,7 +15,6 @@
 namespace tagrid {
 namespace {
 
-
 // Text, colours and lengths.
 
 constexpr Colour black = {}, white = {255, 255, 255};

@@ -8,6 +8,7 @@
 #include "stages/surface/cases.h"
 #include "stages/surface/surface.h"
 #include "tests/support/counted_heap.h"
+#include "tests/support/points.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -66,14 +67,12 @@ void check(int cube, Index3 cubes, Index3 cut) {
   LatticeBits active(box);
   std::vector<T> points(static_cast<std::size_t>(box.count()));
   std::mt19937_64 random(1);
-  for (std::int64_t z = 0; z <= box.high.z; ++z)
-    for (std::int64_t y = 0; y <= box.high.y; ++y)
-      for (std::int64_t x = 0; x <= box.high.x; ++x) {
-        active.set(Index3{x, y, z});
-        // Edges along the axes, of which there are three at a point, always change sides; others, often.
-        const bool odd = (x + y + z) % 2 != 0 || random() % 8 == 0;
-        points[static_cast<std::size_t>(box.offset({x, y, z}))] = static_cast<T>(odd ? 100 : 0);
-      }
+  for (const auto [x, y, z] : points_of(Box{{}, box.high})) {
+    active.set(Index3{x, y, z});
+    // Edges along the axes, of which there are three at a point, always change sides; others, often.
+    const bool odd = (x + y + z) % 2 != 0 || random() % 8 == 0;
+    points[static_cast<std::size_t>(box.offset({x, y, z}))] = static_cast<T>(odd ? 100 : 0);
+  }
   for (const bool close : {false, true}) {
     const SurfaceGrid grid{cube, box.high - cut, std::nullopt, close};
     const HeapPeak peak;

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "tests/support/command_line.h"
-#include "tests/support/frames.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -169,9 +169,8 @@ TEST_F(SalvageCommand, WhatIsWholeIsWrittenAndTheExitCodeTellsThatItIsNotAll) {
   const Ending ending = tagrid(
       {"decode", "damaged.tag", "--salvage", "--fill", "-7", "-o", "rest.nrrd", "--json", "rest.json"});
   EXPECT_EQ(ending.code, broken_input);
-  EXPECT_NE(ending.err.find("1 of "), std::string::npos) << ending.err;
-  EXPECT_NE(ending.err.find("lost samples became -7, all others were decoded"), std::string::npos)
-      << ending.err;
+  EXPECT_TRUE(has(ending.err, "1 of "));
+  EXPECT_TRUE(has(ending.err, "lost samples became -7, all others were decoded"));
   const Json lost = json_of("rest.json")["lost"];
   ASSERT_EQ(lost.size(), 1u);
   const auto at = [&](const char* end, int axis) {
@@ -181,7 +180,7 @@ TEST_F(SalvageCommand, WhatIsWholeIsWrittenAndTheExitCodeTellsThatItIsNotAll) {
   // was.
   const std::string region = fmt::format("{}:{},{}:{},{}:{}", at("low", 0), at("high", 0), at("low", 1),
                                          at("high", 1), at("low", 2), at("high", 2));
-  EXPECT_NE(ending.err.find(region), std::string::npos) << ending.err;
+  EXPECT_TRUE(has(ending.err, region));
   expect_ok(tagrid({"encode", "rest.nrrd"}));
   expect_ok(tagrid({"decode", "volume.tag", "-o", "whole.nrrd"}));
   const std::string samples = tagrid({"decode", "rest.tag", "--region", region, "-o", "-"}).out;
@@ -198,8 +197,8 @@ TEST_F(SalvageCommand, VerifyListsEveryDamagedBrickAndItsAdviceWorks) {
   make_damaged();
   const Ending ending = tagrid({"verify", "damaged.tag", "--json", "a.json"});
   EXPECT_EQ(ending.code, broken_input);
-  EXPECT_NE(ending.out.find("is damaged or missing: region"), std::string::npos) << ending.out;
-  EXPECT_NE(ending.out.find("decode --salvage"), std::string::npos) << ending.out;
+  EXPECT_TRUE(has(ending.out, "is damaged or missing: region"));
+  EXPECT_TRUE(has(ending.out, "decode --salvage"));
   EXPECT_EQ(json_of("a.json")["damaged"].size(), 1u);
   EXPECT_EQ(tagrid({"decode", "damaged.tag", "--salvage", "-o", "rest.nrrd"}).code, broken_input);
   EXPECT_FALSE(content("rest.nrrd").empty());

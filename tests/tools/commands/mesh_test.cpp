@@ -24,7 +24,7 @@ TEST_F(MeshCommand, TakesItsNameFromTheInput) {
   expect_ok(tagrid({"mesh", "volume.tag"}));
   const std::string mesh = content("volume.vtu");
   EXPECT_EQ(mesh.find("<?xml"), 0U);
-  EXPECT_NE(mesh.find("header_type=\"UInt64\""), mesh.npos);
+  EXPECT_TRUE(has(mesh, "header_type=\"UInt64\""));
   EXPECT_GT(number(mesh, "NumberOfCells"), 1000);
 }
 
@@ -231,9 +231,8 @@ TEST_F(MeshErrorCommand, TheMeshIsWithinItsBoundWhateverElseIsAsked) {
 TEST_F(MeshErrorCommand, ABoundBelowThatOfTheValuesIsRefusedAndTheAdviceWorks) {
   const Ending refused = encode({"--max-error", "10", "--mesh-error", "3"});
   expect_error(refused, usage, "--mesh-error 3 cannot be kept with --max-error 10");
-  EXPECT_NE(refused.err.find("--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"),
-            std::string::npos)
-      << refused.err;
+  EXPECT_TRUE(
+      has(refused.err, "--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"));
   EXPECT_EQ(names(), std::vector<std::string>{"volume.raw"});
   expect_promise({"--max-error", "10", "--mesh-error", "10"}, 10);
   expect_promise({"--max-error", "3", "--mesh-error", "3"}, 3);

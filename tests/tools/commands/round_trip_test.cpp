@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -70,7 +70,7 @@ TEST_F(RoundTrip, WhatIsKnownOfTheVolumeIsKept) {
   expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
   expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
   const std::string out = content("out.nrrd");
-  EXPECT_NE(out.find(known), std::string::npos) << out.substr(0, 500);
+  EXPECT_TRUE(has(out, known)) << out.substr(0, 500);
   EXPECT_EQ(samples_of(out), samples);
 }
 
@@ -79,14 +79,14 @@ TEST_F(RoundTrip, SpacingsAndUnitsOfAnAxisAreKept) {
   file("in.nrrd", header("int16", "encoding: raw\nendian: little\n", more) + raw("int16"));
   expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
   expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
-  EXPECT_NE(content("out.nrrd").find(more), std::string::npos);
+  EXPECT_TRUE(has(content("out.nrrd"), more));
 }
 
 TEST_F(RoundTrip, TheSpacingOfHeaderlessInputIsKept) {
   raw("int16");
   expect_ok(tagrid(with({"encode", "int16.raw", "--spacing", "0.4,0.4,1.25"}, raw_)));
   expect_ok(tagrid({"decode", "int16.tag"}));
-  EXPECT_NE(content("int16.nrrd").find("spacings: 0.4 0.4 1.25\n"), std::string::npos);
+  EXPECT_TRUE(has(content("int16.nrrd"), "spacings: 0.4 0.4 1.25\n"));
 }
 
 TEST_F(RoundTrip, DetachedHeadersBothWays) {
@@ -96,7 +96,7 @@ TEST_F(RoundTrip, DetachedHeadersBothWays) {
   expect_ok(tagrid({"encode", "apart.nhdr"}));
   EXPECT_EQ(header_and_bricks(content("apart.tag")), header_and_bricks(content("volume.tag")));
   expect_ok(tagrid({"decode", "apart.tag", "-o", "again.nhdr"}));
-  EXPECT_NE(content("again.nhdr").find("data file: again.raw\n"), std::string::npos);
+  EXPECT_TRUE(has(content("again.nhdr"), "data file: again.raw\n"));
   EXPECT_EQ(content("again.raw"), content("apart.raw"));
 }
 
@@ -137,7 +137,7 @@ TEST_F(RoundTrip, GzipInput) {
   EXPECT_EQ(header_and_bricks(tagrid({"encode", "-"}, content("packed.nrrd")).out),
             header_and_bricks(content("packed.tag")));
   expect_ok(tagrid({"decode", "packed.tag", "-o", "out.nrrd"}));
-  EXPECT_NE(content("out.nrrd").find(known), std::string::npos);
+  EXPECT_TRUE(has(content("out.nrrd"), known));
 }
 
 TEST_F(RoundTrip, AnOffsetSkipsTheStartOfHeaderlessInput) {

@@ -10,7 +10,6 @@
 namespace tagrid {
 namespace {
 
-
 // One table of options: a line of a manifest means the same as these options on the command line.
 
 // A possible value of each option that is not its default.

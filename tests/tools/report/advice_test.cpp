@@ -11,7 +11,6 @@
 namespace tagrid {
 namespace {
 
-
 // The same error, as a user of the library and a user of the command line read it.
 
 constexpr Problem last_problem = Problem::mesh_fills_no_space;
@@ -21,7 +20,7 @@ std::string refusal_of(const EncodeOptions& options) {
   try {
     options.validate();
   } catch (const UsageError& error) {
-    EXPECT_EQ(std::string(error.what()).find("--"), std::string::npos) << error.what();
+    EXPECT_FALSE(has(error.what(), "--"));
     return words_of(error);
   }
   return "";
@@ -71,8 +70,7 @@ TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
 }
 
 TEST(Advice, CallsSettingsByTheirOptions) {
-  EncodeOptions options;
-  options.max_error = -1;
+  EncodeOptions options{.max_error = -1};
   EXPECT_EQ(refusal_of(options), "--max-error -1 must be a finite number of at least 0");
   options.max_error = 1;
   options.surface_error = 2;
@@ -163,9 +161,9 @@ TEST_F(PrintableOutput, NamesOfFilesAreNotObeyed) {
                                            {"encode", "--" + name_},
                                            {name_}};
   for (const Arguments& command : commands) expect_harmless(tagrid(command));
-  EXPECT_NE(tagrid({"info", name_}).err.find("a\\x1b[31m\\xff\\x9b\\n.nrrd"), std::string::npos);
+  EXPECT_TRUE(has(tagrid({"info", name_}).err, "a\\x1b[31m\\xff\\x9b\\n.nrrd"));
   const Ending bar = tagrid({"encode", name_, "-f", "--progress=bar"});
-  EXPECT_EQ(bar.err.find("\x1b[31m"), std::string::npos);
+  EXPECT_FALSE(has(bar.err, "\x1b[31m"));
 }
 
 TEST_F(PrintableOutput, AListAndItsVolumesAreNotObeyed) {
@@ -175,7 +173,7 @@ TEST_F(PrintableOutput, AListAndItsVolumesAreNotObeyed) {
   expect_harmless(tagrid({"convert", "--manifest", "list", "--output-dir", "out", "-v"}));
   expect_harmless(tagrid({"convert", "--manifest", "list", "--output-dir", "out"}));
   const Ending bar = tagrid({"convert", "--manifest", "list", "--output-dir", "out", "-f", "--progress=bar"});
-  EXPECT_EQ(bar.err.find("\x1b[31m"), std::string::npos);
+  EXPECT_FALSE(has(bar.err, "\x1b[31m"));
   std::istringstream lines(content("out/results.jsonl"));
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(nlohmann::json::accept(line)) << line;
 }
@@ -188,7 +186,7 @@ TEST_F(PrintableOutput, HeadersAreNotObeyed) {
   expect_harmless(tagrid({"encode", "a.nrrd", "-v"}));
   const Ending info = tagrid({"info", "a.tag"});
   expect_harmless(info);
-  EXPECT_NE(info.out.find("\\x1b[31m\\xff\\x9b"), std::string::npos) << info.out;
+  EXPECT_TRUE(has(info.out, "\\x1b[31m\\xff\\x9b"));
   EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "a.tag", "--json"}).out)["geometry"]["space"],
             "\x1b[31m\xEF\xBF\xBD\xEF\xBF\xBD");
   file("b.nrrd", head + "kinds: " + space + " domain domain\n\n12345678");

@@ -9,11 +9,10 @@
 #include "stages/values/points/wide_coding.h"
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
-
 
 // Values of active points as bytes and back.
 

@@ -6,6 +6,7 @@
 #include "stages/values/prediction/weights.h"
 #include "stages/values/wavefront/bits.h"
 #include "stages/values/wavefront/schedule.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -24,9 +25,7 @@ void for_each_size(Visit visit) {
 
 template <class Visit>
 void for_each_voxel(Index3 size, Visit visit) {
-  for (std::int64_t z = 0; z < size.z; ++z)
-    for (std::int64_t y = 0; y < size.y; ++y)
-      for (std::int64_t x = 0; x < size.x; ++x) visit(Index3{x, y, z});
+  for (const auto [x, y, z] : points_of(size)) visit(Index3{x, y, z});
 }
 
 // A step of the even slices begins before that of the odd ones before it has ended, so these need two steps.
