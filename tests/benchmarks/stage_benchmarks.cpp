@@ -67,9 +67,7 @@ struct Piece {
   }
 
   void forecast(Brick& brick) const {
-    CodingParameters parameters;
-    parameters.dims = volume.dims;
-    parameters.field_scale = criterion.field_scale;
+    CodingParameters parameters{.dims = volume.dims, .field_scale = criterion.field_scale};
     brick.forecast = forecast_activity<Sample>(brick.samples, parameters, brick.position);
   }
 

@@ -17,7 +17,7 @@ ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_tar
              "io/tag": ["tests/fuzz/header_target.cpp", "tests/fuzz/index_target.cpp", "tests/pipeline/decode/damage_test.cpp"],
              "io/parts": ["tests/fuzz/resume_target.cpp", "tests/tools/commands/resume_test.cpp"],
              "pipeline/phantom": ["tests/tools/commands/phantom_test.cpp"],
-             "pipeline/progress": ["tests/tools/report/progress_test.cpp"],
+             "pipeline/progress": ["tests/tools/report/advice_test.cpp"],
              "pipeline/ranks/mpi": ["tests/tools/commands/mpi_test.cpp"],
              "pipeline/restore": ["tests/readers/restored_test.py"]}
 

@@ -63,7 +63,7 @@ bool is_within(T value, T original, double error) {
 std::size_t samples_of(const CodingParameters& p, Index3 position) {
   return static_cast<std::size_t>(p.bricks().owned_box(position).count());
 }
-std::size_t points_of(const CodingParameters& p, Index3 position) {
+std::size_t count_of_points(const CodingParameters& p, Index3 position) {
   return p.mode == FileMode::grid ? static_cast<std::size_t>(p.bricks().closed_box(position).count()) : 0;
 }
 
@@ -81,7 +81,7 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
     if (error == 0) p.surface_error = -1;
     BrickCode code;
     encode_brick<T>({box, values.data()}, active, p, position, code);
-    std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
+    std::vector<T> samples(samples_of(p, position)), points(count_of_points(p, position));
     std::vector<std::uint8_t> activity;
     claim(decode_brick_values<T>(code.values, active, p, position, {samples, points, activity}).ok(),
           "values that were written are read");
@@ -130,7 +130,7 @@ void brick(Bytes bytes) {
     using T = decltype(type);
     LatticeBits active;
     // Where there are no values, they do not keep the activity from being read.
-    std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
+    std::vector<T> samples(samples_of(p, position)), points(count_of_points(p, position));
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
       const bool is_decoded =

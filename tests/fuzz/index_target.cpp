@@ -1,6 +1,5 @@
 // The first two bytes of the input: the cube size, whether the rest is compressed, whether samples are
 // floats, whether the mesh has a bound, and the announced size of the compressed part.
-#include <cmath>
 #include <vector>
 
 #include "io/bytes/zstd_bytes.h"

@@ -46,10 +46,7 @@ Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
       raw.append(reinterpret_cast<const char*>(slice.data()), slice.size() * sizeof(T));
     }
   });
-  RawDescription description;
-  description.dims = dims;
-  description.type = type;
-  description.spacing = {0.5, 0.5, 2};
+  RawDescription description{.dims = dims, .type = type, .spacing = {{0.5, 0.5, 2}}};
   const std::string from = folder.write("in", raw), to = folder.write("out.tag", "");
   encode_volume(from, SourceDescription(description), to, true, options, Resources(1));
   return content_of(to);
@@ -62,11 +59,8 @@ std::vector<Input> small_files() {
                                        {SampleType::float32, SampleType::float64}})
     for (const bool grid : {false, true})
       for (const int error : {0, 3}) {
-        EncodeOptions options;
-        options.cube_size = 4;
-        options.brick_edge = error == 0 ? 1 : 2;
-        options.grid_only = grid;
-        options.max_error = error;
+        EncodeOptions options{
+            .grid_only = grid, .max_error = error, .cube_size = 4, .brick_edge = error == 0 ? 1 : 2};
         if (is_wide_type(exact)) options.range = {-1024, 3072};
         if (error > 0 && !grid) options.surface_error = 1;
         files.push_back(small_file({9, 6, 7}, error == 0 ? exact : bounded, options));
@@ -107,11 +101,10 @@ void add_bricks(std::map<std::string, Seeds>& seeds) {
     const bool bounded = (kind & 8) != 0, grid = (kind & 16) != 0,
                two_bounds = bounded && !grid && (kind & 32), large = (kind & 64) != 0;
     const auto type = static_cast<SampleType>(1 + number);
-    EncodeOptions options;
-    options.cube_size = large ? 8 : 4;
-    options.brick_edge = large ? 1 : 2;
-    options.grid_only = grid;
-    options.max_error = bounded ? 4 : 0;
+    EncodeOptions options{.grid_only = grid,
+                          .max_error = bounded ? 4.0 : 0.0,
+                          .cube_size = large ? 8 : 4,
+                          .brick_edge = large ? 1 : 2};
     if (is_wide_type(type)) options.range = {-1024, 3072};
     if (two_bounds) options.surface_error = 1;
     const Input file = small_file({12, 11, 10}, type, options);

@@ -52,11 +52,7 @@ inline constexpr Target targets[] = {{"header", header},   {"brick", brick},    
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};
 inline CodingParameters seed_part_parameters() {
-  CodingParameters parameters;
-  parameters.dims = {9, 6, 20};
-  parameters.cube_size = 4;
-  parameters.brick_edge = 1;
-  parameters.field_scale = 1;
+  CodingParameters parameters{.dims = {9, 6, 20}, .cube_size = 4, .brick_edge = 1, .field_scale = 1};
   return parameters;
 }
 

@@ -7,7 +7,6 @@
 #include "io/errors/errors.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -49,8 +48,7 @@ std::vector<double> bounds() {
 
 template <class T>
 EncodeOptions small_options() {
-  EncodeOptions options;
-  options.cube_size = 4;
+  EncodeOptions options{.cube_size = 4};
   return options;
 }
 

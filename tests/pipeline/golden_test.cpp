@@ -3,7 +3,6 @@
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdlib>
 
 #include "stages/phantom/phantom.h"
@@ -21,9 +20,7 @@ struct Golden {
 };
 
 EncodeOptions with_cube(int cube_size) {
-  EncodeOptions options;
-  options.cube_size = cube_size;
-  options.brick_edge = 2;
+  EncodeOptions options{.cube_size = cube_size, .brick_edge = 2};
   return options;
 }
 

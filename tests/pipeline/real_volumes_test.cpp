@@ -88,9 +88,7 @@ bool all_of_them() { return std::getenv("TAGRID_LONG"); }
 class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<Volume> {
  protected:
   EncodeResult encode(const Volume& volume, double max_error, bool grid_only) {
-    EncodeOptions options;
-    options.max_error = max_error;
-    options.grid_only = grid_only;
+    EncodeOptions options{.grid_only = grid_only, .max_error = max_error};
     return encode_volume(raw_path(volume),
                          SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
                          path("a.tag"), true, options, Resources(available_threads()));
@@ -202,9 +200,7 @@ void PrintTo(const Claim& claim, std::ostream* out) { *out << name_of(claim.effo
 class RealRates : public TemporaryFolder, public testing::WithParamInterface<Claim> {
  protected:
   double bits_a_voxel(const Volume& volume, double max_error) const {
-    EncodeOptions options;
-    options.max_error = max_error;
-    options.effort = GetParam().effort;
+    EncodeOptions options{.max_error = max_error, .effort = GetParam().effort};
     const EncodeResult result = encode_volume(
         raw_path(volume), SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
         path("a.tag"), true, options, Resources(available_threads()));

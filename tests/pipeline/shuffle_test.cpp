@@ -19,15 +19,14 @@ constexpr Index3 dims{50, 41, 45};
 constexpr int threads = 7;
 
 CodingParameters parameters_of(FileMode mode) {
-  CodingParameters p;
-  p.dims = dims;
-  p.type = SampleType::int16;
-  p.mode = mode;
-  p.cube_size = 8;
-  p.brick_edge = 1;
-  p.max_level = 9;
-  p.max_error = mode == FileMode::voxels ? 3 : -1;
-  p.field_scale = 0.1;
+  CodingParameters p{.dims = dims,
+                     .type = SampleType::int16,
+                     .mode = mode,
+                     .cube_size = 8,
+                     .brick_edge = 1,
+                     .max_level = 9,
+                     .field_scale = 0.1,
+                     .max_error = mode == FileMode::voxels ? 3.0 : -1.0};
   return p;
 }
 

@@ -4,18 +4,16 @@ import gc
 import io
 import multiprocessing
 import os
-import pathlib
 import pickle
 import subprocess
 import sys
-import tempfile
 import unittest
 import warnings
 
 import numpy as np
 import tagrid
 
-from volumes import blobs
+from volumes import blobs, temporary_folder
 
 SHAPE = (20, 30, 40)
 SAMPLES = blobs(SHAPE)
@@ -46,9 +44,7 @@ def sum_of_shared(slice_):
 class Arguments(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
+        cls.folder = temporary_folder(cls)
         cls.path = cls.folder / "a.tag"
         cls.path.write_bytes(DATA)
         cls.volume = tagrid.open(cls.path)

@@ -3,18 +3,16 @@
 import errno
 import io
 import os
-import pathlib
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import unittest
 
 import numpy as np
 import tagrid
 
-from volumes import TYPES, blobs
+from volumes import TYPES, blobs, in_threads, temporary_folder
 
 PROGRAM = sys.argv[1]
 SHAPE = (70, 20, 30)
@@ -36,9 +34,7 @@ class Loaded:
 
 class Encoding(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        self.folder = temporary_folder(self)
 
     def left(self):
         return sorted(path.name for path in self.folder.iterdir())
@@ -460,11 +456,7 @@ class Writing(unittest.TestCase):
     def test_many_encodings_at_once_give_the_same_bytes(self):
         samples = blobs(SHAPE)
         expected, results = tagrid.encode(samples), []
-        threads = [threading.Thread(target=lambda: results.append(tagrid.encode(samples, threads=2))) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        in_threads(lambda _: results.append(tagrid.encode(samples, threads=2)), range(4))
         self.assertEqual(results, [expected] * 4)
 
 

@@ -41,6 +41,11 @@ WORK = {
 
 
 class Ending(unittest.TestCase):
+    def run_python(self, code):
+        """The exit code and the messages of a Python of its own."""
+        done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
+        return done.returncode, done.stderr
+
     def test_daemon_threads_do_not_abort_the_interpreter(self):
         for what, work in WORK.items():
             for wait in (0.02, 0.15):
@@ -50,15 +55,13 @@ class Ending(unittest.TestCase):
                         + "def repeated():\n    while True:\n        work()\n"
                         f"threading.Thread(target=repeated, daemon=True).start()\ntime.sleep({wait})\n")
                 with self.subTest(what, wait=wait):
-                    done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
-                    self.assertEqual((done.returncode, done.stderr), (0, ""))
+                    self.assertEqual(self.run_python(code), (0, ""))
 
     def test_a_writer_that_is_left_open_does_not_stop_the_end(self):
         code = ("import numpy, sys, tagrid\nclass Out:\n    write = len\n"
                 'writer = tagrid.Writer(Out(), shape=(400, 130, 130), dtype="i2")\n'
                 'writer.write(numpy.random.default_rng(0).integers(-99, 99, (300, 130, 130)).astype("i2"))\n')
-        done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.run_python(code), (0, ""))
 
     def test_a_process_that_was_forked_ends_at_once(self):
         code = ("import os, sys, threading, time, numpy, tagrid\n"
@@ -68,14 +71,12 @@ class Ending(unittest.TestCase):
                 "for _ in range(8):\n    time.sleep(0.01)\n    child = os.fork()\n    if child == 0:\n        sys.exit(7)\n"
                 "    begin = time.monotonic()\n    status = os.waitpid(child, 0)[1]\n    took = time.monotonic() - begin\n"
                 "    assert (os.waitstatus_to_exitcode(status), took < 5) == (7, True), (status, took)\n")
-        done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.run_python(code), (0, ""))
 
     def test_calls_while_the_interpreter_ends_are_errors(self):
         code = ("import tagrid\nclass Late:\n    def __del__(self, open=tagrid.open, data=tagrid.encode([[[1]]] and __import__('numpy').zeros((3, 3, 3), 'u1'))):\n"
                 "        open(data)\nimport sys\nsys.kept = Late()\n")
-        done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0)
+        self.assertEqual(self.run_python(code)[0], 0)
 
 
 if __name__ == "__main__":

@@ -5,10 +5,8 @@
 """
 
 import os
-import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 PYTHON = sys.argv[1]
@@ -26,6 +24,8 @@ import tagrid.hdf5
 
 import parts
 
+from volumes import temporary_folder
+
 
 def waves(shape, type="<i2"):
     axes = numpy.meshgrid(*[numpy.arange(n) for n in shape], indexing="ij")
@@ -35,9 +35,7 @@ def waves(shape, type="<i2"):
 
 class Hdf5Test(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = pathlib.Path(folder.name) / "a.h5"
+        self.path = temporary_folder(self) / "a.h5"
 
     def test_the_filter_is_given_as_options_of_create_dataset(self):
         data = waves((30, 40, 50))

@@ -3,7 +3,6 @@
 import gc
 import random
 import sys
-import threading
 import unittest
 from unittest import mock
 
@@ -11,7 +10,7 @@ import numpy as np
 import tagrid
 import tagrid._kept
 
-from volumes import blobs
+from volumes import blobs, in_threads
 
 SHAPE = (70, 60, 50)
 SAMPLES = blobs(SHAPE)
@@ -114,11 +113,7 @@ class Kept(unittest.TestCase):
                 if not np.array_equal(volume[at], SAMPLES[at]):
                     wrong.append(at)
 
-        threads = [threading.Thread(target=work, args=(seed,)) for seed in range(8)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        in_threads(work, range(8))
         self.assertEqual(wrong, [])
 
     def test_damaged_bricks_are_an_error_each_time_and_nothing_is_kept(self):

@@ -2,9 +2,7 @@
 
 import os
 import pickle
-import pathlib
 import sys
-import tempfile
 import threading
 import unittest
 import warnings
@@ -12,7 +10,7 @@ import warnings
 import numpy as np
 import tagrid
 
-from volumes import blobs
+from volumes import blobs, temporary_folder
 
 SHAPE = (70, 90, 150)
 
@@ -48,9 +46,7 @@ class Libraries(unittest.TestCase):
     def setUpClass(cls):
         cls.samples = blobs(SHAPE)
         cls.bytes = tagrid.encode(cls.samples, spacing=(2, 0.5, 0.25), cube=8, brick=4)
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.path = pathlib.Path(folder.name) / "scan.tag"
+        cls.path = temporary_folder(cls) / "scan.tag"
         cls.path.write_bytes(cls.bytes)
 
 

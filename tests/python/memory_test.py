@@ -1,11 +1,11 @@
 """A slice of a large file takes the memory of its bricks; encoding an array takes no copy of it."""
 
 import os
-import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
+
+from volumes import temporary_folder
 
 PROGRAM = sys.argv[1]
 MB = 1_000_000
@@ -42,9 +42,7 @@ def peak_of(work, before="", path=""):
 class Memory(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        folder = pathlib.Path(folder.name)
+        folder = temporary_folder(cls)
         subprocess.run([PROGRAM, "phantom", "--dims", "512,512,200", "-q", "-o", folder / "p.nhdr"], check=True)
         subprocess.run([PROGRAM, "encode", folder / "p.nhdr", "--max-error", "20", "--effort", "fast", "--grid", "derived", "-q", "-o",
                         folder / "p.tag"], check=True)

@@ -15,7 +15,7 @@ import unittest
 import numpy as np
 import tagrid
 
-from volumes import TYPES, blobs
+from volumes import TYPES, blobs, in_threads
 
 SHAPE = (20, 30, 40)
 AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
@@ -97,11 +97,7 @@ class Opening(unittest.TestCase):
                 if not np.array_equal(volume[key], self.decoded[key]):
                     wrong.append(key)
 
-        threads = [threading.Thread(target=read, args=(seed,)) for seed in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        in_threads(read, range(4))
         self.assertEqual(wrong, [])
         volume.close()
         file.seek(0)
@@ -222,18 +218,14 @@ class Opening(unittest.TestCase):
         source.error = OSError("no luck")
         caught = []
 
-        def read():
+        def read(_):
             for _ in range(20):
                 try:
                     volume[0]
                 except Exception as error:
                     caught.append((type(error), str(error)))
 
-        threads = [threading.Thread(target=read) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        in_threads(read, range(4))
         self.assertEqual(set(caught), {(OSError, "no luck")})
         self.assertEqual(len(caught), 80)
 

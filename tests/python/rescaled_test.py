@@ -1,15 +1,15 @@
 """Values of samples, such as HU: those of numpy's arithmetic, in the types and with the bytes of `tagrid decode --values`."""
 
 import os
-import pathlib
 import pickle
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 import tagrid
+
+from volumes import temporary_folder
 
 PROGRAM = os.path.abspath(sys.argv[1])
 SHAPE = (5, 19, 23)
@@ -33,9 +33,7 @@ def decoded(path):
 
 class Values(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = pathlib.Path(folder.name) / "a.tag"
+        self.path = temporary_folder(self) / "a.tag"
 
     def volume(self, samples, **pairs):
         tagrid.encode(samples, self.path, metadata={name: str(text) for name, text in pairs.items()}, cube=8, brick=1)

@@ -1,4 +1,8 @@
-"""Volumes for the tests of the Python package, made at once."""
+"""What the tests of the Python package share: volumes, a folder, threads."""
+
+import pathlib
+import tempfile
+import threading
 
 import numpy as np
 
@@ -16,3 +20,19 @@ def blobs(shape, dtype="int16", seed=1):
     high = min(np.iinfo(dtype).max, 2000)
     low = max(np.iinfo(dtype).min, -1000)
     return (low + (field + 2.2) / 4.4 * (high - low)).astype(dtype)
+
+
+def temporary_folder(test):
+    """A folder that is removed at the end of the test, or of the class of tests."""
+    folder = tempfile.TemporaryDirectory()
+    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
+    return pathlib.Path(folder.name)
+
+
+def in_threads(work, seeds):
+    """Calls work(seed) for all of them at once, and waits for their ends."""
+    threads = [threading.Thread(target=work, args=(seed,)) for seed in seeds]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()

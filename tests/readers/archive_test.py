@@ -12,13 +12,8 @@ import subprocess
 import sys
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
+from other_readers import PROGRAM, ReaderTest, h5py, main, numpy, pydicom, tifffile
 
-numpy = other_readers.library("numpy", "python3-numpy")
-pydicom = other_readers.library("pydicom", "python3-pydicom")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-h5py = other_readers.library("h5py", "python3-h5py")
 MPI_PROGRAM = os.path.abspath(sys.argv.pop(2)) if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
 
 
@@ -47,8 +42,7 @@ class Archive(ReaderTest):
         from dicom_test import data_set
 
         volumes = {}
-        self.path("2019/knee.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" +
-                                                self.volume(1).tobytes())
+        self.write_nrrd(self.path("2019/knee.nrrd"), self.volume(1))
         volumes["2019/knee.nrrd"] = self.volume(1)
         self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" +
                                                self.volume(2).tobytes())
@@ -65,7 +59,7 @@ class Archive(ReaderTest):
         for uid, seed in (("1.2.3", 7), ("1.2.4", 8)):
             for z, slice in enumerate(self.volume(seed)):
                 file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
-                file.save_as(self.path(f"dicom/study/{uid}-{z}"), write_like_original=False)
+                self.save(self.path(f"dicom/study/{uid}-{z}"), file)
             volumes[f"dicom/study/{uid}"] = self.volume(seed).astype("int16")
         with h5py.File(self.path("runs/scan.h5"), "w") as file:
             file["one"] = self.volume(9)
@@ -88,8 +82,7 @@ class Archive(ReaderTest):
         return volumes, broken
 
     def find(self):
-        run = self.tagrid("convert", "--find", "archive")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("convert", "--find", "archive")
         (self.folder / "list.tsv").write_text(run.stdout)
         return run
 
@@ -105,13 +98,11 @@ class Archive(ReaderTest):
             self.assertIn(str(self.folder / "archive" / name), run.stderr)
         self.assertIn(f"volumes: {len(volumes)}, {len(broken)} cannot be read, 3 files passed over", run.stderr)
 
-        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out")
         for name, truth in volumes.items():
             self.tagrid("decode", f"out/{outputs[name]}.tag", "-o", "a.raw", "-f")
             self.assertEqual((self.folder / "a.raw").read_bytes(), truth.tobytes(), name)
-        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done")
         records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
         self.assertEqual([record["status"] for record in records], ["ok"] * len(volumes) + ["skipped"] * len(volumes))
 
@@ -119,7 +110,7 @@ class Archive(ReaderTest):
         volumes, broken = self.make()
         self.find()
         shutil.copytree(self.folder / "archive", self.folder / "before", symlinks=True)
-        self.assertEqual(self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out").returncode, 0)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out")
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--remove-verified")
         records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
         removed = {record["output"]: record for record in records if record["status"] == "removed"}
@@ -140,8 +131,7 @@ class Archive(ReaderTest):
         for output, record in removed.items():
             self.assertIs(record["restorable"], True)
             folder = os.path.dirname(record["input_files"][0]["path"])
-            run = self.tagrid("restore", f"out/{output}", "-o", folder)
-            self.assertEqual(run.returncode, 0, run.stderr)
+            run = self.ok("restore", f"out/{output}", "-o", folder)
         for path in gone:
             self.assertEqual((self.folder / "archive" / path).read_bytes(), (self.folder / "before" / path).read_bytes(), path)
         # And nothing else was touched.
@@ -155,7 +145,7 @@ class Archive(ReaderTest):
         self.make()
         (self.folder / "list.tsv").write_text("archive/dicom/study\tseries=1.2.3\toutput=a\n")
         convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
-        self.assertEqual(self.tagrid(*convert).returncode, 0)
+        self.ok(*convert)
         whole = (self.folder / "out" / "a.tag").read_bytes()
         self.path("dicom/study/1.2.3-3").unlink()
         self.assert_refused_volume(convert, "it is 11 x 9 x 3 int16 instead of 11 x 9 x 4 int16")
@@ -165,7 +155,7 @@ class Archive(ReaderTest):
         self.assertEqual(run.returncode, 65)
         self.assertEqual(self.records()[-1]["status"], "kept")
         self.assertIn("its last encoding failed: ", self.records()[-1]["error"])
-        self.assertEqual(self.tagrid(*convert, "--skip-done", "-f").returncode, 0)
+        self.ok(*convert, "--skip-done", "-f")
         self.assertNotEqual((self.folder / "out" / "a.tag").read_bytes(), whole)
 
     def assert_refused_volume(self, convert, why):
@@ -192,14 +182,14 @@ class Archive(ReaderTest):
         for folder, _, files in os.walk(archive):
             before |= {os.path.join(folder, file): content(os.path.join(folder, file)) for file in files}
         with open(self.folder / "list.tsv", "wb") as out:
-            subprocess.run([other_readers.PROGRAM, "convert", "--find", "archive"], cwd=self.folder, stdout=out, check=True)
+            subprocess.run([PROGRAM, "convert", "--find", "archive"], cwd=self.folder, stdout=out, check=True)
         convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
-        self.assertEqual(self.tagrid(*convert).returncode, 0)
+        self.ok(*convert)
         self.assertEqual([record["status"] for record in self.records()], ["ok"] * len(names))
-        self.assertEqual(self.tagrid(*convert, "--skip-done").returncode, 0)
+        self.ok(*convert, "--skip-done")
         self.assertEqual([record["status"] for record in self.records()[len(names):]], ["skipped"] * len(names))
         self.assertIn("not\ufffdFF\ufffdEF\ufffdBF\ufffdBDutf8.nrrd", "".join(record["input"] for record in self.records()))
-        self.assertEqual(self.tagrid(*convert, "--remove-verified").returncode, 0)
+        self.ok(*convert, "--remove-verified")
         self.assertFalse([path for path in before if os.path.exists(path)])
         self.assert_refused(64, "-o", "restore", "--records", "out", "-o", "x")
         self.assert_refused(64, "give a .tag file", "restore", "-o", "x")
@@ -211,9 +201,9 @@ class Archive(ReaderTest):
         self.assertEqual(run.returncode, 65)
         self.assertIn("originals: 7, 6 restored, 0 were there, 1 failed", run.stderr)
         tag.write_bytes(whole)
-        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.ok("restore", "--records", "out")
         self.assertEqual({path: content(path) for path in before}, before)
-        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.ok("restore", "--records", "out")
         # -f is for what is left of an original, and leaves the work on others alone.
         (self.folder / "archive" / "plain.nrrd").write_bytes(b"its beginning")
         changed = archive + b"sp ace%20.nrrd"
@@ -223,17 +213,17 @@ class Archive(ReaderTest):
         run = self.tagrid("restore", "--records", "out")
         self.assertEqual(run.returncode, 65)
         self.assertIn("plain.nrrd: already exists; give -f to overwrite it", run.stderr)
-        self.assertEqual(self.tagrid("restore", "--records", "out", "-f").returncode, 0)
+        self.ok("restore", "--records", "out", "-f")
         self.assertEqual({path: content(path) for path in before}, before)
 
     def test_a_record_that_cannot_be_read_is_named(self):
         names = ("a.nrrd", "b.nrrd")
         for seed, name in enumerate(names):
-            self.path(name).write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(seed).tobytes())
+            self.write_nrrd(self.path(name), self.volume(seed))
         (self.folder / "list.tsv").write_text("".join(f"archive/{name}\n" for name in names))
         convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
-        self.assertEqual(self.tagrid(*convert).returncode, 0)
-        self.assertEqual(self.tagrid(*convert, "--remove-verified").returncode, 0)
+        self.ok(*convert)
+        self.ok(*convert, "--remove-verified")
         results = self.folder / "out" / "results.jsonl"
         whole = results.read_text()
         lines = whole.splitlines(keepends=True)
@@ -249,17 +239,16 @@ class Archive(ReaderTest):
         self.assertEqual([self.path(name).exists() for name in names], [name != os.path.basename(lost["input"]) for name in names])
         # Half a last line is what a killed run leaves.
         results.write_text(whole + lines[2][:40])
-        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.ok("restore", "--records", "out")
         self.assertTrue(all(self.path(name).exists() for name in names))
         (self.folder / "empty").mkdir()
         self.assert_refused(65, "empty: has no records of convert", "restore", "--records", "empty")
 
     def test_what_cannot_come_back_byte_for_byte_is_counted(self):
-        self.path("a.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(1).tobytes())
+        self.write_nrrd(self.path("a.nrrd"), self.volume(1))
         tifffile.imwrite(self.path("b.tif"), self.volume(2), photometric="minisblack", compression="zlib")
         (self.folder / "list.tsv").write_text("archive/a.nrrd\narchive/b.tif\narchive/a.nrrd\tmax-error=5\toutput=c\n")
-        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--progress=plain", "-v")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "--progress=plain", "-v")
         self.assertIn("2 of them cannot be restored byte for byte\n", run.stderr)
         self.assertIn("b.tif: cannot be restored byte for byte: its samples are compressed", run.stderr)
         self.assertIn("a.nrrd: cannot be restored byte for byte: its samples are kept within 5", run.stderr)
@@ -316,4 +305,4 @@ class Archive(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -6,14 +6,9 @@
 import json
 import shutil
 import struct
-import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-Image = other_readers.library("PIL.Image", "python3-pil")
+from other_readers import Image, ReaderTest, main, numpy
 
 LOG = "[System]\nScanner=SkyScan1272\n[Acquisition]\nImage Pixel Size (um)= 34.5\n[Reconstruction]\nPixel Size (um)=17.25\n"
 
@@ -45,15 +40,13 @@ class Bmp(ReaderTest):
                 self.write(f"s/mouse_rec{z + 98:08}.bmp", slice)
             self.write("s/mouse_rec_spr.bmp", self.volume((1, 40, 50))[0])
             (self.folder / "s" / "mouse_rec.log").write_text(LOG)
-            samples, info = self.encoded("s")
-            self.assert_same(samples, truth)
+            info = self.encodes(truth, "s")
             self.assertEqual(info["geometry"]["spacing"], [17.25] * 3)
             self.assertEqual(info["geometry"]["units"], ["um"] * 3)
             self.assertEqual(info["source"]["pairs"]["skyscan_system/scanner"], "SkyScan1272")
             self.assertTrue(info["restorable"])  # and all bytes came back
-        self.assert_same(self.encoded("s/mouse_rec00000099.bmp")[0], truth[1:2])
-        run = self.tagrid("verify", "out.tag", "--against", "s/mouse_rec00000099.bmp")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.encodes(truth[1:2], "s/mouse_rec00000099.bmp")
+        self.ok("verify", "out.tag", "--against", "s/mouse_rec00000099.bmp")
 
     def test_files_come_back_with_their_rows_from_the_bottom_up(self):
         truth = self.volume((3, 19, 22))
@@ -64,18 +57,17 @@ class Bmp(ReaderTest):
                 data[1078 + 24 * y + 22:1078 + 24 * y + 24] = bytes([z, y])
             path.write_bytes(data + b"notes")
         before = {path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}
-        self.assert_same(self.encoded("s")[0], truth)
-        self.assertEqual(self.tagrid("encode", "s", "-o", "a.tag", "--max-error", "9").returncode, 0)
-        self.assertEqual(self.tagrid("restore", "a.tag", "-o", "r").returncode, 0)
+        self.encodes(truth, "s")
+        self.ok("encode", "s", "-o", "a.tag", "--max-error", "9")
+        self.ok("restore", "a.tag", "-o", "r")
         for z, slice in enumerate(truth):
             now = numpy.asarray(Image.open(self.folder / "r" / f"a{z}.bmp")).astype(int)
             self.assertTrue(0 < numpy.abs(now - slice).max() <= 9)
             again = (self.folder / "r" / f"a{z}.bmp").read_bytes()
             self.assertEqual((again[:1078], again[1078 + 22:1078 + 24], again[-5:]), (before[f"a{z}.bmp"][:1078], bytes([z, 0]), b"notes"))
-        run = self.tagrid("encode", "s", "-o", "b.tag", "--resume", "--rm")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("encode", "s", "-o", "b.tag", "--resume", "--rm")
         self.assertFalse(any((self.folder / "s").iterdir()))
-        self.assertEqual(self.tagrid("restore", "b.tag", "-o", "s").returncode, 0)
+        self.ok("restore", "b.tag", "-o", "s")
         self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}, before)
 
     def test_bytes_after_the_samples_are_said_and_come_back(self):
@@ -84,12 +76,10 @@ class Bmp(ReaderTest):
             path = self.write(f"s/a{z}.bmp", slice)
             if z > 0:
                 path.write_bytes(path.read_bytes() + b"notes" * z)
-        self.assert_same(self.encoded("s")[0], truth)
-        self.assertIn("a1.bmp: 5 bytes follow the samples; they are not part of the volume; likewise in another file", self.messages)
+        self.encodes(truth, "s", says="a1.bmp: 5 bytes follow the samples; they are not part of the volume; likewise in another file")
         before = {path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}
-        run = self.tagrid("encode", "s", "-o", "b.tag", "--rm", "--max-error", "5")
-        self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual(self.tagrid("restore", "b.tag", "-o", "s").returncode, 0)
+        self.ok("encode", "s", "-o", "b.tag", "--rm", "--max-error", "5")
+        self.ok("restore", "b.tag", "-o", "s")
         for name, whole in before.items():
             self.assertEqual((self.folder / "s" / name).read_bytes()[1078 + 19 * 24:], whole[1078 + 19 * 24:])
         # A color profile lies there, too, and is no surprise.
@@ -102,7 +92,7 @@ class Bmp(ReaderTest):
         (self.folder / "a.bmp").write_bytes(start + header + plain[54:] + profile)
         with Image.open(self.folder / "a.bmp") as image:
             self.assertTrue((numpy.asarray(image) == truth[0]).all())
-        self.assert_same(self.encoded("a.bmp")[0], truth[:1])
+        self.encodes(truth[:1], "a.bmp")
         self.assertNotIn("follow the samples", self.messages)
 
     def test_numbers_of_a_log_that_cannot_be_read_are_said(self):
@@ -125,7 +115,7 @@ class Bmp(ReaderTest):
         self.assert_same(samples, truth)
         # Such samples lie as in the volume, so all files come back, the log with them.
         self.assertTrue(info["restorable"])
-        self.assertEqual(self.tagrid("restore", "out.tag", "-o", "r").returncode, 0)
+        self.ok("restore", "out.tag", "-o", "r")
         self.assertEqual({path.name for path in (self.folder / "r").rglob("*") if path.is_file()}, {"a0.bmp", "a1.bmp", "a2.bmp", "a.log"})
 
     def test_each_log_belongs_to_the_slices_of_its_name(self):
@@ -170,13 +160,11 @@ class Bmp(ReaderTest):
             self.write(f"s/mouse_rec{z}.bmp", slice)
         self.write("s/mouse_rec_spr.bmp", self.volume((1, 40, 50))[0])
         (self.folder / "s" / "mouse_rec.log").write_text(LOG)
-        run = self.tagrid("convert", "--find", "s")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("convert", "--find", "s")
         self.assertEqual([line for line in run.stdout.splitlines() if not line.startswith("#")], [f"{self.folder}/s\tseries=mouse_rec#.bmp\toutput=mouse_rec#.bmp"])
         (self.folder / "list").write_text(run.stdout)
         for i in range(3):
-            run = self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "--skip-done", "-f")
-            self.assertEqual(run.returncode, 0, run.stderr)
+            self.ok("convert", "--manifest", "list", "--output-dir", "out", "--skip-done", "-f")
             if i == 1:  # a changed log is a changed volume
                 (self.folder / "s" / "mouse_rec.log").write_text(LOG + "More=1\n")
         records = (self.folder / "out" / "results.jsonl").read_text().splitlines()
@@ -184,4 +172,4 @@ class Bmp(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -3,19 +3,12 @@
     doubts_test.py PROGRAM
 """
 
-import json
 import shutil
 import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
+from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
 
-numpy = other_readers.library("numpy", "python3-numpy")
-pydicom = other_readers.library("pydicom", "python3-pydicom")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-h5py = other_readers.library("h5py", "python3-h5py")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
 SHAPE = (8, 9, 10)
 
 
@@ -25,18 +18,12 @@ class Doubts(ReaderTest):
         return numpy.random.default_rng(3).integers(0, high, SHAPE).astype(type)
 
     def nrrd(self, fields="", samples=None, name="a.nrrd"):
-        samples = self.samples() if samples is None else samples
-        header = f"NRRD0004\ntype: {samples.dtype}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\nencoding: raw\nendian: little\n"
-        (self.folder / name).write_bytes((header + fields + "\n").encode() + samples.tobytes())
+        self.write_nrrd(name, self.samples() if samples is None else samples, fields)
         return name
 
     def run_ok(self, *arguments):
-        run = self.tagrid(*arguments)
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok(*arguments)
         return run.stderr + run.stdout
-
-    def info(self, name="a.tag"):
-        return json.loads(self.run_ok("info", name, "--json"))
 
     def sources_of_unknown_scale(self):
         """Names of files, and words of the doubt."""
@@ -83,14 +70,14 @@ class Doubts(ReaderTest):
             self.assertIn("by a table (ModalityLUTSequence), which is not applied", self.run_ok("encode", "t", "-o", "a.tag", "-f"))
             self.run_ok("decode", "a.tag", "-o", "b.raw", "-f")
             numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "b.raw", "<i2").reshape(stored.shape), stored)
-            self.assertFalse({"rescale_slope", "rescale_intercept"} & set(self.info()["source"]["pairs"]))
+            self.assertFalse({"rescale_slope", "rescale_intercept"} & set(self.info("a.tag")["source"]["pairs"]))
             self.assert_refused(64, "ModalityLUTSequence", "encode", "t", "-o", "c.tag", "--max-error", "5")
 
     def test_a_doubt_about_the_scale_is_in_the_file(self):
         for name, words in self.sources_of_unknown_scale():
             with self.subTest(name):
                 self.assertIn(words, self.run_ok("encode", name, "-o", "a.tag", "-f"))
-                doubt = self.info()["source"]["pairs"]["scale doubt"]
+                doubt = self.info("a.tag")["source"]["pairs"]["scale doubt"]
                 self.assertIn(words, doubt)
                 self.assertFalse(doubt.startswith(name), doubt)
                 self.assertIn(words, self.tagrid("info", "a.tag").stdout)
@@ -129,14 +116,14 @@ class Doubts(ReaderTest):
     def test_white_that_is_zero_is_told_when_a_picture_is_written(self):
         tifffile.imwrite(self.folder / "a.tif", self.samples(), photometric="miniswhite")
         self.run_ok("encode", "a.tif", "-o", "a.tag")
-        self.assertIn("WhiteIsZero", self.info()["source"]["pairs"]["not understood"])
+        self.assertIn("WhiteIsZero", self.info("a.tag")["source"]["pairs"]["not understood"])
         self.assertIn("WhiteIsZero", self.tagrid("info", "a.tag").stdout)
         self.assertEqual(self.run_ok("decode", "a.tag", "-o", "b.tif").count("WhiteIsZero"), 1)
 
     def test_a_spacing_that_is_unknown_is_said_when_it_becomes_1(self):
         tifffile.imwrite(self.folder / "a.tif", self.samples(), photometric="minisblack")
         self.run_ok("encode", "a.tif", "-o", "a.tag")
-        self.assertIsNone(self.info()["geometry"]["spacing"])
+        self.assertIsNone(self.info("a.tag")["geometry"]["spacing"])
         for output in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.vti", "b.vtkhdf", "b.vdb"):
             run = self.tagrid("decode", "a.tag", "-o", output)
             if output == "b.vdb" and "not installed" in run.stderr:
@@ -155,7 +142,7 @@ class Doubts(ReaderTest):
                                          ("spacings: nan 5 nan\n", (1, 5, 3), (10.5, 22.5, 31.5))):
             self.nrrd("axis mins: 10 20 30\naxis maxs: 50 80 54\n" + centers, numpy.zeros(shape, "uint8") + 7)
             self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f")
-            geometry = self.info()["geometry"]
+            geometry = self.info("a.tag")["geometry"]
             numpy.testing.assert_allclose(geometry["spacing"], spacing, err_msg=centers)
             numpy.testing.assert_allclose(geometry["origin"], origin, err_msg=centers)
             unu = shutil.which("unu") or shutil.which("teem-unu")
@@ -250,12 +237,12 @@ class Doubts(ReaderTest):
         (self.folder / "a.mha").write_bytes(b"ObjectType = Image\nNDims = 3\nElementSpacing = 0.7 0.5 1.25\nModality = MET_MOD_CT\nDimSize = 10 9 8\n"
                                             b"ElementType = MET_USHORT\nElementDataFile = LOCAL\n" + self.samples().tobytes())
         # From a pipe, so that there are no source files to keep.
-        run = subprocess.run([other_readers.PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder, input=(self.folder / "a.mha").read_bytes(), capture_output=True)
+        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder, input=(self.folder / "a.mha").read_bytes(), capture_output=True)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertIn("metaimage_Modality", self.info()["source"]["pairs"])
+        self.assertIn("metaimage_Modality", self.info("a.tag")["source"]["pairs"])
         self.run_ok("decode", "a.tag", "-o", "b.mha", "--rm")
         self.assertFalse((self.folder / "a.tag").exists())
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -12,14 +12,7 @@ import shutil
 import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
-pydicom = other_readers.library("pydicom", "python3-pydicom")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-h5py = other_readers.library("h5py", "python3-h5py")
+from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
 
 
 @unittest.skipIf(None in (numpy, nibabel, pydicom, tifffile, h5py), "libraries are missing")
@@ -33,7 +26,7 @@ class Find(ReaderTest):
         return path
 
     def nrrd(self, name, seed=1):
-        self.path(name).write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(seed).tobytes())
+        self.write_nrrd(self.path(name), self.volume(seed))
 
     def dicom(self, folder, uid, seed, slices=4):
         from dicom_test import data_set
@@ -42,12 +35,11 @@ class Find(ReaderTest):
             file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
             file.StudyDate, file.StudyTime, file.StudyID = "20200101", "120000", "1"
             file.SeriesNumber = 1
-            file.save_as(self.path(f"{folder}/{uid}-{z}.dcm"), write_like_original=False)
+            self.save(self.path(f"{folder}/{uid}-{z}.dcm"), file)
 
     def find(self, *options):
         """The output of each line, with the rest of the line; and all comments. Of names of series, the UIDs alone."""
-        run = self.tagrid("convert", "--find", "a", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("convert", "--find", "a", *options)
         self.messages = run.stderr
         (self.folder / "list.tsv").write_text(run.stdout)
         lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
@@ -58,8 +50,7 @@ class Find(ReaderTest):
         return found, [line for line in run.stdout.splitlines() if line.startswith("#")]
 
     def convert(self, *options):
-        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", *options)
 
     def test_links_of_hdf5_are_no_further_volumes(self):
         """Each data set once, as if the file was named."""
@@ -89,7 +80,7 @@ class Find(ReaderTest):
         self.convert("-q")
         for name in ("scan.nii", "scan.nii.gz", "b.mha"):
             for i in range(12 if "nii" in name else 2):
-                self.assertEqual(self.tagrid("decode", f"out/4d/{name}/{i + 1}.tag", "-o", "x.raw", "-f").returncode, 0)
+                self.ok("decode", f"out/4d/{name}/{i + 1}.tag", "-o", "x.raw", "-f")
                 self.assertEqual((self.folder / "x.raw").read_bytes(), truth[..., i].tobytes("F"))
         # A file that ends too soon for its last volume.
         whole = self.path("4d/scan.nii").read_bytes()
@@ -121,14 +112,14 @@ class Find(ReaderTest):
         plan = data_set(self.volume(3)[0], series="3.3", SOPClassUID="1.2.840.10008.5.1.4.1.1.481.5")
         for tag in ("Rows", "Columns", "PixelData"):
             delattr(plan, tag)
-        plan.save_as(self.path("two/plan.dcm"), write_like_original=False)
+        self.save(self.path("two/plan.dcm"), plan)
         self.dicom("cut", "4.4", 4)
         cut = self.path("cut/4.4-2.dcm")
         cut.write_bytes(cut.read_bytes()[:-7])
         self.dicom("zeros", "5.5", 5)
         self.path("zeros/5.5-3.dcm").write_bytes(bytes(2000))
         self.dicom("with", "6.6", 6)
-        plan.save_as(self.path("with/plan.dcm"), write_like_original=False)
+        self.save(self.path("with/plan.dcm"), plan)
         found, comments = self.find()
         # Names with two numbers: the broken file may be of either series.
         self.assertEqual(set(found), {"with/6.6"})
@@ -275,7 +266,7 @@ class Find(ReaderTest):
         self.convert("-q")
         self.convert("-q", "--remove-verified")
         self.assertEqual([path.name for path in before if path.exists()], ["DICOMDIR"])
-        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.ok("restore", "--records", "out")
         self.assertEqual({path: path.read_bytes() for path in before}, before)
 
     def assert_refused_removal(self, why):
@@ -307,7 +298,7 @@ class Find(ReaderTest):
 
         for echo, z in itertools.product((2, 5), range(3)):
             file = data_set(self.volume(echo)[z], series="1.2.3", instance=f"1.{echo}.{z}", position=(0, 0, z), EchoTime=str(echo), SeriesDescription="T2\nmap")
-            file.save_as(self.path(f"s/{echo}{z}.dcm"), write_like_original=False)
+            self.save(self.path(f"s/{echo}{z}.dcm"), file)
         found, comments = self.find()
         self.assertEqual(found, {"s/1.2.3": [str(self.path("s")), "series=1.2.3"]})
         self.assertEqual([line for line in comments if "DICOM" in line],
@@ -342,7 +333,7 @@ class Find(ReaderTest):
             from dicom_test import data_set
 
             file = data_set(self.volume(2, (3, 5, 7))[z], series="1.2.3", instance=f"9.{z}", position=(0, 0, z), RescaleIntercept=0)
-            file.save_as(self.path(f"s/small{z}.dcm"), write_like_original=False)
+            self.save(self.path(f"s/small{z}.dcm"), file)
         found, _ = self.find()
         self.assertEqual({name for name in found if name.startswith("a.h5")}, {"a.h5/b%3Ac%2Ad%3Fe%7Cf", "a.h5/g"})
         names = [name for name in self.outputs if name.startswith("s/")]
@@ -388,7 +379,7 @@ class Find(ReaderTest):
         self.path("closed").chmod(0)
         self.path("closed.nrrd").chmod(0)
         drop = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if os.geteuid() == 0 else []
-        run = subprocess.run([*drop, other_readers.PROGRAM, "convert", "--find", "a"], cwd=self.folder, capture_output=True, text=True)
+        run = subprocess.run([*drop, PROGRAM, "convert", "--find", "a"], cwd=self.folder, capture_output=True, text=True)
         self.path("closed").chmod(0o755)
         if run.returncode == 126 or "setpriv" in run.stderr or "execvp" in run.stderr:
             self.skipTest("the program cannot be started by others here")
@@ -418,4 +409,4 @@ class Find(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

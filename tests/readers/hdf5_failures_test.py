@@ -12,17 +12,15 @@ import subprocess
 import time
 import unittest
 
-import other_readers
-from hdf5_files import FORMATS, OBLIQUE, Hdf5Test, h5py, numpy, placed
+from hdf5_files import FORMATS, OBLIQUE, Hdf5Test, placed
+from other_readers import PROGRAM, h5py, main, numpy, some, unless_sanitized
 
 
 @unittest.skipIf(h5py is None, "there is no h5py on this machine")
 class Failures(Hdf5Test):
     def large(self, dims="300,200,90"):
-        run = self.tagrid("phantom", "--dims", dims, "--type", "int16", "-o", "p.nrrd")
-        self.assertEqual(run.returncode, 0, run.stderr)
-        run = self.tagrid("encode", "p.nrrd", "-o", "p.tag")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("phantom", "--dims", dims, "--type", "int16", "-o", "p.nrrd")
+        self.ok("encode", "p.nrrd", "-o", "p.tag")
         (self.folder / "p.nrrd").unlink()
 
     def names(self):
@@ -32,7 +30,7 @@ class Failures(Hdf5Test):
         """A file may not become larger than so many bytes: within the samples, and within what comes before them."""
         self.large()
         for name, limit in itertools.product(FORMATS, (1000, 3000, 1 << 20, 10 << 20)):
-            run = subprocess.run([other_readers.PROGRAM, "decode", "p.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
                                  restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
             self.assertEqual(run.returncode, 74, f"{name} {limit}: {run.stderr}")
             self.assertIn(f"{name}: cannot write: File too large", run.stderr)
@@ -45,7 +43,7 @@ class Failures(Hdf5Test):
         self.large()
         (self.folder / "spool").mkdir()
         with open(self.folder / "out", "wb") as out:
-            run = subprocess.run([other_readers.PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder, stdout=out,
+            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder, stdout=out,
                                  stderr=subprocess.PIPE, text=True, restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)))
         self.assertEqual(run.returncode, 74, run.stderr)
         self.assertIn("standard output (through a temporary file in spool): cannot write: File too large", run.stderr)
@@ -68,8 +66,8 @@ class Failures(Hdf5Test):
         self.encode()
         alone = self.folder / "bin"
         alone.mkdir()
-        os.link(other_readers.PROGRAM, alone / "tagrid") if other_readers.PROGRAM.stat().st_dev == alone.stat().st_dev else \
-            (alone / "tagrid").write_bytes(other_readers.PROGRAM.read_bytes())
+        os.link(PROGRAM, alone / "tagrid") if PROGRAM.stat().st_dev == alone.stat().st_dev else \
+            (alone / "tagrid").write_bytes(PROGRAM.read_bytes())
         (alone / "tagrid").chmod(0o755)
         for name in FORMATS:
             run = subprocess.run([alone / "tagrid", "decode", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True)
@@ -82,7 +80,7 @@ class Failures(Hdf5Test):
         self.large()
         whole = (self.folder / "p.tag").read_bytes()
         for kind, name in itertools.product((signal.SIGTERM, signal.SIGINT, signal.SIGKILL), FORMATS):
-            run = subprocess.Popen([other_readers.PROGRAM, "decode", "-", "-o", name, "-T1", "-q"], cwd=self.folder, stdin=subprocess.PIPE)
+            run = subprocess.Popen([PROGRAM, "decode", "-", "-o", name, "-T1", "-q"], cwd=self.folder, stdin=subprocess.PIPE)
             run.stdin.write(whole[:len(whole) * 2 // 3])
             run.stdin.flush()
             writers = []
@@ -118,10 +116,10 @@ class Failures(Hdf5Test):
             return []
         return [int(child) for text in texts for child in text.split()]
 
-    @other_readers.unless_sanitized
+    @unless_sanitized
     def test_the_memory_of_the_writer_is_bounded_and_counts(self):
         """A volume of 192 MB in slices of 2 MB, within a limit far below; the writer's own limit is that of the system."""
-        run = subprocess.run(f"head -c {96 * 1000 * 1000 * 2} /dev/zero | {other_readers.PROGRAM} encode -q --dims 1000,1000,96 --type int16 - -o z.tag",
+        run = subprocess.run(f"head -c {96 * 1000 * 1000 * 2} /dev/zero | {PROGRAM} encode -q --dims 1000,1000,96 --type int16 - -o z.tag",
                              shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
         def smallest_for(name):
@@ -144,7 +142,7 @@ class Damage(Hdf5Test):
         for name in FORMATS:
             self.decode(name)
             whole = (self.folder / name).read_bytes()
-            for i in other_readers.some(range(60), 3):
+            for i in some(range(60), 3):
                 broken = bytearray(whole[:random.integers(9, len(whole))] if i % 4 == 0 else whole)
                 for _ in range(random.integers(0 if i % 4 == 0 else 1, 5)):
                     broken[random.integers(9, len(broken))] ^= 1 << random.integers(0, 8)
@@ -161,4 +159,4 @@ class Damage(Hdf5Test):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -1,10 +1,6 @@
 """What the tests of HDF5 and VTKHDF files share: volumes that are decoded into them."""
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-h5py = other_readers.library("h5py", "python3-h5py")
+from other_readers import ReaderTest, h5py, numpy
 
 OBLIQUE = ((0.4, 0.3, 0), (-0.3, 0.4, 0), (0, 0, 2.5))
 SHEARED = ((0.5, 0, 0), (0, 0.5, 0), (0.1, 0.2, 2.5))
@@ -27,18 +23,12 @@ class Hdf5Test(ReaderTest):
             samples = (random.standard_normal(shape) * 1000).astype(type)
         else:
             samples = random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
-        header = f"NRRD0005\ntype: {type.replace('float32', 'float').replace('float64', 'double')}\ndimension: 3\n" + \
-            f"sizes: {' '.join(map(str, shape[::-1]))}\nencoding: raw\nendian: little\n"
-        fields = fields if isinstance(fields, bytes) else fields.encode()
-        (self.folder / f"{name}.nrrd").write_bytes(header.encode() + fields + b"\n" + samples.tobytes())
-        run = self.tagrid("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.write_nrrd(f"{name}.nrrd", samples, fields)
+        self.ok("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto")
         return samples
 
     def decode(self, name, *options, tag="a.tag"):
-        run = self.tagrid("decode", tag, "-o", name, "-f", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run.stderr
+        return self.ok("decode", tag, "-o", name, "-f", *options).stderr
 
     def nrrd_of(self, tag):
         self.decode(f"{tag}.nrrd", tag=tag)

@@ -6,9 +6,7 @@
 import itertools
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-from seen_by_others import h5py, nibabel, numpy, tifffile, to_numpy, vtk, vtk_xml
+from other_readers import ReaderTest, h5py, main, nibabel, numpy, tifffile, vtk_image, vtk_numpy, vtk_xml
 
 SHAPE = (3, 4, 5)
 DIAGONAL = ((0.5, 0, 0), (0, 0.25, 0), (0, 0, 3))
@@ -25,31 +23,27 @@ def placed(directions, space=LPS, unit="mm", origin=(10, -20, 30.5)):
         f"space origin: ({','.join(map(str, origin))})\n" + (f'space units: "{unit}" "{unit}" "{unit}"\n' if unit else "")
 
 
-@unittest.skipIf(None in (numpy, nibabel, tifffile, h5py, vtk, vtk_xml, to_numpy), "libraries are missing")
+@unittest.skipIf(None in (numpy, nibabel, tifffile, h5py, vtk_image, vtk_xml, vtk_numpy), "libraries are missing")
 class Lost(ReaderTest):
     def encode(self, fields, shape=SHAPE, type="int16"):
         samples = numpy.arange(numpy.prod(shape), dtype=type).reshape(shape)
-        header = f"NRRD0005\ntype: {type.replace('float32', 'float')}\ndimension: 3\nsizes: {' '.join(map(str, shape[::-1]))}\nencoding: raw\nendian: little\n"
-        (self.folder / "a.nrrd").write_bytes((header + fields + "\n").encode() + samples.tobytes())
+        self.write_nrrd("a.nrrd", samples, fields)
         self.encode_file("a.nrrd")
 
     def encode_file(self, name):
-        run = self.tagrid("encode", name, "-o", "a.tag", "-f", "--range", "auto")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("encode", name, "-o", "a.tag", "-f", "--range", "auto")
 
     def decode(self, name, *options):
-        run = self.tagrid("decode", "a.tag", "-o", name, "-f", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run.stderr
+        return self.ok("decode", "a.tag", "-o", name, "-f", *options).stderr
 
     def header_of(self, name):
         """The lines that tagrid finds in a file that has them."""
-        self.assertEqual(self.tagrid("encode", name, "-o", "again.tag", "-f", "--range", "auto").returncode, 0)
-        self.assertEqual(self.tagrid("decode", "again.tag", "-o", "again.nrrd", "-f").returncode, 0)
+        self.ok("encode", name, "-o", "again.tag", "-f", "--range", "auto")
+        self.ok("decode", "again.tag", "-o", "again.nrrd", "-f")
         return (self.folder / "again.nrrd").read_bytes().split(b"\n\n")[0].decode()
 
     def image(self, name):
-        readers = {".mha": vtk.vtkMetaImageReader, ".mhd": vtk.vtkMetaImageReader, ".vti": vtk_xml.vtkXMLImageDataReader}
+        readers = {".mha": vtk_image.vtkMetaImageReader, ".mhd": vtk_image.vtkMetaImageReader, ".vti": vtk_xml.vtkXMLImageDataReader}
         reader = readers[(self.folder / name).suffix]()
         reader.SetFileName(str(self.folder / name))
         reader.Update()
@@ -179,8 +173,7 @@ class Lost(ReaderTest):
                 for name in WITH_HEADER:
                     self.decode(name)
                     self.assertIn(fields, self.header_of(name) + "\n", name)
-                run = self.tagrid("verify", "a.tag", "--against", "b.mha")
-                self.assertEqual(run.returncode, 0, run.stderr)
+                self.ok("verify", "a.tag", "--against", "b.mha")
         # One unit that a format does not have; those of the first axis stay where a format has any.
         for unit, name, factor in (("um", "b.mha", 1e-3), ("micron", "b.nii", 1e-3), ("cm", "b.nii", 10), ("inch", "b.mhd", 25.4), ("nm", "b.nii.gz", 1e-6),
                                    ("\u00b5m", "b.tif", 1e-3), ("m", "b.mha", 1000)):
@@ -238,4 +231,4 @@ class Lost(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

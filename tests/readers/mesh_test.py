@@ -12,12 +12,8 @@ import subprocess
 import time
 import unittest
 
-import other_readers
-from hdf5_files import MIRRORED, OBLIQUE, Hdf5Test, h5py, numpy, placed
-
-vtk = other_readers.library("vtkmodules.vtkIOHDF", "python3-vtk9")
-gmsh = other_readers.library("gmsh", "python3-gmsh")
-meshio = other_readers.library("meshio", "python3-meshio")
+from hdf5_files import MIRRORED, OBLIQUE, Hdf5Test, placed
+from other_readers import IS_SANITIZED, PROGRAM, ReaderTest, gmsh, h5py, main, meshio, numpy, vtk_hdf
 
 DIAGONAL = ((0.5, 0, 0), (0, 0.25, 0), (0, 0, 3))
 ARRAYS = ("points", "connectivity", "offsets", "types", "value", "level", "type")
@@ -33,7 +29,7 @@ class MeshTest(Hdf5Test):
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-        reader = vtkXMLUnstructuredGridReader() if name.endswith(".vtu") else vtk.vtkHDFReader()
+        reader = vtkXMLUnstructuredGridReader() if name.endswith(".vtu") else vtk_hdf.vtkHDFReader()
         self.assertTrue(reader.CanReadFile(str(self.folder / name)))
         reader.SetFileName(str(self.folder / name))
         reader.Update()
@@ -51,14 +47,14 @@ class MeshTest(Hdf5Test):
 SPACES = (("left-posterior-superior", "LPS"), ("RAS", "RAS"), ("scanner-xyz", "scanner-xyz"), ("", None))
 
 
-@unittest.skipIf(vtk is None or h5py is None, "there is no VTK on this machine")
+@unittest.skipIf(vtk_hdf is None or h5py is None, "there is no VTK on this machine")
 class WhatValuesAndCoordinatesAre(MeshTest):
     """Meshes have the stored samples, and the rescaled values beside them; all files say their space where they can."""
 
     def grid(self, name):
         from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
-        reader = {"vtu": vtkXMLUnstructuredGridReader, "vtp": vtkXMLPolyDataReader, "vtkhdf": vtk.vtkHDFReader}[name.split(".")[1]]()
+        reader = {"vtu": vtkXMLUnstructuredGridReader, "vtp": vtkXMLPolyDataReader, "vtkhdf": vtk_hdf.vtkHDFReader}[name.split(".")[1]]()
         reader.SetFileName(str(self.folder / name))
         reader.Update()
         return reader.GetOutput()
@@ -103,7 +99,7 @@ class WhatValuesAndCoordinatesAre(MeshTest):
             for output in ("b.vtu", "b.vtkhdf", "b.msh"):
                 self.mesh(output)
             for output in ("b.ply", "b.stl", "b.obj", "b.vtp"):
-                self.assertEqual(self.tagrid("surface", "a.tag", "--iso", "120.5", "-o", output, "-f").returncode, 0)
+                self.ok("surface", "a.tag", "--iso", "120.5", "-o", output, "-f")
             self.assertEqual([self.field(file, "SPACE") for file in ("b.vtu", "b.vtp")], [name, name])
             with h5py.File(self.folder / "b.vtkhdf") as file:
                 self.assertEqual(file["VTKHDF/PointData/value"].attrs.get("space"), name)
@@ -121,8 +117,7 @@ class WhatValuesAndCoordinatesAre(MeshTest):
 
     def test_slopes_of_slices(self):
         self.encode("uint8", fields=placed(DIAGONAL) + "slice_slopes:=1 2 1 -4 1\nslice_intercepts:=0 0 0 0 0\n")
-        run = self.tagrid("mesh", "a.tag", "-f", "-o", "b.vtu", "--coarsen", "80")
-        self.assertEqual(run.returncode, 0)
+        run = self.ok("mesh", "a.tag", "-f", "-o", "b.vtu", "--coarsen", "80")
         self.assertIn("each slice has its own slope; in the mesh, value is the stored sample, and the largest slope, 4, converts --coarsen", run.stderr)
         expected = self.arrays("b.vtu")
         self.encode("uint8", fields=placed(DIAGONAL))
@@ -131,7 +126,7 @@ class WhatValuesAndCoordinatesAre(MeshTest):
             self.assertEqual(expected[name].tobytes(), self.arrays("b.vtu")[name].tobytes())
 
 
-@unittest.skipIf(vtk is None or h5py is None, "there is no VTK on this machine")
+@unittest.skipIf(vtk_hdf is None or h5py is None, "there is no VTK on this machine")
 class Vtkhdf(MeshTest):
     def test_vtk_finds_the_mesh_of_the_vtu_file(self):
         cases = [(type, OBLIQUE, ()) for type in ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")]
@@ -169,12 +164,12 @@ class Vtkhdf(MeshTest):
         self.encode()
         self.mesh("b.vtkhdf", "-T1")
         for threads in ("2", "5"):
-            run = subprocess.run(f"cat a.tag | {other_readers.PROGRAM} mesh - -T {threads} -f -o c.vtkhdf", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat a.tag | {PROGRAM} mesh - -T {threads} -f -o c.vtkhdf", shell=True, cwd=self.folder)
             self.assertEqual(run.returncode, 0)
             self.assertEqual((self.folder / "c.vtkhdf").read_bytes(), (self.folder / "b.vtkhdf").read_bytes())
 
 
-@unittest.skipIf(gmsh is None or vtk is None, "there is no Gmsh on this machine")
+@unittest.skipIf(gmsh is None or vtk_hdf is None, "there is no Gmsh on this machine")
 class Gmsh(MeshTest):
     def setUp(self):
         super().setUp()
@@ -248,7 +243,7 @@ class Failures(MeshTest):
             whole = (self.folder / name).stat().st_size
             (self.folder / name).unlink()
             for limit in (1000, largest_array + 1000, whole - 1):
-                run = subprocess.run([other_readers.PROGRAM, "mesh", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+                run = subprocess.run([PROGRAM, "mesh", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
                                      restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
                 self.assertEqual(run.returncode, 74, f"{name} {limit}: {run.stderr}")
                 self.assertIn(name, run.stderr)
@@ -267,7 +262,7 @@ class Failures(MeshTest):
         self.encode()
         alone = self.folder / "bin"
         alone.mkdir()
-        (alone / "tagrid").write_bytes(other_readers.PROGRAM.read_bytes())
+        (alone / "tagrid").write_bytes(PROGRAM.read_bytes())
         (alone / "tagrid").chmod(0o755)
         before = self.names()
         run = subprocess.run([alone / "tagrid", "mesh", "a.tag", "-o", "b.vtkhdf"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
@@ -284,7 +279,7 @@ class Failures(MeshTest):
         script.write_text("#!/bin/sh\necho '{\"tagrid-writer\": 1, \"name\": \"slow\"}'\necho $$ > " + str(self.folder / "process") + "\nread -r line\nsleep 1000\n")
         script.chmod(0o755)
         for kind in (signal.SIGTERM, signal.SIGINT, signal.SIGKILL):
-            run = subprocess.Popen([other_readers.PROGRAM, "mesh", "a.tag", "-o", "b.vtkhdf"], cwd=self.folder,
+            run = subprocess.Popen([PROGRAM, "mesh", "a.tag", "-o", "b.vtkhdf"], cwd=self.folder,
                                    env=dict(os.environ, TAGRID_READER_PATH=str(self.folder / "bin")))
             deadline = time.monotonic() + 60
             while not (self.folder / "process").exists() or not (self.folder / "process").read_text():
@@ -312,7 +307,7 @@ class Failures(MeshTest):
             return False
 
 
-class Conversation(other_readers.ReaderTest):
+class Conversation(ReaderTest):
     """What tagrid-write-hdf5 answers to a tagrid that does not keep to docs/readers.md."""
 
     MESH = {"points": 5, "tetrahedra": 2, "point_data": [{"name": "value", "type": "int16"}], "cell_data": [{"name": "level", "type": "uint8"}]}
@@ -328,8 +323,8 @@ class Conversation(other_readers.ReaderTest):
             lines.append(json.dumps({"request": "array", "name": name, "from": first, "to": last}).encode() + b"\n" + bytes(size))
         if finish:
             lines.append(b'{"request": "finish"}\n')
-        run = subprocess.run([other_readers.PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra, stdout=subprocess.PIPE, timeout=300,
-                             preexec_fn=None if other_readers.IS_SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30)))
+        run = subprocess.run([PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra, stdout=subprocess.PIPE, timeout=300,
+                             preexec_fn=None if IS_SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30)))
         self.assertEqual(run.returncode, 0)
         return [json.loads(line) for line in run.stdout.decode().splitlines()[1:]]
 
@@ -383,7 +378,7 @@ class Conversation(other_readers.ReaderTest):
         self.refused("", None, (), before=[{"request": "write-mesh", "path": str(self.folder / "no"), "mesh": self.MESH}])
 
     def test_other_writers_do_not_know_meshes(self):
-        writer = other_readers.PROGRAM.parent / "tagrid-write-vdb"
+        writer = PROGRAM.parent / "tagrid-write-vdb"
         if not writer.exists():
             self.skipTest("there is no tagrid-write-vdb")
         run = subprocess.run([writer], input=json.dumps({"request": "write-mesh", "mesh": self.MESH}) + "\n", text=True, stdout=subprocess.PIPE)
@@ -391,4 +386,4 @@ class Conversation(other_readers.ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

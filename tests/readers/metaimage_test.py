@@ -4,16 +4,12 @@
 """
 
 import itertools
-import json
 import shutil
 import subprocess
 import unittest
 import zlib
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
+from other_readers import PROGRAM, ReaderTest, main, numpy, some
 
 TYPES = {"MET_UCHAR": "uint8", "MET_CHAR": "int8", "MET_USHORT": "uint16", "MET_SHORT": "int16", "MET_UINT": "uint32",
          "MET_INT": "int32", "MET_ULONG": "uint32", "MET_LONG": "int32", "MET_FLOAT": "float32", "MET_DOUBLE": "float64"}
@@ -38,7 +34,7 @@ class MetaImage(ReaderTest):
         return name
 
     def test_every_type_byte_order_and_kind_of_file(self):
-        for (met, type), msb, packed, is_pair in other_readers.some(
+        for (met, type), msb, packed, is_pair in some(
                 itertools.product(TYPES.items(), (False, True), (False, True), (False, True)), 3):
             truth = volume(type)
             data = truth.astype(truth.dtype.newbyteorder(">" if msb else "<")).tobytes()
@@ -49,7 +45,7 @@ class MetaImage(ReaderTest):
                 name = self.write("a.mhd", truth, met, file="data.raw", **fields)
             else:
                 name = self.write("a.mha", truth, met, data, **fields)
-            self.assert_same(self.encoded(name)[0], truth, f"{met} {fields} {is_pair}")
+            self.encodes(truth, name, what=f"{met} {fields} {is_pair}")
 
     def test_a_pipe_gives_the_same_file(self):
         truth = volume("int16")
@@ -58,7 +54,7 @@ class MetaImage(ReaderTest):
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
             self.encoded(name)
             self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_slices_in_many_files(self):
@@ -70,11 +66,11 @@ class MetaImage(ReaderTest):
                 f"s{z + 1:03}.raw" for z in range(12))):
             for size in (4, -1):
                 name = self.write("a.mhd", truth, "MET_SHORT", file=file, HeaderSize=size)
-                self.assert_same(self.encoded(name)[0], truth, file)
+                self.encodes(truth, name, what=file)
         two = truth.reshape(2, 6 * 20 * 30)
         for i in range(2):
             (self.folder / f"part{i}").write_bytes(two[i].tobytes())
-        self.assert_same(self.encoded(self.write("a.mhd", truth, "MET_SHORT", file="LIST 3\npart0\npart1"))[0], truth)
+        self.encodes(truth, self.write("a.mhd", truth, "MET_SHORT", file="LIST 3\npart0\npart1"))
 
     def test_geometry(self):
         truth = volume("int16")
@@ -92,8 +88,7 @@ class MetaImage(ReaderTest):
         run = subprocess.run(["plastimatch", "convert", "--input", "a.mha", "--output-img", "itk.nrrd"], cwd=self.folder,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.assertEqual(run.returncode, 0, run.stdout)
-        samples, itk = self.encoded("itk.nrrd")
-        self.assert_same(samples, truth)
+        itk = self.encodes(truth, "itk.nrrd")
         numpy.testing.assert_allclose(itk["geometry"]["directions"], geometry["directions"], atol=1e-6)
         numpy.testing.assert_allclose(itk["geometry"]["origin"], geometry["origin"], atol=1e-6)
         self.assertEqual(itk["geometry"]["space"], geometry["space"])
@@ -103,8 +98,7 @@ class MetaImage(ReaderTest):
         for fields in ({"Position": "1 2 3"}, {"Origin": "1 2 3", "ElementSize": "1 1 1"}, {"Offset": "1 2 3", "Rotation": "1 0 0 0 1 0 0 0 1"}):
             for sign in (" = ", "=", ": "):
                 name = self.write("a.mha", truth, "MET_UCHAR", truth.tobytes(), sign=sign, **fields)
-                samples, info = self.encoded(name)
-                self.assert_same(samples, truth)
+                info = self.encodes(truth, name)
                 self.assertEqual(info["geometry"]["origin"], [1, 2, 3])
 
     def test_one_of_several_volumes(self):
@@ -114,7 +108,7 @@ class MetaImage(ReaderTest):
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
             self.assert_refused(64, "--series", "encode", name)
             for i in range(3):
-                self.assert_same(self.encoded(name, "--series", i + 1)[0], truth[i])
+                self.encodes(truth[i], name, "--series", i + 1)
 
     def test_what_is_no_volume_is_refused_by_name(self):
         truth = volume("int16")
@@ -135,8 +129,7 @@ class MetaImage(ReaderTest):
         self.write("a.mha", truth, "MET_SHORT", zlib.compress(truth.tobytes())[:-3], CompressedData=True)
         self.assert_refused(65, "a.mha: ", "encode", "a.mha")
         self.write("a.mha", truth, "MET_SHORT", truth.tobytes() + b"xyz")
-        self.assert_same(self.encoded("a.mha")[0], truth)
-        self.assertIn("3 bytes follow the samples", self.messages)
+        self.encodes(truth, "a.mha", says="3 bytes follow the samples")
 
     @unittest.skipIf(shutil.which("plastimatch") is None, "there is no plastimatch on this machine")
     def test_odd_headers_are_refused_or_read_as_itk_does(self):
@@ -152,14 +145,13 @@ class MetaImage(ReaderTest):
                 for file in self.folder.glob("*.nrrd"):
                     file.unlink()
                 self.write("a.mha", truth, "MET_SHORT", truth.tobytes(), **fields)
-                ours = self.tagrid("encode", "a.mha", "-o", "a.tag", "-f")
-                self.assertEqual(ours.returncode, 0, ours.stderr)
+                ours = self.ok("encode", "a.mha", "-o", "a.tag", "-f")
                 run = subprocess.run(["plastimatch", "convert", "--input", "a.mha", "--output-img", "itk.nrrd"], cwd=self.folder, capture_output=True)
                 if run.returncode or not (self.folder / "itk.nrrd").exists():
                     self.assertIn("warning", ours.stderr)
                     continue
-                info = json.loads(self.tagrid("info", "a.tag", "--json").stdout)
-                self.assertEqual(self.tagrid("decode", "a.tag", "-o", "ours.raw", "-f").returncode, 0)
+                info = self.info("a.tag")
+                self.ok("decode", "a.tag", "-o", "ours.raw", "-f")
                 samples, itk = self.encoded("itk.nrrd")
                 self.assertEqual((self.folder / "ours.raw").read_bytes(), samples.tobytes())
                 compared += 1
@@ -176,12 +168,12 @@ class MetaImage(ReaderTest):
         (self.folder / "a.raw").write_bytes(truth.tobytes())
         self.write("a.mhd", truth, "MET_SHORT", file="a.raw")
         self.assertNotIn("--dims", self.assert_refused(65, "a.mhd describes its samples; give that file", "encode", "a.raw"))
-        self.assert_same(self.encoded("a.mhd")[0], truth)
+        self.encodes(truth, "a.mhd")
         # The header of other samples is none.
         self.write("a.mhd", truth, "MET_SHORT", file="b.raw")
         (self.folder / "b.raw").write_bytes(truth.tobytes())
         self.assert_refused(65, "describe them with --dims and --type", "encode", "a.raw")
-        self.assert_same(self.encoded("a.raw", "--dims", "23,19,7", "--type", "int16")[0], truth)
+        self.encodes(truth, "a.raw", "--dims", "23,19,7", "--type", "int16")
         (self.folder / "b.raw").write_bytes(truth.tobytes()[:-1])
         message = self.assert_refused(65, f"{truth.nbytes - 1} are present", "encode", "b.raw", "--dims", "23,19,7", "--type", "int16")
         self.write("b.mhd", truth, "MET_SHORT", file="b.raw")
@@ -189,4 +181,4 @@ class MetaImage(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -3,14 +3,9 @@
     nexus_test.py PROGRAM
 """
 
-import json
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-h5py = other_readers.library("h5py", "python3-h5py")
+from other_readers import ReaderTest, h5py, main, numpy
 
 SHAPE = (7, 20, 31)
 
@@ -192,7 +187,7 @@ class Nexus(ReaderTest):
         truth = volume()
         with h5py.File(self.folder / "b.nxs", "w", userblock_size=512) as file:
             file["data"] = truth
-        self.assert_same(self.encoded("b.nxs")[0], truth)
+        self.encodes(truth, "b.nxs")
         self.assert_refused(64, "must end in", "decode", "out.tag", "-o", "c.nxs")
 
     def test_a_signal_or_default_that_names_nothing_is_an_error(self):
@@ -218,7 +213,7 @@ class Nexus(ReaderTest):
                 message = self.assert_refused(65, text, "encode", "a.nxs")
                 self.assertFalse((self.folder / "a.tag").exists())
                 self.assertIn("--dataset", message)
-                self.assert_same(self.encoded("a.nxs", "--dataset", "/other/mask")[0], volume())
+                self.encodes(volume(), "a.nxs", "--dataset", "/other/mask")
         for attribute, value, text in (("default", "nothing", "there is no /nothing"), ("signal", "", "it is empty"), ("signal", "other", "/other is no data set")):
             self.write()
             with h5py.File(self.folder / "a.nxs", "r+") as file:
@@ -288,7 +283,7 @@ class Nexus(ReaderTest):
             z = numpy.arange(7.) * 2.5 / meter * 1e-3 + 1
             self.write(z=z, y=numpy.arange(20.) * 0.5, x=numpy.arange(31.) * 0.4, units={"z": unit, "y": "mm", "x": "mm"})
             self.assertEqual(self.tagrid("encode", "a.nxs", "-o", "out.tag", "-f").stderr, "", unit)
-            geometry = json.loads(self.tagrid("info", "out.tag", "--json").stdout)["geometry"]
+            geometry = self.info("out.tag")["geometry"]
             numpy.testing.assert_allclose(geometry["spacing"], [0.4, 0.5, 2.5], rtol=1e-9, err_msg=unit)
             numpy.testing.assert_allclose(geometry["origin"], [0, 0, z[0] * meter / 1e-3], rtol=1e-12, err_msg=unit)
             self.assertEqual(geometry["units"], ["mm"] * 3)
@@ -357,12 +352,11 @@ class Nexus(ReaderTest):
         z = numpy.array([0, 1, 2, 4, 7, 8, 9])
         self.write(z=z, y=numpy.arange(20.), x=numpy.arange(31.), units="mm")
         before = self.geometry()
-        self.assertEqual(self.tagrid("decode", "out.tag", "-o", "b.h5").returncode, 0)
-        samples, info = self.encoded("b.h5")
-        self.assert_same(samples, volume())
+        self.ok("decode", "out.tag", "-o", "b.h5")
+        info = self.encodes(volume(), "b.h5")
         self.assertEqual(info["geometry"], before)
         self.assertEqual(info["source"]["pairs"]["hdf5_dataset"], "/entry/data/counts")
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -5,18 +5,13 @@
 
 import gzip
 import itertools
-import json
 import pathlib
 import shutil
 import struct
 import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
+from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, some
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
@@ -55,7 +50,7 @@ class Nifti(ReaderTest):
         numpy.testing.assert_allclose(geometry["origin"], affine[:3, 3], rtol=1e-6, atol=1e-6)
 
     def test_every_type_version_byte_order_and_kind_of_file(self):
-        for type, version, order, name in other_readers.some(
+        for type, version, order, name in some(
                 itertools.product(TYPES, (1, 2), "<>", ("a.nii", "a.nii.gz", "a.img", "a.img.gz")), 3):
             truth = volume(type)
             if type in ("uint8", "int8") and order == ">":
@@ -65,8 +60,7 @@ class Nifti(ReaderTest):
             header = name.replace(".img", ".hdr")
             if header == "a.hdr.gz" and not (self.folder / header).exists():
                 header = "a.hdr"
-            samples, info = self.encoded(header)
-            self.assert_same(samples, truth.transpose(2, 1, 0), f"{type} {version} {order} {name}")
+            info = self.encodes(truth.transpose(2, 1, 0), header, what=f"{type} {version} {order} {name}")
             self.assert_affine(info, nibabel.load(self.folder / name).affine)
             for file in self.folder.glob("a.*"):
                 file.unlink()
@@ -76,7 +70,7 @@ class Nifti(ReaderTest):
             self.write(name, volume("int16"), oblique())
             self.encoded(name)
             self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_sform_goes_before_qform_and_both_are_kept(self):
@@ -140,7 +134,7 @@ class Nifti(ReaderTest):
             self.write(name, truth)
             self.assertIn("--series", self.assert_refused(64, "holds 3 volumes", "encode", name))
             for i in range(3):
-                self.assert_same(self.encoded(name, "--series", i + 1)[0], truth[..., i].transpose(2, 1, 0))
+                self.encodes(truth[..., i].transpose(2, 1, 0), name, "--series", i + 1)
             for series in ("0", "4", "x", "1x"):
                 self.assert_refused(64, "1 to 3", "encode", name, "--series", series)
 
@@ -148,21 +142,18 @@ class Nifti(ReaderTest):
         def edit(header):
             header.set_slope_inter(2.5, -1000)
         truth = volume("int16")
-        samples, info = self.encoded(self.write("a.nii", truth, edit=edit))
-        self.assert_same(samples, truth.transpose(2, 1, 0))
+        info = self.encodes(truth.transpose(2, 1, 0), self.write("a.nii", truth, edit=edit))
         self.assertEqual(info["source"]["pairs"]["nifti_scl_slope"], "2.5")
         self.tagrid("encode", "a.nii", "--max-error", "10", "-o", "b.tag")
-        self.assertEqual(json.loads(self.tagrid("info", "b.tag", "--json").stdout)["max_error"], 4)
-        run = self.tagrid("verify", "b.tag", "--against", "a.nii")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(self.info("b.tag")["max_error"], 4)
+        self.ok("verify", "b.tag", "--against", "a.nii")
 
     def test_bytes_behind_the_samples_are_left_out_with_a_word(self):
         truth = volume("int16")
         self.write("a.nii", truth)
         with open(self.folder / "a.nii", "ab") as file:
             file.write(b"notes")
-        self.assert_same(self.encoded("a.nii")[0], truth.transpose(2, 1, 0))
-        self.assertIn("5 bytes follow the samples", self.messages)
+        self.encodes(truth.transpose(2, 1, 0), "a.nii", says="5 bytes follow the samples")
 
     def test_samples_behind_extensions(self):
         truth = volume("int16")
@@ -170,7 +161,7 @@ class Nifti(ReaderTest):
         image.header.extensions.append(nibabel.nifti1.Nifti1Extension("comment", b"x" * 10000))
         for name in ("a.nii", "a.nii.gz"):
             nibabel.save(image, self.folder / name)
-            self.assert_same(self.encoded(name)[0], truth.transpose(2, 1, 0))
+            self.encodes(truth.transpose(2, 1, 0), name)
 
     def test_what_is_no_volume_is_refused_by_name(self):
         for type, word in (("complex64", "complex"), ("int64", "64 bits")):
@@ -229,8 +220,8 @@ class Nifti(ReaderTest):
                     self.assertIn("warning", run.stderr, error)
                     continue
                 compared += 1
-                self.assertEqual(self.tagrid("decode", "b.tag", "-o", "b.raw", "-f").returncode, 0)
-                info = json.loads(self.tagrid("info", "b.tag", "--json").stdout)
+                self.ok("decode", "b.tag", "-o", "b.raw", "-f")
+                info = self.info("b.tag")
                 samples = numpy.fromfile(self.folder / "b.raw", info["type"]).reshape(5, 7, 9)
                 pairs, geometry = info["source"]["pairs"], info["geometry"]
                 ours = samples * float(pairs.get("rescale_slope", 1)) + float(pairs.get("rescale_intercept", 0))
@@ -245,8 +236,7 @@ class Nifti(ReaderTest):
         content = bytearray((self.folder / "a.nii").read_bytes())
         struct.pack_into("<f", content, 116, float("nan"))
         (self.folder / "a.nii").write_bytes(content)
-        samples, info = self.encoded("a.nii", "--max-error", "0")
-        self.assert_same(samples, truth.transpose(2, 1, 0))
+        info = self.encodes(truth.transpose(2, 1, 0), "a.nii", "--max-error", "0")
         self.assertIn("scl_inter is \"nan\", which is not a number; it counts as 0", self.messages)
         self.assertEqual(info["source"]["pairs"]["rescale_slope"], "2")
         # A slope that is not there, and an intercept that is.
@@ -259,17 +249,17 @@ class Nifti(ReaderTest):
         self.write("pair.img", truth, oblique(), pair=True)
         message = self.assert_refused(65, "pair.hdr describes its samples; give that file", "encode", "pair.img")
         self.assertNotIn("--dims", message)
-        self.assert_same(self.encoded("pair.hdr")[0], truth.transpose(2, 1, 0))
+        self.encodes(truth.transpose(2, 1, 0), "pair.hdr")
         (self.folder / "pair.hdr").rename(self.folder / "pair.old")
         self.assert_refused(65, "pair.hdr, which is missing", "encode", "pair.img")
         (self.folder / "pair.old").rename(self.folder / "pair.hdr")
-        self.assertEqual(self.tagrid("encode", "pair.hdr", "-f").returncode, 0)
+        self.ok("encode", "pair.hdr", "-f")
         # A volume before NIfTI.
         nibabel.save(nibabel.AnalyzeImage(truth, numpy.eye(4)), self.folder / "old.img")
         for name in ("old.img", "old.hdr"):
             self.assert_refused(65, "is the header of an Analyze 7.5 volume, which does not record its orientation; convert it to NIfTI first", "encode", name)
         nibabel.save(nibabel.Nifti1Image.from_image(nibabel.load(self.folder / "old.img")), self.folder / "new.nii")
-        self.assert_same(self.encoded("new.nii")[0], truth.transpose(2, 1, 0))
+        self.encodes(truth.transpose(2, 1, 0), "new.nii")
         # A file that is cut short is no file of samples alone.
         self.write("a.nii", truth)
         self.write("a.nii.gz", truth)
@@ -303,8 +293,7 @@ class Nifti(ReaderTest):
             series = []
             if truth.ndim > 3:
                 truth, series = truth[..., 1], ["--series", "2"]
-            samples, info = self.encoded(name, *series)
-            self.assert_same(samples, truth.transpose(2, 1, 0), name)
+            info = self.encodes(truth.transpose(2, 1, 0), name, *series, what=name)
             self.assert_affine(info, image.affine)
             count += 1
         if count == 0:
@@ -312,4 +301,4 @@ class Nifti(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -3,16 +3,11 @@
     ome_tiff_test.py PROGRAM
 """
 
-import json
 import shutil
 import unittest
 import uuid
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
+from other_readers import ReaderTest, main, numpy, tifffile
 
 SPACING = {"PhysicalSizeX": "0.25", "PhysicalSizeXUnit": "mm", "PhysicalSizeY": "0.5", "PhysicalSizeYUnit": "mm", "PhysicalSizeZ": "2", "PhysicalSizeZUnit": "mm"}
 SCHEMA = 'xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"'
@@ -58,8 +53,7 @@ class OmeTiff(ReaderTest):
         self.write_set(truth, [(f"p{k}.ome.tif", 0, 4 - k, 0) for k in range(5)], **options)
 
     def lines_of_find(self, *options):
-        run = self.tagrid("convert", "--find", "set", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("convert", "--find", "set", *options)
         (self.folder / "list.tsv").write_text(run.stdout)
         return [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")], run.stdout
 
@@ -69,10 +63,9 @@ class OmeTiff(ReaderTest):
         self.assertEqual({line[-1].removeprefix("output=") for line in lines}, set(truths), lines)
         self.assertEqual(len(lines), len(truths))
         shutil.rmtree(self.folder / "out", ignore_errors=True)
-        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q")
         for name, truth in truths.items():
-            self.assertEqual(self.tagrid("decode", f"out/{name}.tag", "-o", "a.raw", "-f").returncode, 0)
+            self.ok("decode", f"out/{name}.tag", "-o", "a.raw", "-f")
             self.assertEqual((self.folder / "a.raw").read_bytes(), truth.tobytes(), name)
 
     def test_a_set_is_read_by_its_xml_from_the_folder_and_from_each_of_its_files(self):
@@ -80,8 +73,7 @@ class OmeTiff(ReaderTest):
         self.reversed_set(truth)
         self.assertTrue((tifffile.imread(self.folder / "set/p1.ome.tif") == truth[0]).all())
         for path in ("set", "set/p0.ome.tif", "set/p3.ome.tif"):
-            samples, info = self.encoded(path)
-            self.assert_same(samples, truth[0], path)
+            info = self.encodes(truth[0], path, what=path)
             self.assertEqual((info["geometry"]["spacing"], info["geometry"]["units"]), ([0.25, 0.5, 2], ["mm"] * 3))
             self.assertEqual(self.messages.count("warning"), 0, self.messages)
         # A file that does not belong to the set is another volume.
@@ -89,12 +81,12 @@ class OmeTiff(ReaderTest):
         self.assert_found({"p0.ome.tif": truth[0], "other.tif": truth[0, :2]})
         message = self.assert_refused(64, "holds 2 volumes", "encode", "set")
         self.assertRegex(message, r"p0.ome.tif +24 x 16 x 5 uint16")
-        self.assert_same(self.encoded("set", "--series", "p0.ome.tif")[0], truth[0])
-        self.assert_same(self.encoded("set", "--series", "other.tif")[0], truth[0, :2])
+        self.encodes(truth[0], "set", "--series", "p0.ome.tif")
+        self.encodes(truth[0, :2], "set", "--series", "other.tif")
         # Not even one whose name is like theirs gives the set another name.
         (self.folder / "set/other.tif").rename(self.folder / "set/p17.ome.tif")
-        self.assert_same(self.encoded("set", "--series", "p0.ome.tif")[0], truth[0])
-        self.assert_same(self.encoded("set", "--series", "p17.ome.tif")[0], truth[0, :2])
+        self.encodes(truth[0], "set", "--series", "p0.ome.tif")
+        self.encodes(truth[0, :2], "set", "--series", "p17.ome.tif")
 
     def test_channels_of_a_folder_are_volumes(self):
         truth = self.volume((2, 3, 16, 24))
@@ -103,7 +95,7 @@ class OmeTiff(ReaderTest):
         self.assertIn("holds 2 volumes", self.assert_refused(64, "--series", "encode", "set/c0z1.ome.tif"))
         for path in ("set", "set/c0z1.ome.tif"):
             for c in range(2):
-                self.assert_same(self.encoded(path, "--series", f"c{c + 1}")[0], truth[c], path)
+                self.encodes(truth[c], path, "--series", f"c{c + 1}", what=path)
         self.assert_found({"c0z0.ome.tif/c1": truth[0], "c0z0.ome.tif/c2": truth[1]})
 
     def test_files_with_several_planes_and_other_sizes_of_files(self):
@@ -115,7 +107,7 @@ class OmeTiff(ReaderTest):
             xml = f'<OME {SCHEMA} UUID="{uuid_of(name)}">{image([], truth.shape)}</OME>'
             self.write(f"set/{name}", part, xml.replace("</Pixels>", data + "</Pixels>"))
         for path in ("set", "set/a.ome.tif", "set/b.ome.tif"):
-            self.assert_same(self.encoded(path)[0], truth[0], path)
+            self.encodes(truth[0], path, what=path)
         self.assert_found({"a.ome.tif": truth[0]})
 
     def test_a_folder_of_one_file_of_channels_can_be_chosen_from(self):
@@ -124,13 +116,13 @@ class OmeTiff(ReaderTest):
         self.write_set(truth, planes)
         self.assertRegex(self.assert_refused(64, "holds 2 volumes", "encode", "set"), "c1 .*\n.*c2 ")
         for name in ("c2", "a.ome.tif:c2"):
-            self.assert_same(self.encoded("set", "--series", name)[0], truth[1])
+            self.encodes(truth[1], "set", "--series", name)
         # Beside another file, names say which file is meant.
         tifffile.imwrite(self.folder / "set/zz.tif", truth[0], photometric="minisblack")
         message = self.assert_refused(64, "holds 3 volumes", "encode", "set")
         self.assertIn("a.ome.tif:c2", message)
-        self.assert_same(self.encoded("set", "--series", "a.ome.tif:c2")[0], truth[1])
-        self.assert_same(self.encoded("set", "--series", "1")[0], truth[0])
+        self.encodes(truth[1], "set", "--series", "a.ome.tif:c2")
+        self.encodes(truth[0], "set", "--series", "1")
         self.assert_found({"a.ome.tif/c1": truth[0], "a.ome.tif/c2": truth[1], "zz.tif": truth[0]})
 
     def test_missing_files_are_named_and_may_be_left_out(self):
@@ -140,8 +132,7 @@ class OmeTiff(ReaderTest):
         said = 'set/p0.ome.tif: TIFF file: OME-XML names a file that is missing: "p3.ome.tif"'
         for path in ("set", "set/p0.ome.tif", "set/p4.ome.tif"):
             self.assertIn("--gaps-ok", self.assert_refused(65, said, "encode", path))
-            samples, info = self.encoded(path, "--gaps-ok")
-            self.assert_same(samples, truth[0, [0, 2, 3, 4]], path)
+            info = self.encodes(truth[0, [0, 2, 3, 4]], path, "--gaps-ok", what=path)
             self.assertIn("slices that are left out, as they have no page: 2", self.messages)
             self.assertIn(said, self.messages)
             # Which distance is meant cannot be known.
@@ -150,7 +141,7 @@ class OmeTiff(ReaderTest):
         self.assertEqual((lines, text.count("# not listed: ")), ([], 1), text)
         lines, _ = self.lines_of_find("--gaps-ok")
         self.assertEqual(lines, [[str(self.folder / "set/p0.ome.tif"), "gaps-ok=true", "output=p0.ome.tif"]])
-        self.assertEqual(self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q").returncode, 0)
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q")
 
     def test_the_description_may_lie_in_a_companion(self):
         truth = self.volume()
@@ -160,22 +151,20 @@ class OmeTiff(ReaderTest):
         self.assert_refused(65, 'p2.ome.tif: TIFF file: its OME-XML is in the file "set.companion.ome", which is missing', "encode", "set/p2.ome.tif")
         (self.folder / "set/set.companion.ome").write_text(f"<OME {SCHEMA}>{image(planes, truth.shape)}</OME>")
         for path in ("set", "set/p2.ome.tif"):
-            samples, info = self.encoded(path)
-            self.assert_same(samples, truth[0], path)
+            info = self.encodes(truth[0], path, what=path)
             self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 2])
             self.assertTrue(info["restorable"])
         self.assert_found({"p0.ome.tif": truth[0]})
         # The companion belongs to the volume.
         self.assertNotIn("companion", self.lines_of_find()[1])
-        run = self.tagrid("encode", "set", "-o", "b.tag", "--rm")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("encode", "set", "-o", "b.tag", "--rm")
         self.assertEqual(list((self.folder / "set").iterdir()), [])
         # The file with the description may be TIFF, too.
         xml = f'<OME {SCHEMA} UUID="{uuid_of("p0.ome.tif")}">{image(planes, truth.shape)}</OME>'
         for k in range(5):
             self.write(f"set/p{k}.ome.tif", [truth[0, 4 - k]], xml if k == 0 else f'<OME {SCHEMA}><BinaryOnly MetadataFile="p0.ome.tif" UUID="urn:uuid:1"/></OME>')
         for path in ("set", "set/p0.ome.tif", "set/p2.ome.tif"):
-            self.assert_same(self.encoded(path)[0], truth[0], path)
+            self.encodes(truth[0], path, what=path)
         self.assert_found({"p0.ome.tif": truth[0]})
 
     def test_only_the_first_file_of_a_set_may_have_a_description(self):
@@ -185,7 +174,7 @@ class OmeTiff(ReaderTest):
         self.write(f"set/{names[0]}", truth[0, :3], f'<OME {SCHEMA} UUID="{uuid_of(names[0])}">{image(planes, truth.shape)}</OME>')
         tifffile.imwrite(self.folder / "set" / names[1], truth[0, 3:], photometric="minisblack", metadata=None, ome=False)
         for path in ("set", f"set/{names[0]}", f"set/{names[1]}"):
-            self.assert_same(self.encoded(path)[0], truth[0], path)
+            self.encodes(truth[0], path, what=path)
         self.assert_found({names[0]: truth[0]})
 
     def test_names_in_the_xml_do_not_lead_out_of_the_folder(self):
@@ -213,8 +202,7 @@ class OmeTiff(ReaderTest):
                                     ("NaN", None, "which is not a number"), ("0", None, "which is no distance"), ("-0.25", None, "which is no distance"),
                                     ("0.25 mm", None, "which is not a number")):
             truth = self.one_file({"PhysicalSizeX": text})
-            samples, info = self.encoded("a.ome.tif")
-            self.assert_same(samples, truth)
+            info = self.encodes(truth, "a.ome.tif")
             self.assertEqual(info["geometry"]["spacing"], [spacing, 0.5, 2], text)
             self.assertIn(said, self.messages)
         for unit, factor in (("m", 1000), ("\u00b5m", 0.001), ("nm", 1e-6), ("\u00c5", 1e-7), ("in", 25.4)):
@@ -251,8 +239,7 @@ class OmeTiff(ReaderTest):
                               ({"pixels": {"SizeX": 23}}, "OME-XML says that pages are 23 x 16 uint16"),
                               ({"pages": self.volume((3, 16, 24))}, "1 pages of its files are no slices by OME-XML")):
             self.one_file(**options)
-            self.encoded("a.ome.tif")
-            self.assertIn(said, self.messages)
+            self.encoded("a.ome.tif", says=said)
             self.assert_refused(64, said, "encode", "a.ome.tif", "-o", "x.tag", "--max-error", "5", "--rm")
         self.one_file()
         self.encoded("a.ome.tif")
@@ -264,8 +251,7 @@ class OmeTiff(ReaderTest):
             image([("a.ome.tif", 2, 0, 0), ("a.ome.tif", 3, 1, 0)], (1, 2, 16, 24), {"PhysicalSizeX": "7", "PhysicalSizeXUnit": "um"})
         self.write("a.ome.tif", truth[0], f'<OME {SCHEMA} UUID="{uuid_of("a.ome.tif")}">{images}</OME>')
         for i, spacing in enumerate(([0.25, 0.5, 2], [7, 500, 2000])):
-            samples, info = self.encoded("a.ome.tif", "--series", f"i{i + 1}")
-            self.assert_same(samples, truth[0, 2 * i:2 * i + 2])
+            info = self.encodes(truth[0, 2 * i:2 * i + 2], "a.ome.tif", "--series", f"i{i + 1}")
             self.assertEqual(info["geometry"]["spacing"], spacing)
 
     def test_slices_that_know_only_themselves_are_a_folder_of_slices(self):
@@ -273,8 +259,7 @@ class OmeTiff(ReaderTest):
         for z in range(3):
             name = f"s{z}.ome.tif"
             self.write(f"set/{name}", [truth[0, z]], f'<OME {SCHEMA} UUID="{uuid_of(name)}">{image([(name, 0, 0, 0)], (1, 1, 16, 24))}</OME>')
-        samples, info = self.encoded("set")
-        self.assert_same(samples, truth[0])
+        info = self.encodes(truth[0], "set")
         self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, None])  # a slice knows no other
         self.assert_found({"s#.ome.tif": truth[0]})
 
@@ -293,4 +278,4 @@ class OmeTiff(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

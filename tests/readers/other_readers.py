@@ -22,12 +22,22 @@ IS_LONG = "TAGRID_LONG" in os.environ
 unless_sanitized = unittest.skipIf(IS_SANITIZED, "sanitizers take memory of their own")
 
 
-def library(name, package):
-    """The module, or None after a message; its tests are then skipped."""
+# The packages that have the libraries, and libraries whose module has another name.
+PACKAGES = {name: f"python3-{name}" for name in ("numpy", "pydicom", "nibabel", "tifffile", "h5py", "gmsh", "meshio")} | \
+    {"Image": "python3-pil"} | {name: "python3-vtk9" for name in ("vtk_hdf", "vtk_image", "vtk_xml", "vtk_numpy")}
+# Not all modules of VTK: some would replace its readers by those for MPI.
+MODULES = {"Image": "PIL.Image", "vtk_hdf": "vtkmodules.vtkIOHDF", "vtk_image": "vtkmodules.vtkIOImage",
+           "vtk_xml": "vtkmodules.vtkIOXML", "vtk_numpy": "vtkmodules.util.numpy_support"}
+
+
+def __getattr__(name):
+    """`from other_readers import numpy` gives the module, or None after a message; its tests are then skipped."""
+    if name not in PACKAGES:
+        raise AttributeError(f"module 'other_readers' has no attribute '{name}'")
     try:
-        return importlib.import_module(name)
+        return importlib.import_module(MODULES.get(name, name))
     except ImportError:
-        print(f"skipped: there is no {name} on this machine ({package})", file=sys.stderr)
+        print(f"skipped: there is no {name} on this machine ({PACKAGES[name]})", file=sys.stderr)
         return None
 
 
@@ -55,21 +65,35 @@ class ReaderTest(unittest.TestCase):
         return subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, text=True, errors="replace",
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
-    def encoded(self, path, *options):
-        """Encodes a volume without a loss; its stored samples as an array [z, y, x], and what info says."""
+    def ok(self, *arguments):
+        """A run that must succeed."""
+        run = self.tagrid(*arguments)
+        self.assertEqual(run.returncode, 0, f"{arguments}: {run.stderr}")
+        return run
+
+    def info(self, name):
+        return json.loads(self.ok("info", name, "--json").stdout)
+
+    def encoded(self, path, *options, says=""):
+        """Encodes a volume without a loss, with messages that have the text `says`; its stored samples as an array [z, y, x],
+        and what info says."""
         import numpy
 
-        run = self.tagrid("encode", path, "-o", "out.tag", "-f", *options)
-        self.assertEqual(run.returncode, 0, f"{path} {options}: {run.stderr}")
-        self.messages = run.stderr
-        info = json.loads(self.tagrid("info", "out.tag", "--json").stdout)
-        run = self.tagrid("decode", "out.tag", "-o", "out.raw", "-f", "--samples")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.messages = self.ok("encode", path, "-o", "out.tag", "-f", *options).stderr
+        self.assertIn(says, self.messages)
+        info = self.info("out.tag")
+        self.ok("decode", "out.tag", "-o", "out.raw", "-f", "--samples")
         if info["restorable"]:
             self.assert_restored(pathlib.Path(self.folder / path))
         elif info["compression"]:
             self.assert_restored_uncompressed(pathlib.Path(self.folder / path), info, options)
         return numpy.fromfile(self.folder / "out.raw", numpy.dtype(info["type"])).reshape(info["dims"][::-1]), info
+
+    def encodes(self, truth, path, *options, what="", says=""):
+        """The same, with the samples `truth`; returns what info says."""
+        samples, info = self.encoded(path, *options, says=says)
+        self.assert_same(samples, truth, what or (path, options))
+        return info
 
     def assert_restored(self, path):
         """Files that come back from out.tag are those at `path`, byte for byte."""
@@ -87,16 +111,14 @@ class ReaderTest(unittest.TestCase):
     def assert_restored_uncompressed(self, path, info, options):
         """Files that come back from out.tag, whose samples were compressed, are the same data set uncompressed."""
         shutil.rmtree(self.folder / "restored", ignore_errors=True)
-        run = self.tagrid("restore", "out.tag", "-o", "restored")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("restore", "out.tag", "-o", "restored")
         self.assertIn("not restored byte for byte: samples were compressed (" + info["compression"], run.stderr)
         name = path.name.removesuffix(".gz").removesuffix(".GZ")
         restored = "restored" if path.is_dir() else f"restored/{name}"
         # A number of one of several series means nothing among the files of one.
         options = [option for i, option in enumerate(options) if not (path.is_dir() and "--series" in options[max(i - 1, 0):i + 1])]
-        run = self.tagrid("encode", restored, "-o", "again.tag", "-f", *options)
-        self.assertEqual(run.returncode, 0, f"{path} {options}: {run.stderr}")
-        again = json.loads(self.tagrid("info", "again.tag", "--json").stdout)
+        self.ok("encode", restored, "-o", "again.tag", "-f", *options)
+        again = self.info("again.tag")
         self.assertIs(again["restorable"], True, path)
         self.assertIsNone(again["compression"])
         for key in ("dims", "type", "geometry"):
@@ -110,17 +132,28 @@ class ReaderTest(unittest.TestCase):
         for source in sources:
             source["pairs"].pop("not understood", None)
         self.assertEqual(*sources, path)
-        run = self.tagrid("decode", "again.tag", "-o", "again.raw", "-f", "--samples")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.ok("decode", "again.tag", "-o", "again.raw", "-f", "--samples")
         self.assertEqual((self.folder / "again.raw").read_bytes(), (self.folder / "out.raw").read_bytes(), path)
         # A range and a resumed run are for encoding, and say nothing of the file.
         of_file = [option for i, option in enumerate(options) if "--range" not in options[max(i - 1, 0):i + 1] and option != "--resume"]
-        run = self.tagrid("verify", "out.tag", "--against", restored, *of_file)
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.ok("verify", "out.tag", "--against", restored, *of_file)
         self.assertIn("source files: not those that were encoded: their samples are not compressed", run.stdout)
         for name in ("again.tag", "again.raw"):
             (self.folder / name).unlink()
         shutil.rmtree(self.folder / "restored")
+
+    def save(self, name, file):
+        """Writes a data set of pydicom."""
+        (self.folder / name).parent.mkdir(exist_ok=True)
+        file.save_as(self.folder / name, write_like_original=False)
+
+    def write_nrrd(self, name, samples, fields=""):
+        """Writes an attached NRRD file with further lines in its header."""
+        type = {"float32": "float", "float64": "double"}.get(str(samples.dtype), samples.dtype)
+        header = f"NRRD0005\ntype: {type}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\n" + \
+            "encoding: raw\nendian: little\n"
+        fields = fields if isinstance(fields, bytes) else fields.encode()
+        (self.folder / name).write_bytes(header.encode() + fields + b"\n" + samples.tobytes())
 
     def assert_same(self, samples, truth, what=""):
         self.assertEqual(samples.shape, truth.shape, what)

@@ -15,12 +15,8 @@ import subprocess
 import unittest
 import zlib
 
-import other_readers
-from other_readers import PROGRAM, ReaderTest
+from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, unless_sanitized
 
-numpy = other_readers.library("numpy", "python3-numpy")
-pydicom = other_readers.library("pydicom", "python3-pydicom")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
 NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
 
 
@@ -33,11 +29,6 @@ class Restored(ReaderTest):
         path = self.folder / name if isinstance(name, str) else os.path.join(os.fsencode(self.folder), name)
         with open(path, "wb") as file:
             file.write(b"".join(part if isinstance(part, bytes) else part.tobytes() for part in parts))
-
-    def ok(self, *arguments):
-        run = self.tagrid(*arguments)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run
 
     def files(self, folder="."):
         return {str(path.relative_to(self.folder / folder)) for path in (self.folder / folder).rglob("*")}
@@ -88,7 +79,7 @@ class Restored(ReaderTest):
             elif high_bits == "overlay":
                 words = words | (numpy.random.default_rng(z).integers(0, 16, words.shape).astype("uint16") << 12)
             file = data_set(words, instance=f"1.2.{z}", position=(0, 0, z), BitsStored=12, HighBit=11, PixelRepresentation=int(signed))
-            file.save_as(self.folder / "s" / f"{9 - z}.dcm", write_like_original=False)
+            self.save(f"s/{9 - z}.dcm", file)
 
     def test_bits_that_do_not_belong_to_samples(self):
         for signed in (False, True):
@@ -115,11 +106,6 @@ class Restored(ReaderTest):
             self.assertEqual(then, now)
         run = self.ok("verify", "a.tag", "--against", "s")
         self.assertIn("source files: identical except for samples\n", run.stdout)
-
-    def info(self, name):
-        import json
-
-        return json.loads(self.ok("info", name, "--json").stdout)
 
     def test_a_grid_alone_stays_in_the_range_of_the_bits(self):
         from dicom_test import data_set
@@ -181,7 +167,7 @@ class Restored(ReaderTest):
         self.ok("restore", "a.tag", "-o", "s", "-f")
         self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
 
-    @other_readers.unless_sanitized
+    @unless_sanitized
     def test_names_of_many_files_count_in_the_limit_on_memory(self):
         os.mkdir(self.folder / "s")
         for z in range(2000):
@@ -406,7 +392,7 @@ for request in map(json.loads, sys.stdin):
                 item.CodeValue = "1"
                 file.ProcedureCodeSequence = pydicom.Sequence([item, item])
                 file.DataSetTrailingPadding = b"\0" * 10
-                file.save_as(self.folder / "a.dcm", write_like_original=False)
+                self.save("a.dcm", file)
                 command = [option] if option == "dcmcrle" else ["gdcmconv", option]
                 subprocess.run([*command, "a.dcm", f"s/{z}.dcm"], cwd=self.folder, check=True)
             compression = self.encoded("s")[1]["compression"]
@@ -484,4 +470,4 @@ for request in map(json.loads, sys.stdin):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

@@ -3,16 +3,7 @@ apply by themselves, and nothing else."""
 
 import subprocess
 
-import other_readers
-
-numpy = other_readers.library("numpy", "python3-numpy")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-h5py = other_readers.library("h5py", "python3-h5py")
-# Not all of its modules: some would replace its readers by those for MPI.
-vtk = other_readers.library("vtkmodules.vtkIOImage", "python3-vtk9")
-vtk_xml = other_readers.library("vtkmodules.vtkIOXML", "python3-vtk9")
-to_numpy = other_readers.library("vtkmodules.util.numpy_support", "python3-vtk9")
+from other_readers import h5py, nibabel, numpy, tifffile, vtk_image, vtk_numpy, vtk_xml
 
 # Formats whose readers apply slope and intercept, and the others.
 SCALED = ("b.nii", "b.nii.gz", "b.h5")
@@ -23,7 +14,7 @@ def by_vtk(reader, path):
     reader.SetFileName(str(path))
     reader.Update()
     image = reader.GetOutput()
-    return to_numpy.vtk_to_numpy(image.GetPointData().GetScalars()).reshape(image.GetDimensions()[::-1])
+    return vtk_numpy.vtk_to_numpy(image.GetPointData().GetScalars()).reshape(image.GetDimensions()[::-1])
 
 
 def by_teem(path):
@@ -60,6 +51,6 @@ def seen(path, type=None):
         return by_h5py(path)
     if path.suffix == ".raw":
         return numpy.fromfile(path, type.dtype).reshape(type.shape)
-    readers = {".nrrd": vtk.vtkNrrdReader, ".nhdr": vtk.vtkNrrdReader, ".mha": vtk.vtkMetaImageReader, ".mhd": vtk.vtkMetaImageReader,
+    readers = {".nrrd": vtk_image.vtkNrrdReader, ".nhdr": vtk_image.vtkNrrdReader, ".mha": vtk_image.vtkMetaImageReader, ".mhd": vtk_image.vtkMetaImageReader,
                ".vti": vtk_xml.vtkXMLImageDataReader}
     return by_vtk(readers[path.suffix](), path)

@@ -9,12 +9,7 @@ import struct
 import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-Image = other_readers.library("PIL.Image", "python3-pil")
+from other_readers import Image, PROGRAM, ReaderTest, main, numpy, some, tifffile
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
@@ -37,7 +32,7 @@ class Tiff(ReaderTest):
         for type, order, big in itertools.product(TYPES, "<>", (False, True)):
             truth = volume(type)
             name = self.write("a.tif", truth, byteorder=order, bigtiff=big)
-            self.assert_same(self.encoded(name)[0], truth, f"{type} {order} {big}")
+            self.encodes(truth, name, what=f"{type} {order} {big}")
 
     def test_tiles_strips_and_compressions(self):
         for options in ({"tile": (16, 32)}, {"tile": (64, 64)}, {"rowsperstrip": 1}, {"rowsperstrip": 10}, {"compression": "deflate"},
@@ -49,7 +44,7 @@ class Tiff(ReaderTest):
                 except (ValueError, KeyError) as error:  # predictors of floats need another library
                     self.assertIn("predictor", options, error)
                     continue
-                self.assert_same(self.encoded(name)[0], truth, f"{options} {type}")
+                self.encodes(truth, name, what=f"{options} {type}")
 
     @unittest.skipIf(shutil.which("tiffcp") is None, "there is no tiffcp on this machine (libtiff-tools)")
     def test_what_other_programs_compress(self):
@@ -60,7 +55,7 @@ class Tiff(ReaderTest):
             self.write("a.tif", truth)
             run = subprocess.run(["tiffcp", *options.split(), "a.tif", "b.tif"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
-            self.assert_same(self.encoded("b.tif")[0], truth, options)
+            self.encodes(truth, "b.tif", what=options)
 
     def test_a_folder_in_the_order_of_its_numbers(self):
         truth = volume("uint16", (12, 20, 30))
@@ -70,11 +65,10 @@ class Tiff(ReaderTest):
         (self.folder / "s" / ".hidden.tif").write_text("nothing")
         (self.folder / "s" / "notes.txt").write_text("nothing")
         for path in ("s", "s/", self.folder / "s"):
-            self.assert_same(self.encoded(path)[0], truth)
-        run = self.tagrid("encode", "s/")
-        self.assertEqual(run.returncode, 0, run.stderr)
+            self.encodes(truth, path)
+        self.ok("encode", "s/")
         self.assertTrue((self.folder / "s.tag").exists())
-        self.assertEqual(self.tagrid("verify", "s.tag", "--against", "s").returncode, 0)
+        self.ok("verify", "s.tag", "--against", "s")
         # Refused, as the tags of the files would be lost.
         self.assert_refused(64, "--strip drops its files", "encode", "s", "--rm", "-f", "--strip")
 
@@ -85,8 +79,7 @@ class Tiff(ReaderTest):
         for number, slice in zip(numbers, truth):
             self.write(f"s/mouse_rec{number:08}.tif", slice)
         (self.folder / "s" / "mouse_rec.log").write_text(log)
-        samples, info = self.encoded("s")
-        self.assert_same(samples, truth)
+        info = self.encodes(truth, "s")
         return info
 
     def test_the_log_of_a_skyscan_folder(self):
@@ -100,16 +93,16 @@ class Tiff(ReaderTest):
         self.encoded_skyscan_folder(range(4), "[Reconstruction]\nPixel Size (um)=17.25\n")
         (self.folder / "s" / "other.log").write_text("[Acquisition]\nImage Pixel Size (um)=3\n")
         self.write("s/mouse_rec_spr.tif", volume("uint8", (50, 60)))
-        self.assertEqual(self.tagrid("encode", "s", "-o", "a.tag").returncode, 0)
-        self.assertEqual(self.tagrid("restore", "a.tag", "-o", "r").returncode, 0)
+        self.ok("encode", "s", "-o", "a.tag")
+        self.ok("restore", "a.tag", "-o", "r")
         names = {path.name for path in (self.folder / "r").rglob("*") if path.is_file()}
         self.assertEqual(names, {f"mouse_rec{z:08}.tif" for z in range(4)} | {"mouse_rec.log"})
-        self.assertEqual(self.tagrid("verify", "a.tag", "--against", "s").returncode, 0)
+        self.ok("verify", "a.tag", "--against", "s")
         with open(self.folder / "s" / "mouse_rec.log", "a") as log:
             log.write("More=1\n")
         self.assert_refused(65, "mouse_rec.log", "verify", "a.tag", "--against", "s")
         # --rm removes what comes back, and nothing else.
-        self.assertEqual(self.tagrid("encode", "s", "-o", "b.tag", "--rm").returncode, 0)
+        self.ok("encode", "s", "-o", "b.tag", "--rm")
         self.assertEqual({path.name for path in (self.folder / "s").iterdir()}, {"other.log", "mouse_rec_spr.tif"})
 
     def test_only_every_other_section_was_saved(self):
@@ -123,7 +116,7 @@ class Tiff(ReaderTest):
         for z in (0, 1, 2, 4, 5):
             self.write(f"s/{z:03}.tif", truth[z])
         self.assertIn("--gaps-ok", self.assert_refused(65, "between 002.tif and 004.tif", "encode", "s"))
-        self.assert_same(self.encoded("s", "--gaps-ok")[0], truth[[0, 1, 2, 4, 5]])
+        self.encodes(truth[[0, 1, 2, 4, 5]], "s", "--gaps-ok")
         for z in (9, 13, 14):
             self.write(f"s/{z:03}.tif", truth[0])
         said = "s: between 002.tif and 004.tif, slices are missing according to their numbers: 3, 6 to 8, 10 to 12"
@@ -153,8 +146,8 @@ class Tiff(ReaderTest):
         message = self.assert_refused(64, "holds 2 volumes", "encode", "s")
         self.assertRegex(message, r"\n\s*1  a#.tif  3 files\n\s*2  b#.tif  3 files")
         self.assertIn("--series", message)
-        self.assert_same(self.encoded("s", "--series", "a#.tif")[0], truth[:3])
-        self.assert_same(self.encoded("s", "--series", "2")[0], truth[3:])
+        self.encodes(truth[:3], "s", "--series", "a#.tif")
+        self.encodes(truth[3:], "s", "--series", "2")
         self.assert_refused(64, "has no series 3", "encode", "s", "--series", "3")
 
     def test_slices_that_differ_are_refused(self):
@@ -166,15 +159,14 @@ class Tiff(ReaderTest):
     def test_stacks_of_image_j(self):
         truth = volume("uint16", (6, 20, 30))
         name = self.write("a.tif", truth, imagej=True, resolution=(4, 2), metadata={"spacing": 1.5, "unit": "um", "axes": "ZYX"})
-        samples, info = self.encoded(name)
-        self.assert_same(samples, truth)
+        info = self.encodes(truth, name)
         self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 1.5])
         self.assertEqual(info["geometry"]["units"], ["um"] * 3)
         hyper = volume("uint16", (2 * 3 * 2, 20, 30)).reshape(2, 3, 2, 20, 30)
         name = self.write("h.tif", hyper, imagej=True, metadata={"axes": "TZCYX"})
         self.assert_refused(64, "holds 4 volumes", "encode", name)
         for t, c in itertools.product(range(2), range(2)):
-            self.assert_same(self.encoded(name, "--series", f"c{c + 1}t{t + 1}")[0], hyper[t, :, c])
+            self.encodes(hyper[t, :, c], name, "--series", f"c{c + 1}t{t + 1}")
 
     @unittest.skipIf(Image is None, "there is no Pillow on this machine (python3-pil)")
     def test_packed_samples_are_those_of_pillow(self):
@@ -192,7 +184,7 @@ class Tiff(ReaderTest):
                         self.assertEqual((numpy.asarray(image) // scale).tolist(), truth.tolist(), f"{bits} {width}")
                 if shutil.which("tiffcp"):
                     codecs = ["-c lzw -r 3", "-c zip -t -w 16 -l 16", "-c none -r 5", "-c none -t -w 32 -l 16", *(["-c g4", "-c g3"] if bits == 1 else [])]
-                    for options in other_readers.some(codecs, 2, first=width == 40):
+                    for options in some(codecs, 2, first=width == 40):
                         run = subprocess.run(["tiffcp", *options.split(), "a.tif", "b.tif"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
                         self.assertEqual(run.returncode, 0, run.stderr)
                         self.assert_same(self.encoded("b.tif")[0][0], truth, f"{bits} {width} {options}")
@@ -222,7 +214,7 @@ class Tiff(ReaderTest):
         truth = volume("uint16")
         for orientation in (1, 2, 8):
             tifffile.imwrite(self.folder / "a.tif", truth, photometric="minisblack", metadata=None, extratags=[(274, "H", 1, orientation, False)])
-            self.assert_same(self.encoded("a.tif")[0], truth)
+            self.encodes(truth, "a.tif")
             self.assertEqual(f"a.tif: its pages are to be shown mirrored or turned (Orientation {orientation})" in self.messages, orientation != 1)
 
     def test_white_that_is_zero_is_said_and_kept(self):
@@ -234,8 +226,7 @@ class Tiff(ReaderTest):
         (self.folder / "s").mkdir()
         for z in range(3):
             self.write_packed(f"s/{z}.tif", truth, 4, "<", meaning=0)
-        self.encoded("s")
-        self.assertIn("warning: s: small numbers mean white", self.messages)
+        self.encoded("s", says="warning: s: small numbers mean white")
         self.assert_refused(64, "tagrid: s: cannot be removed: its files could not be restored byte for byte", "encode", "s", "--rm", "-o", "x.tag")
         self.assert_refused(64, "encoding, slice by slice, 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
         self.write_packed("a.tif", truth, 4, "<", meaning=3)
@@ -276,30 +267,27 @@ class Tiff(ReaderTest):
     def test_signed_numbers_of_image_j_come_as_such(self):
         truth = volume("int16", (4, 9, 8))
         signed = "cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n"
-        samples, info = self.encoded(self.image_j("a.tif", (truth.astype("int32") + 32768).astype("uint16"), signed))
-        self.assert_same(samples, truth)
+        info = self.encodes(truth, self.image_j("a.tif", (truth.astype("int32") + 32768).astype("uint16"), signed))
         self.assertTrue(info["restorable"])
         self.assertFalse([key for key in info["source"]["pairs"] if key.startswith("rescale")])
         self.encoded("a.tif", "--max-error", "3")
         # Compressed ones are read by the program, and signed ones are what they are.
         tifffile.imwrite(self.folder / "b.tif", (truth.astype("int32") + 32768).astype("uint16"), photometric="minisblack", compression="deflate",
                          description=f"ImageJ=1.53t\nimages=4\nslices=4\n{signed}", metadata=None)
-        self.assert_same(self.encoded("b.tif")[0], truth)
-        samples, info = self.encoded(self.image_j("c.tif", truth, signed))
-        self.assert_same(samples, truth)
+        self.encodes(truth, "b.tif")
+        info = self.encodes(truth, self.image_j("c.tif", truth, signed))
         self.assertFalse([key for key in info["source"]["pairs"] if key.startswith("rescale")])
         # And in a folder of slices.
         (self.folder / "s").mkdir()
         for z, slice in enumerate(truth):
             self.image_j(f"s/{z}.tif", (slice.astype("int32") + 32768).astype("uint16")[None], signed)
-        self.assert_same(self.encoded("s")[0], truth)
+        self.encodes(truth, "s")
         self.image_j("s/3.tif", truth[3:], "")
         self.assert_refused(65, "3.tif: TIFF file: has another calibration of ImageJ than", "encode", "s")
 
     def test_a_calibration_of_image_j_is_a_slope_and_an_intercept(self):
         truth = volume("uint16", (4, 9, 8))
-        samples, info = self.encoded(self.image_j("a.tif", truth, "cf=0\nc0=-1000.0\nc1=0.5\nvunit=HU\n"))
-        self.assert_same(samples, truth)
+        info = self.encodes(truth, self.image_j("a.tif", truth, "cf=0\nc0=-1000.0\nc1=0.5\nvunit=HU\n"))
         pairs = info["source"]["pairs"]
         self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"]), pairs["rescale_units"]), (0.5, -1000, "HU"))
         # Bounds are for values.
@@ -310,9 +298,7 @@ class Tiff(ReaderTest):
         pairs = self.encoded(self.image_j("b.tif", truth.view("int16"), "cf=0\nc0=-32768.0\nc1=2.0\nvunit=x\n"))[1]["source"]["pairs"]
         self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"])), (2, 32768))
         for calibration in ("cf=1\nc0=1\nc1=2\nc2=3\nvunit=x\n", "cf=21\nvunit=Uncalibrated OD\n", "cf=0\nc0=1\nc1=0\n", "cf=0\nc0=nan\nc1=1\n"):
-            samples, info = self.encoded(self.image_j("c.tif", truth, calibration))
-            self.assert_same(samples, truth)
-            self.assertIn("numbers are kept as they are", self.messages)
+            info = self.encodes(truth, self.image_j("c.tif", truth, calibration), says="numbers are kept as they are")
             self.assertNotIn("rescale_slope", info["source"]["pairs"])
         self.encoded(self.image_j("d.tif", truth, "cf=20\n"))
         self.assertNotIn("kept as they are", self.messages)
@@ -321,13 +307,12 @@ class Tiff(ReaderTest):
         """As ImageJ writes stacks of more than 4 GB."""
         truth = volume("uint16", (6, 20, 30))
         (self.folder / "a.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=6\nslices=6\n"))
-        self.assert_same(self.encoded("a.tif")[0], truth)
+        self.encodes(truth, "a.tif")
         self.assertNotIn("are read", self.messages)
         (self.folder / "b.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=7\nslices=7\n"))
         self.assert_refused(65, "says 7 images, but there are bytes for 6", "encode", "b.tif")
         (self.folder / "c.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=5\nslices=5\n"))
-        self.assert_same(self.encoded("c.tif")[0], truth[:5])
-        self.assertIn("says 5 images, but there are bytes for 6; only the first 5 are read", self.messages)
+        self.encodes(truth[:5], "c.tif", says="says 5 images, but there are bytes for 6; only the first 5 are read")
 
     def test_ome_tiff_in_any_order_of_dimensions(self):
         for axes, shape in (("ZYX", (5, 20, 30)), ("CZYX", (2, 5, 20, 30)), ("ZCYX", (5, 2, 20, 30)), ("TCZYX", (2, 2, 3, 20, 30))):
@@ -350,7 +335,7 @@ class Tiff(ReaderTest):
             text = ('<OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0"><Pixels ID="Pixels:0" DimensionOrder="XYZCT" '
                     f'Type="uint16" SizeX="8" SizeY="9" SizeZ="2" SizeC="1" SizeT="1">{planes}</Pixels></Image></OME>')
             tifffile.imwrite(self.folder / name, truth, description=text, metadata=None, photometric="minisblack")
-            self.assert_same(self.encoded(name)[0], truth, name)
+            self.encodes(truth, name, what=name)
 
     def test_what_is_no_volume_is_refused_by_name(self):
         rgb = numpy.zeros((4, 20, 30, 3), "uint8")
@@ -361,7 +346,7 @@ class Tiff(ReaderTest):
         self.write("a.tif", volume("uint8"))
         self.assert_refused(64, "leave out --dims", "encode", "a.tif", "--dims", "41,37,5", "--type", "uint8")
         with open(self.folder / "a.tif", "rb") as file:
-            run = subprocess.run([other_readers.PROGRAM, "encode", "-", "-o", "x.tag"], stdin=file, cwd=self.folder,
+            run = subprocess.run([PROGRAM, "encode", "-", "-o", "x.tag"], stdin=file, cwd=self.folder,
                                  capture_output=True, text=True)
         # A file as standard input can be sought in, but has no name that a reader could open.
         self.assertEqual(run.returncode, 64, run.stderr)
@@ -388,7 +373,7 @@ class Tiff(ReaderTest):
         run = self.tagrid("encode", name, "-M", "1")
         self.assertEqual(run.returncode, 64)
         least = run.stderr.split("give -M ")[-1].split()[0].rstrip(";,.")
-        self.assert_same(self.encoded(name, "-M", least)[0], truth)
+        self.encodes(truth, name, "-M", least)
 
 
 def one_page(samples, description):
@@ -404,4 +389,4 @@ def one_page(samples, description):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

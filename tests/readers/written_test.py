@@ -11,13 +11,7 @@ import struct
 import subprocess
 import unittest
 
-import other_readers
-from other_readers import ReaderTest
-
-numpy = other_readers.library("numpy", "python3-numpy")
-nibabel = other_readers.library("nibabel", "python3-nibabel")
-tifffile = other_readers.library("tifffile", "python3-tifffile")
-h5py = other_readers.library("h5py", "python3-h5py")
+from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, tifffile
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 OBLIQUE = [[0.4, 0.3, 0], [-0.3, 0.4, 0], [0, 0, 2.5]]
@@ -29,30 +23,26 @@ class Written(ReaderTest):
     def encode(self, type="int16", space="left-posterior-superior", directions=OBLIQUE, origin=(10, -20, 30.5), shape=(5, 19, 23), pairs=""):
         random = numpy.random.default_rng(1)
         samples = (random.standard_normal(shape) * 100).astype(type)
-        lines = [f"type: {type.replace('float32', 'float').replace('float64', 'double')}", "dimension: 3",
-                 f"sizes: {' '.join(map(str, shape[::-1]))}", "encoding: raw", "endian: little"]
+        lines = []
         if directions is not None:
-            lines += [f"space: {space}" if space else "space dimension: 3",
+            lines = [f"space: {space}" if space else "space dimension: 3",
                       "space directions: " + " ".join(f"({','.join(map(str, d))})" for d in directions),
                       f"space origin: ({','.join(map(str, origin))})", 'space units: "mm" "mm" "mm"']
         elif space == "spacing":
-            lines += ["spacings: 0.5 0.25 3", 'units: "um" "um" "um"']
-        (self.folder / "a.nrrd").write_bytes(("NRRD0005\n" + "\n".join(lines) + "\n" + pairs + "\n").encode() + samples.tobytes())
-        run = self.tagrid("encode", "a.nrrd", "-o", "a.tag", "-f")
-        self.assertEqual(run.returncode, 0, run.stderr)
+            lines = ["spacings: 0.5 0.25 3", 'units: "um" "um" "um"']
+        self.write_nrrd("a.nrrd", samples, "".join(line + "\n" for line in lines) + pairs)
+        self.ok("encode", "a.nrrd", "-o", "a.tag", "-f")
         return samples
 
     def decode(self, name, *options):
-        run = self.tagrid("decode", "a.tag", "-o", name, "-f", *options)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run.stderr
+        return self.ok("decode", "a.tag", "-o", name, "-f", *options).stderr
 
     def test_samples_come_back_from_every_format_and_type(self):
         for type, name in itertools.product(TYPES, ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.tif", "b.vti")):
             truth = self.encode(type)
             self.decode(name)
             if not name.endswith(".vti"):
-                self.assert_same(self.encoded(name, "--range", "auto")[0], truth, f"{type} {name}")
+                self.encodes(truth, name, "--range", "auto", what=f"{type} {name}")
             if name.endswith(".tif") and tifffile:
                 self.assert_same(tifffile.imread(self.folder / name), truth, type)
             if ".nii" in name and nibabel:
@@ -63,7 +53,7 @@ class Written(ReaderTest):
         self.encode()
         for format, name in (("nifti", "b.nii"), ("nifti.gz", "b.nii.gz"), ("metaimage", "b.mha"), ("tiff", "b.tif"), ("vti", "b.vti")):
             self.decode(name)
-            run = subprocess.run(f"{other_readers.PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True, cwd=self.folder,
+            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True, cwd=self.folder,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             self.assertEqual(run.returncode, 0, run.stdout)
 
@@ -176,7 +166,7 @@ class Written(ReaderTest):
         image = nibabel.Nifti1Image(samples, None)
         image.header.set_zooms((0.5, 0.25, 3))
         nibabel.save(image, self.folder / "a.nii")
-        self.assertEqual(self.tagrid("encode", "a.nii", "-o", "a.tag").returncode, 0)
+        self.ok("encode", "a.nii", "-o", "a.tag")
         self.decode("b.nii")
         header, affine = nibabel.load(self.folder / "b.nii").header, nibabel.load(self.folder / "b.nii").affine
         self.assertEqual((int(header["sform_code"]), int(header["qform_code"])), (0, 0))
@@ -235,8 +225,7 @@ class Written(ReaderTest):
                 self.assertAlmostEqual(x[0] / x[1], 1 / 0.5, places=6)
                 self.assertAlmostEqual(y[0] / y[1], 1 / 0.25, places=6)
                 self.assertEqual(int(tags["ResolutionUnit"].value), 1)
-            samples, info = self.encoded("b.tif")
-            self.assert_same(samples, truth, type)
+            info = self.encodes(truth, "b.tif", what=type)
             found = info["source"]["pairs"]
             self.assertEqual((float(found.get("rescale_slope", 1)), float(found.get("rescale_intercept", 0)), found["rescale_units"]),
                              (slope, intercept, "HU"), type)
@@ -253,13 +242,13 @@ class Written(ReaderTest):
     def test_a_program_writes_for_a_pipe_where_spool_says(self):
         self.encode()
         for options, folder in (((), "/nowhere-to-be"), (("--spool", "/not-here-either"), "/not-here-either")):
-            run = subprocess.run([other_readers.PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", *options], cwd=self.folder,
+            run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", *options], cwd=self.folder,
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": "/nowhere-to-be"})
             self.assertEqual(run.returncode, 74, run.stderr)
             self.assertIn(f"temporary file in {folder}".encode(), run.stderr)
         self.decode("b.h5")
         (self.folder / "spool").mkdir()
-        run = subprocess.run([other_readers.PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder,
+        run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder,
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": "/nowhere-to-be"})
         self.assertEqual((run.returncode, run.stderr), (0, b""))
         self.assertEqual(run.stdout, (self.folder / "b.h5").read_bytes())
@@ -268,7 +257,7 @@ class Written(ReaderTest):
         truth = self.encode(shape=(1, 2, 40000))
         self.decode("b.nii")
         self.assertEqual((self.folder / "b.nii").read_bytes()[:4], struct.pack("<i", 540))
-        self.assert_same(self.encoded("b.nii")[0], truth)
+        self.encodes(truth, "b.nii")
         if nibabel:
             self.assertEqual(nibabel.load(self.folder / "b.nii").shape, (40000, 2, 1))
 
@@ -290,15 +279,14 @@ class Written(ReaderTest):
         truth = self.encode()
         for name in ("b.nii", "b.mha", "b.tif"):
             self.decode(name, "--region", "2:12,4:10,1:4", "--step", "2")
-            samples, info = self.encoded(name)
-            self.assert_same(samples, truth[2:4:2, 4:10:2, 2:12:2], name)
+            self.encodes(truth[2:4:2, 4:10:2, 2:12:2], name, what=name)
 
     def test_big_tiff_beyond_4_gb(self):
         """By a volume of one value, whose samples are holes in a file of 4.3 GB."""
-        run = subprocess.run(f"head -c {1100 * 2000 * 2000} /dev/zero | {other_readers.PROGRAM} encode -q --grid derived --dims 2000,2000,1100 --type uint8 - -o big.tag",
+        run = subprocess.run(f"head -c {1100 * 2000 * 2000} /dev/zero | {PROGRAM} encode -q --grid derived --dims 2000,2000,1100 --type uint8 - -o big.tag",
                              shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
-        run = subprocess.run(f"{other_readers.PROGRAM} decode big.tag -o - --format tiff | head -c 1000000 > head.tif", shell=True,
+        run = subprocess.run(f"{PROGRAM} decode big.tag -o - --format tiff | head -c 1000000 > head.tif", shell=True,
                              cwd=self.folder, stderr=subprocess.PIPE, text=True)
         head = (self.folder / "head.tif").read_bytes()
         self.assertEqual(head[:8], b"II\x2b\0\x08\0\0\0")
@@ -314,4 +302,4 @@ class Written(ReaderTest):
 
 
 if __name__ == "__main__":
-    other_readers.main()
+    main()

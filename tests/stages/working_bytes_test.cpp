@@ -1,7 +1,6 @@
 // Each stage takes at most the memory that it declares, and not much less.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <random>
@@ -16,6 +15,7 @@
 #include "stages/mesh/mesh_error.h"
 #include "stages/sample/numbers.h"
 #include "tests/support/counted_heap.h"
+#include "tests/support/points.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -113,10 +113,8 @@ const Case cases[] = {
 LatticeBits activity_of(const Box& box, int cube_size, std::uint64_t n) {
   LatticeBits active(box);
   std::mt19937_64 random(3);
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-        if (n != 0 && random() % n == 0) active.set({x, y, z});
+  for (const auto [x, y, z] : points_of(box))
+    if (n != 0 && random() % n == 0) active.set({x, y, z});
   close_under_parents(active, cube_size);
   return active;
 }

@@ -14,6 +14,7 @@
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
 #include "tests/support/oracle.h"
+#include "tests/support/points.h"
 
 namespace tagrid::oracle {
 
@@ -53,16 +54,14 @@ void for_each_error_in(const Volume<T>& volume, const Tetrahedron& leaf, bool pa
     around = intersection(around, samples);
     std::array<std::int64_t, 4> values;
     for (std::size_t i = 0; i < 4; ++i) values[i] = value_at(corners[i]);
-    for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
-      for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
-        for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
-          const auto weights = weights_of(corners, {x, y, z});
-          if (*std::min_element(weights.begin(), weights.end()) < 0) continue;
-          std::int64_t difference = 0;
-          for (std::size_t i = 0; i < 4; ++i)
-            difference += weights[i] * (values[i] - std::int64_t{volume.at({x, y, z})});
-          see(std::abs(difference), six_volumes(corners));
-        }
+    for (const auto [x, y, z] : points_of(around)) {
+      const auto weights = weights_of(corners, {x, y, z});
+      if (*std::min_element(weights.begin(), weights.end()) < 0) continue;
+      std::int64_t difference = 0;
+      for (std::size_t i = 0; i < 4; ++i)
+        difference += weights[i] * (values[i] - std::int64_t{volume.at({x, y, z})});
+      see(std::abs(difference), six_volumes(corners));
+    }
   };
   if (padded || !reaches_beyond(leaf.vertices, samples.high)) return look_at(leaf.vertices);
   for (const Corners& piece : cut_at(leaf.vertices, samples.high)) look_at(piece);

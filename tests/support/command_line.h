@@ -4,15 +4,24 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "tests/support/process.h"
-#include "tests/support/program.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
+
+// The program under test is the one that was built with the tests, unless the environment variable
+// TAGRID_SANITIZED_PROGRAM names one that was built with sanitizers: then its tests need no second build.
+inline const char* sanitized_program() { return std::getenv("TAGRID_SANITIZED_PROGRAM"); }
+
+inline std::string program_under_test() { return sanitized_program() ? sanitized_program() : TAGRID_PROGRAM; }
+
+inline bool program_is_sanitized() { return sanitized || sanitized_program(); }
 
 constexpr int usage = 64, broken_input = 65, world = 74;
 
@@ -38,7 +47,7 @@ class CommandLine : public TemporaryFolder {
     EXPECT_EQ(ending.signal, 0);
     EXPECT_EQ(ending.err.rfind("tagrid: ", 0), 0U) << ending.err;
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 1) << ending.err;
-    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, what));
   }
   static void expect_ok(const Ending& ending) {
     EXPECT_EQ(ending.code, 0) << ending.err << " signal " << ending.signal;

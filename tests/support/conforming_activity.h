@@ -7,14 +7,13 @@
 
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 
 template <class F>
 void for_each_point(const Box& box, F f) {
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) f(Index3{x, y, z});
+  for (const auto [x, y, z] : points_of(box)) f(Index3{x, y, z});
 }
 
 /// Adds root corners, and then the parents of active points until nothing changes.
@@ -29,6 +28,21 @@ inline void close_naively(LatticeBits& bits, int cube_size) {
       for (Index3 parent : parents(p, c, cube_size))
         if (bits.box().contains(parent)) bits.set(parent);
     });
+}
+
+/// `marks` random marks, on levels of all units.
+inline LatticeBits random_marks(const Box& box, int marks, std::uint64_t seed) {
+  LatticeBits bits(box);
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < marks; ++i) {
+    const auto unit = static_cast<std::int64_t>(std::uint64_t{1} << random() % 8);
+    Index3 p;
+    for (int axis = 0; axis < 3; ++axis)
+      p[axis] =
+          static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(box.size()[axis])) / unit * unit;
+    bits.set(box.low + p);
+  }
+  return bits;
 }
 
 /// `marks` random marks, closed in `box`, which is its own domain.

@@ -40,7 +40,7 @@ class Conversions : public Base {
   /// Expects that volumes failed or were kept, and a message that contains `what`.
   static void expect_failed(const Ending& ending, std::string_view what) {
     EXPECT_EQ(ending.code, broken_input);
-    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, what));
   }
 
   std::vector<Json> records(const std::string& name = "out/results.jsonl") const {

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <map>
-#include <optional>
 #include <vector>
 
 #include "tests/support/mesh_laws.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 
@@ -27,19 +26,17 @@ void for_each_point_in_mesh(const LatticeMesh& mesh, const Box& box, Visit visit
         around.high[axis] = std::max(around.high[axis], p[axis]);
       }
     around = intersection(around, box);
-    for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
-      for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
-        for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
-          std::array<std::int64_t, 4> weights;
-          bool inside = true;
-          for (std::size_t i = 0; i < 4; ++i) {
-            auto part = v;
-            part[i] = {x, y, z};
-            weights[i] = six_volumes(part);
-            inside = inside && weights[i] >= 0;
-          }
-          if (inside) visit(Index3{x, y, z}, t, weights, six_volumes(v));
-        }
+    for (const auto [x, y, z] : points_of(around)) {
+      std::array<std::int64_t, 4> weights;
+      bool inside = true;
+      for (std::size_t i = 0; i < 4; ++i) {
+        auto part = v;
+        part[i] = {x, y, z};
+        weights[i] = six_volumes(part);
+        inside = inside && weights[i] >= 0;
+      }
+      if (inside) visit(Index3{x, y, z}, t, weights, six_volumes(v));
+    }
   }
 }
 

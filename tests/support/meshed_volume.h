@@ -59,9 +59,7 @@ class MeshedVolume : public TemporaryFolder {
 
   /// Encodes to v.tag.
   EncodeResult encode(const TestVolume& volume, const EncodeOptions& options) const {
-    RawDescription raw;
-    raw.dims = volume.dims;
-    raw.type = SampleType::int16;
+    RawDescription raw{.dims = volume.dims, .type = SampleType::int16};
     return encode_volume(write_samples(volume), SourceDescription(raw), path("v.tag"), true, options,
                          Resources(2));
   }

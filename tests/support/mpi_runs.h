@@ -60,7 +60,7 @@ class MpiRuns : public ResumedRuns {
     const std::size_t first = ending.err.find("tagrid: ");
     ASSERT_NE(first, std::string::npos) << ending.err;
     EXPECT_EQ(first, ending.err.rfind("tagrid: ")) << ending.err;
-    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, what));
   }
   /// The disk of the second rank fails, or the rank is killed, at some call; with `lasting`, every later call
   /// fails, too.

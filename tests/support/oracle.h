@@ -16,6 +16,7 @@
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/samples.h"
+#include "tests/support/points.h"
 
 namespace tagrid::oracle {
 
@@ -33,9 +34,7 @@ struct Volume {
   std::vector<T> cut(const Box& box) const {
     std::vector<T> out;
     out.reserve(static_cast<std::size_t>(box.count()));
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) out.push_back(at({x, y, z}));
+    for (const auto [x, y, z] : points_of(box)) out.push_back(at({x, y, z}));
     return out;
   }
 };
@@ -45,11 +44,9 @@ template <class T, class F>
 Volume<T> volume_of(Index3 dims, F f) {
   Volume<T> v{dims, {}};
   v.samples.reserve(static_cast<std::size_t>(Box::of_size(dims).count()));
-  for (std::int64_t z = 0; z < dims.z; ++z)
-    for (std::int64_t y = 0; y < dims.y; ++y)
-      for (std::int64_t x = 0; x < dims.x; ++x)
-        v.samples.push_back(static_cast<T>(
-            std::llround(f(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)))));
+  for (const auto [x, y, z] : points_of(dims))
+    v.samples.push_back(static_cast<T>(
+        std::llround(f(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)))));
   return v;
 }
 
@@ -171,13 +168,11 @@ double arc_over_chord_at(const Volume<T>& v, Index3 p, int cube_size, double fie
 inline void close_under_parents(LatticeBits& bits, int cube_size) {
   std::vector<Index3> asking;
   const Box& box = bits.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-        const Index3 p{x, y, z};
-        if (x % cube_size == 0 && y % cube_size == 0 && z % cube_size == 0) bits.set(p);
-        if (bits.test(p)) asking.push_back(p);
-      }
+  for (const auto [x, y, z] : points_of(box)) {
+    const Index3 p{x, y, z};
+    if (x % cube_size == 0 && y % cube_size == 0 && z % cube_size == 0) bits.set(p);
+    if (bits.test(p)) asking.push_back(p);
+  }
   while (!asking.empty()) {
     const Index3 p = asking.back();
     asking.pop_back();

@@ -9,11 +9,6 @@ namespace tagrid {
 
 inline constexpr int resumable = 75;
 
-inline unsigned long setting(const char* name, unsigned long usual) {
-  const char* given = std::getenv(name);
-  return given ? std::strtoul(given, nullptr, 10) : usual;
-}
-
 class ResumedRuns : public FailingDisk {
  protected:
   /// volume.nhdr, with many parts, and its result.

@@ -1,7 +1,6 @@
 // Decoded rows of bricks, cut from a volume in memory.
 #pragma once
 
-#include <cstring>
 #include <functional>
 #include <vector>
 

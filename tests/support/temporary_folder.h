@@ -100,4 +100,11 @@ std::string message_of(Action&& action) {
   return {};
 }
 
+/// Whether a text has another one in it, for EXPECT_TRUE and EXPECT_FALSE: a failure shows both.
+inline testing::AssertionResult has(std::string_view text, std::string_view part) {
+  const bool found = text.find(part) != text.npos;
+  return (found ? testing::AssertionSuccess() : testing::AssertionFailure())
+         << '"' << part << "\" in this text: " << text;
+}
+
 }  // namespace tagrid

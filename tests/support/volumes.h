@@ -12,6 +12,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/volume/volume_info.h"
 #include "stages/sample/sample_type.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 
@@ -56,18 +57,16 @@ std::vector<T> blobs(Index3 dims, unsigned seed, double noise = 2) {
     b = {part(random) * static_cast<double>(dims.x), part(random) * static_cast<double>(dims.y),
          part(random) * static_cast<double>(dims.z), 2 + part(random) * 12, 30 + part(random) * 60};
   std::vector<T> samples;
-  for (std::int64_t z = 0; z < dims.z; ++z)
-    for (std::int64_t y = 0; y < dims.y; ++y)
-      for (std::int64_t x = 0; x < dims.x; ++x) {
-        double v = 20;
-        for (const Blob& b : all) {
-          const double dx = static_cast<double>(x) - b.x, dy = static_cast<double>(y) - b.y,
-                       dz = static_cast<double>(z) - b.z;
-          const double d = b.r * b.r - (dx * dx + dy * dy + dz * dz);
-          if (d > 0) v += b.v * std::min(1.0, d / (b.r * 2));
-        }
-        samples.push_back(static_cast<T>(std::min(v + noise * part(random), 120.0)));
-      }
+  for (const auto [x, y, z] : points_of(dims)) {
+    double v = 20;
+    for (const Blob& b : all) {
+      const double dx = static_cast<double>(x) - b.x, dy = static_cast<double>(y) - b.y,
+                   dz = static_cast<double>(z) - b.z;
+      const double d = b.r * b.r - (dx * dx + dy * dy + dz * dz);
+      if (d > 0) v += b.v * std::min(1.0, d / (b.r * 2));
+    }
+    samples.push_back(static_cast<T>(std::min(v + noise * part(random), 120.0)));
+  }
   return samples;
 }
 

@@ -8,9 +8,20 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace tagrid {
+
+/// The name of a type of numbers in files of VTK.
+template <class T>
+const char* vtk_type() {
+  constexpr bool real = std::is_floating_point_v<T>;
+  if (real) return sizeof(T) == 4 ? "Float32" : "Float64";
+  if (sizeof(T) == 1) return std::is_signed_v<T> ? "Int8" : "UInt8";
+  if (sizeof(T) == 2) return std::is_signed_v<T> ? "Int16" : "UInt16";
+  return std::is_signed_v<T> ? "Int32" : "UInt32";
+}
 
 class Vtu {
  public:

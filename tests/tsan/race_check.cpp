@@ -12,11 +12,7 @@ using namespace tagrid;
 
 int main(int argc, char** argv) {
   const bool locked = argc > 1 && std::strcmp(argv[1], "locked") == 0;
-  CodingParameters parameters;
-  parameters.dims = {60, 60, 400};
-  parameters.cube_size = 8;
-  parameters.max_level = 9;
-  parameters.field_scale = 1;
+  CodingParameters parameters{.dims = {60, 60, 400}, .cube_size = 8, .max_level = 9, .field_scale = 1};
   std::atomic<long> proper{0};
   long improper = 0;
   const auto count = [&] {

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <random>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
@@ -180,7 +179,7 @@ TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
   facts.plain_form = [&] { return form; };
   const SourceFiles source = source_files(facts);
   EXPECT_EQ(source.why_not, "");
-  EXPECT_NE(source.why_not_restorable().find("packing"), std::string::npos);
+  EXPECT_TRUE(has(source.why_not_restorable(), "packing"));
   for (const bool exact : {true, false}) {
     const Content content = written(source, exact);
     EXPECT_EQ(compression_in("x.tag", content), "packing");
@@ -205,7 +204,7 @@ TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
   }
   // Samples that have no place cannot come from anywhere.
   form.files[0].pieces[1] = PlainPiece::samples(13);
-  EXPECT_NE(source_files(facts).why_not.find("samples of other volumes"), std::string::npos);
+  EXPECT_TRUE(has(source_files(facts).why_not, "samples of other volumes"));
   form.why_not = "for no reason";
   EXPECT_EQ(source_files(facts).why_not, "for no reason");
 }
@@ -287,16 +286,16 @@ TEST_F(Envelope, WhatCannotComeBackIsNotKept) {
   EXPECT_EQ(source_files(facts).why_not, "");
   SourceFacts other = facts;
   other.places.clear();
-  EXPECT_NE(source_files(other).why_not.find("compressed"), std::string::npos);
+  EXPECT_TRUE(has(source_files(other).why_not, "compressed"));
   other = facts;
   other.places.back() = other.places.front();
   other.places.back().slices = facts.places.back().slices;
-  EXPECT_NE(source_files(other).why_not.find("at the same place"), std::string::npos);
+  EXPECT_TRUE(has(source_files(other).why_not, "at the same place"));
   other = facts;
   other.files.back() = "-";
-  EXPECT_NE(source_files(other).why_not.find("pipe"), std::string::npos);
+  EXPECT_TRUE(has(source_files(other).why_not, "pipe"));
   std::filesystem::resize_file(facts.files.back(), 300'000);
-  EXPECT_NE(source_files(facts).why_not.find("bytes besides these samples"), std::string::npos);
+  EXPECT_TRUE(has(source_files(facts).why_not, "bytes besides these samples"));
 }
 
 }  // namespace

@@ -1,19 +1,23 @@
-// Bytes of files and pipes: reading, peeking, skipping, lines.
-#include "io/files/file_bytes.h"
-
+// Files that are read: bytes, lines, and the files that a folder shows.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <thread>
 
 #include "io/errors/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/line_file.h"
+#include "io/files/visible_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
 namespace {
+
+// Bytes of files and pipes: reading, peeking, skipping, lines.
 
 class FileBytesTest : public TemporaryFolder {
  protected:
@@ -118,8 +122,73 @@ TEST_F(FileBytesTest, WhatCannotBeReadIsNamed) {
     read(bytes, 1);
     ADD_FAILURE();
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find(folder_.string()), std::string::npos) << error.what();
+    EXPECT_TRUE(has(error.what(), folder_.string()));
   }
+}
+
+// A file of lines is whole after every line, and has one writer.
+
+using LineFileTest = TemporaryFolder;
+
+TEST_F(LineFileTest, LinesAreThereAtOnceAndFollowThoseOfEarlierRuns) {
+  {
+    LineFile lines(path("a"));
+    EXPECT_EQ(lines.name(), path("a"));
+    lines.append("one");
+    EXPECT_EQ(content("a"), "one\n");
+    lines.append("");
+  }
+  LineFile(path("a")).append("two");
+  EXPECT_EQ(content("a"), "one\n\ntwo\n");
+}
+
+TEST_F(LineFileTest, HalfALineAtTheEndIsCutOff) {
+  // The last end of a line lies in any of the pieces that are searched, of 4096 bytes.
+  for (const std::size_t before : {0U, 1U, 5000U})
+    for (const std::size_t half : {0U, 1U, 4094U, 4095U, 4096U, 4097U, 9000U}) {
+      const std::string whole = before == 0 ? "" : std::string(before, 'w') + "\n";
+      file("a", whole + std::string(half, 'h'));
+      LineFile(path("a")).append("new");
+      EXPECT_TRUE(content("a") == whole + "new\n") << before << " " << half;
+    }
+}
+
+TEST_F(LineFileTest, ASecondWriterIsRefusedUntilTheFirstHasEnded) {
+  {
+    const LineFile first(path("a"));
+    EXPECT_THROW(LineFile(path("a")), UsageError);
+  }
+  EXPECT_NO_THROW(LineFile(path("a")));
+}
+
+TEST_F(LineFileTest, WhatIsNoFileIsRefusedWithoutWaiting) {
+  std::filesystem::create_directory(path("folder"));
+  EXPECT_THROW(LineFile(path("folder")), WorldError);
+  EXPECT_THROW(LineFile(path("none/a")), WorldError);
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  EXPECT_THROW(LineFile(path("pipe")), UsageError);
+}
+
+// The files of a folder that may be parts of a volume.
+
+namespace fs = std::filesystem;
+
+class VisibleFiles : public TemporaryFolder {};
+
+TEST_F(VisibleFiles, AreTheFilesAndLinksToFilesInNaturalOrder) {
+  fs::create_directory(path("in"));
+  for (const char* name : {"in/s10", "in/s9", "in/.hidden", "elsewhere"}) file(name, "x");
+  fs::create_directory(path("in/folder"));
+  fs::create_symlink(path("elsewhere"), path("in/s11"));
+  fs::create_symlink(path("in/folder"), path("in/s12"));
+  EXPECT_EQ(visible_files(path("in")), (std::vector{path("in/s9"), path("in/s10"), path("in/s11")}));
+  EXPECT_THROW(visible_files(path("absent")), WorldError);
+}
+
+TEST_F(VisibleFiles, ALinkThatLeadsNowhereIsNotPassedOver) {
+  fs::create_directory(path("in"));
+  fs::create_symlink(path("lost"), path("in/s1"));
+  EXPECT_EQ(visible_files(path("in")), std::vector{path("in/s1")});
 }
 
 }  // namespace

@@ -1,10 +1,16 @@
-#include "io/files/output_file.h"
-
+// Files that are written: complete or not at all, and none left behind.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 #include <cstring>
 
 #include "io/errors/errors.h"
+#include "io/files/abandoned_files.h"
+#include "io/files/output_file.h"
+#include "io/files/spool_file.h"
 #include "io/files/temporaries.h"
 #include "tests/support/temporary_folder.h"
 
@@ -61,7 +67,7 @@ TEST_F(OutputFileTest, AFileThatAppearsMeanwhileIsKept) {
 TEST_F(OutputFileTest, FoldersAndMissingFoldersAreRefused) {
   EXPECT_THROW(OutputFile(folder_.string(), true), UsageError);
   const std::string message = message_of<WorldError>([&] { OutputFile(path("gone/a.tag"), false); });
-  EXPECT_NE(message.find("gone/a.tag"), message.npos) << message;
+  EXPECT_TRUE(has(message, "gone/a.tag"));
 }
 
 TEST_F(OutputFileTest, ADanglingLinkIsNotOverwritten) {
@@ -96,8 +102,8 @@ TEST_F(OutputFileTest, AFullDiskIsAnErrorOfTheWorld) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   OutputFile out("/dev/full", false);
   const std::string message = message_of<WorldError>([&] { out.write("x"); });
-  EXPECT_NE(message.find("/dev/full"), message.npos) << message;
-  EXPECT_NE(message.find("space"), message.npos) << message;
+  EXPECT_TRUE(has(message, "/dev/full"));
+  EXPECT_TRUE(has(message, "space"));
 }
 
 TEST_F(OutputFileTest, ASignalHandlerCanRemoveAllTemporaries) {
@@ -107,6 +113,160 @@ TEST_F(OutputFileTest, ASignalHandlerCanRemoveAllTemporaries) {
   EXPECT_EQ(names().size(), 3u);
   unlink_temporaries();
   EXPECT_EQ(names(), Names{"done"});
+}
+
+// Files that killed runs left are removed, and nothing else.
+
+class AbandonedFiles : public TemporaryFolder {
+ protected:
+  void SetUp() override {
+    if (!is_on_local_file_system()) GTEST_SKIP() << folder_ << " is on no local file system";
+  }
+};
+
+using Names = std::vector<std::string>;
+
+TEST_F(AbandonedFiles, OfTheOutputsAreRemovedAndNothingElse) {
+  for (const char* name : {".a.tag.partabcdef", ".a.tag.part012345", ".b.tag.partabcdef", ".a.tag.partabcde",
+                           ".a.tag.partabcdefg", ".a.tag.part-abcde", ".a.tag.partABCDEF", "a.tag.partabcdef",
+                           ".a.tag.parts", ".a.tag.oldabcdef", ".partabcdef", ".a.partabcdef", "a.tag"})
+    file(name, "x");
+  mkdir(path(".a.tag.partfolder").c_str(), 0777);
+  std::filesystem::create_symlink(path("a.tag"), path(".a.tag.partsymbol"));
+  Names expected = names();
+  std::erase(expected, ".a.tag.partabcdef");
+  std::erase(expected, ".a.tag.part012345");
+  EXPECT_EQ(remove_abandoned_files({path("a.tag"), path("c.tag"), path("none/d.tag"), "-", ""}), 2u);
+  EXPECT_EQ(names(), expected);
+}
+
+TEST_F(AbandonedFiles, AFileInTheMakingIsNoneNorTheOlderOneOfItsName) {
+  file("a.tag", "older");
+  {
+    OutputFile out(path("a.tag"), true);
+    out.write("new");
+    EXPECT_EQ(remove_abandoned_files({path("a.tag")}), 0u);
+    out.publish();
+    ASSERT_EQ(names().size(), 2u) << "the older file is kept until keep()";
+    EXPECT_EQ(remove_abandoned_files({path("a.tag")}), 0u);
+  }
+  EXPECT_EQ(names(), Names{"a.tag"});
+  EXPECT_EQ(content("a.tag"), "older");
+}
+
+TEST_F(AbandonedFiles, OneThatIsBeingRemovedIsNotHeld) {
+  const int descriptor = open(file("a", "x").c_str(), O_RDWR), other = open(path("a").c_str(), O_RDWR);
+  ASSERT_EQ(flock(other, LOCK_EX), 0);
+  EXPECT_FALSE(hold_temporary(descriptor));
+  unlink(path("a").c_str());
+  close(other);
+  EXPECT_FALSE(hold_temporary(descriptor)) << "it has no name any more";
+  close(descriptor);
+}
+
+TEST_F(AbandonedFiles, OfAProcessThatDiedAreRemoved) {
+  const std::string output(200, 'n');
+  const pid_t child = fork();
+  if (child == 0) {
+    OutputFile out(path(output), false);
+    out.write("half");
+    _exit(0);
+  }
+  waitpid(child, nullptr, 0);
+  ASSERT_EQ(names().size(), 1u);
+  EXPECT_EQ(remove_abandoned_files({path(output)}), 1u);
+  EXPECT_EQ(names(), Names{});
+}
+
+TEST_F(AbandonedFiles, NamesAreCutAsThoseOfTemporaries) {
+  const std::string longest(255, 'n');
+  file(temporary_name(longest), "x");
+  EXPECT_EQ(remove_abandoned_files({path(longest)}), 1u);
+  EXPECT_EQ(names(), Names{});
+}
+
+// Bytes that wait in a nameless file come back, whatever the order in which they were written.
+
+class SpoolFileTest : public TemporaryFolder {
+ protected:
+  static std::vector<std::byte> counted(std::size_t size, unsigned step = 1) {
+    std::vector<std::byte> bytes(size);
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>(i * step >> 3);
+    return bytes;
+  }
+  static std::vector<std::byte> read_all(SpoolFile& spool) {
+    std::vector<std::byte> all;
+    spool.read_back([&](std::span<std::byte> part) { all.insert(all.end(), part.begin(), part.end()); });
+    return all;
+  }
+};
+
+TEST_F(SpoolFileTest, WhatWasWrittenInOrderComesBackInAnyPieces) {
+  // Around the size of its buffer, 1 MiB.
+  for (const std::size_t size : {0U, 1U, (1U << 20) - 1, 1U << 20, (1U << 20) + 1, 2'500'000U}) {
+    SpoolFile spool = SpoolFile::in(folder_.string(), "x");
+    const auto bytes = counted(size);
+    for (std::size_t at = 0; at < size; at += 70'001)
+      spool.write(std::span(bytes).subspan(at, std::min<std::size_t>(70'001, size - at)));
+    EXPECT_EQ(spool.size(), size);
+    EXPECT_TRUE(read_all(spool) == bytes) << size;
+    EXPECT_TRUE(read_all(spool) == bytes) << "once more";
+    if (size < 100) continue;
+    std::vector<std::byte> some(99);
+    spool.read_at(size - 99, some);
+    EXPECT_TRUE(std::equal(some.begin(), some.end(), bytes.end() - 99));
+  }
+}
+
+TEST_F(SpoolFileTest, WhatWasWrittenAtItsPlaceComesBackInOrderAndNothingOfBeforeIsLeft) {
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
+  for (const unsigned step : {1U, 3U}) {
+    // The second time, there is less: the bytes behind it are gone.
+    const auto bytes = counted(2'000'000 / step, step);
+    const std::size_t half = bytes.size() / 2;
+    spool.write_at(half, std::span(bytes).subspan(half));
+    spool.write_at(0, std::span(bytes).first(half));
+    EXPECT_TRUE(read_all(spool) == bytes) << step;
+    spool.clear();
+    EXPECT_EQ(spool.size(), 0U);
+  }
+}
+
+TEST_F(SpoolFileTest, PlacesMayBeWrittenAgainAfterTheyWereRead) {
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
+  std::vector<std::byte> read(1000);
+  for (const unsigned step : {1U, 3U, 5U}) {
+    const auto bytes = counted(1000, step);
+    spool.write_at(5000, bytes);
+    spool.read_at(5000, read);
+    EXPECT_TRUE(read == bytes) << step;
+    spool.write_at(7000, bytes);
+    EXPECT_EQ(spool.size(), 8000U);
+  }
+}
+
+TEST_F(SpoolFileTest, HasNoNameAndLiesBesideItsOutputOrInItsFolder) {
+  file("out.nrrd", "older");
+  SpoolFile beside = SpoolFile::beside(path("out.nrrd")), in = SpoolFile::in(folder_.string(), "x"),
+            elsewhere = SpoolFile::beside("/dev/null");
+  beside.write(counted(3'000'000));
+  EXPECT_EQ(names(), std::vector<std::string>{"out.nrrd"});
+}
+
+TEST_F(SpoolFileTest, AFolderThatIsNotThereIsNamedWithWhomItIsFor) {
+  try {
+    SpoolFile::in(path("none"), "scan.nrrd");
+    ADD_FAILURE();
+  } catch (const WorldError& error) {
+    EXPECT_TRUE(has(error.what(), "scan.nrrd: cannot create a temporary file in " + path("none")));
+  }
+}
+
+TEST_F(SpoolFileTest, ReadingBehindTheEndIsAnErrorOfTheWorld) {
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
+  spool.write(counted(10));
+  std::vector<std::byte> some(11);
+  EXPECT_THROW(spool.read_at(0, some), WorldError);
 }
 
 }  // namespace

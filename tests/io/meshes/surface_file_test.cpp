@@ -96,7 +96,7 @@ TEST_F(SurfaceFiles, ObjHasEveryDigitAndCountsFromOne) {
 TEST_F(SurfaceFiles, VtpHasAppendedArrays) {
   write("a.vtp");
   Vtu vtp(path("a.vtp"));
-  EXPECT_NE(vtp.xml.find("header_type=\"UInt64\""), std::string::npos);
+  EXPECT_TRUE(has(vtp.xml, "header_type=\"UInt64\""));
   EXPECT_EQ(vtp.number("NumberOfPoints"), places.size());
   EXPECT_EQ(vtp.number("NumberOfPolys"), triangles.size());
   const auto xyz = vtp.array<double>("Float64", "Points");
@@ -129,8 +129,7 @@ TEST_F(SurfaceFiles, TheNameSaysTheFormat) {
       surface_format_of(name);
       ADD_FAILURE() << name;
     } catch (const UsageError& error) {
-      EXPECT_NE(std::string(error.what()).find(".ply, .stl, .obj or .vtp"), std::string::npos)
-          << error.what();
+      EXPECT_TRUE(has(error.what(), ".ply, .stl, .obj or .vtp"));
     }
   }
 }

@@ -22,10 +22,7 @@ class DecodedRowsTest : public TemporaryFolder {
   void encode(bool grid_only) {
     samples_ = blobs<std::int16_t>(dims, 1);
     write_nrrd(path("a.nrrd"), dims, samples_);
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.brick_edge = 2;
-    options.grid_only = grid_only;
+    EncodeOptions options{.grid_only = grid_only, .cube_size = 8, .brick_edge = 2};
     encode_volume(path("a.nrrd"), {}, tag_, true, options, Resources(2));
     decode_volume(tag_, path("whole.raw"), format_named("raw"), true, Resources(2));
     whole_ = file_content(path("whole.raw"));

@@ -16,16 +16,15 @@ namespace {
 constexpr Index3 dims{50, 41, 45};
 
 CodingParameters parameters_of(int brick_edge, double mesh_error, FileMode mode) {
-  CodingParameters p;
-  p.dims = dims;
-  p.type = SampleType::int16;
-  p.mode = mode;
-  p.cube_size = 8;
-  p.brick_edge = brick_edge;
-  p.max_level = 9;
-  p.max_error = mode == FileMode::voxels ? 3 : -1;
-  p.mesh_error = mesh_error;
-  p.field_scale = 0.1;
+  CodingParameters p{.dims = dims,
+                     .type = SampleType::int16,
+                     .mode = mode,
+                     .cube_size = 8,
+                     .brick_edge = brick_edge,
+                     .max_level = 9,
+                     .field_scale = 0.1,
+                     .max_error = mode == FileMode::voxels ? 3.0 : -1.0,
+                     .mesh_error = mesh_error};
   return p;
 }
 

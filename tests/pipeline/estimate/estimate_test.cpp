@@ -12,7 +12,7 @@
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/of_bricks.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -39,9 +39,7 @@ class EstimatedVolume : public TemporaryFolder {
   }
   double bound_of(const EncodeOptions& options) const { return settled(options).parameters().max_error; }
   static EncodeOptions rule(ErrorRule::Kind kind, double value) {
-    EncodeOptions options;
-    options.error_rule = ErrorRule{kind, value};
-    options.cube_size = 16;
+    EncodeOptions options{.error_rule = ErrorRule{kind, value}, .cube_size = 16};
     return options;
   }
 
@@ -57,10 +55,8 @@ TYPED_TEST(EstimatesOfType, OfASmallVolumeAreItsEncodings) {
   const Index3 dims = {50, 41, 37};
   write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1));
   for (int mode = 0; mode < 4; ++mode) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.grid_only = mode == 1;
-    options.grid = mode == 2 ? GridOrigin::derived : GridOrigin::stored;
+    EncodeOptions options{
+        .grid_only = mode == 1, .grid = mode == 2 ? GridOrigin::derived : GridOrigin::stored, .cube_size = 8};
     if (mode == 3) options.surface_error = 0.5;
     const std::vector<double> errors = mode == 3 ? std::vector{1.0, 6.0} : std::vector{0.0, 1.0, 6.0};
     const EstimateResult result = this->estimate(options, errors);
@@ -129,13 +125,12 @@ TYPED_TEST(EstimatesOfType, NoiseAndRangeGiveBounds) {
   const auto whole = [](double bound) { return std::is_integral_v<TypeParam> ? std::floor(bound) : bound; };
   const EncodeJob by_noise = this->settled(this->rule(ErrorRule::Kind::noise, 1.5));
   EXPECT_EQ(by_noise.parameters().max_error, whole(1.5 * noise));
-  EXPECT_NE(by_noise.reason_of_bound.find("noise"), std::string::npos);
+  EXPECT_TRUE(has(by_noise.reason_of_bound, "noise"));
   const auto samples = read_samples<TypeParam>(this->in_);
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
   EXPECT_EQ(this->bound_of(this->rule(ErrorRule::Kind::relative, 0.1)),
             whole(0.1 * (static_cast<double>(*high) - static_cast<double>(*low))));
-  EncodeOptions none;
-  none.max_error = 3;
+  EncodeOptions none{.max_error = 3};
   EXPECT_EQ(this->bound_of(none), 3);
   EXPECT_EQ(this->settled(none).reason_of_bound, "");
 }

@@ -16,10 +16,9 @@
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/fake_ranks.h"
-#include "tests/support/memory_source.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -86,11 +85,11 @@ TYPED_TEST(DerivedGridOfType, IsTheGridOfTheDecodedSamples) {
   unsigned seed = 0;
   for (const Index3& dims : shapes)
     for (const auto& [cube, brick] : {std::pair{4, 1}, std::pair{4, 3}, std::pair{8, 2}, std::pair{16, 1}}) {
-      EncodeOptions options;
-      options.cube_size = cube;
-      options.brick_edge = brick;
-      options.accuracy = ++seed % 2 ? 20 : 5;
-      options.max_error = seed % 3 == 0 ? 0 : 6;
+      ++seed;
+      EncodeOptions options{.max_error = seed % 3 == 0 ? 0 : 6,
+                            .accuracy = seed % 2 ? 20 : 5,
+                            .cube_size = cube,
+                            .brick_edge = brick};
       if (seed % 4 == 0) options.max_level = 5;
       options.range = {0, 128};
       this->make(dims, blobs<TypeParam>(dims, seed), options);
@@ -117,11 +116,7 @@ TEST_F(DerivedGridOfFile, AnyBoxHasTheMeshOfTheWholeGrid) {
   const Index3 dims = {67, 30, 41};
   std::mt19937 random(1);
   for (const auto& [cube, brick] : {std::pair{4, 1}, std::pair{4, 4}, std::pair{8, 1}, std::pair{16, 2}}) {
-    EncodeOptions options;
-    options.cube_size = cube;
-    options.brick_edge = brick;
-    options.max_error = 3;
-    options.range = {0, 128};
+    EncodeOptions options{.max_error = 3, .cube_size = cube, .brick_edge = brick, .range = {{0, 128}}};
     make(dims, blobs<std::int16_t>(dims, 7), options);
     for (int i = 0; i < (sanitized ? 6 : 25); ++i) {
       MeshPart part = {max_level(cube), i % 5 == 0};
@@ -146,10 +141,7 @@ TEST_F(DerivedGridOfFile, AnyBoxHasTheMeshOfTheWholeGrid) {
 TEST_F(DerivedGridOfFile, TheValuesAreThoseOfAFileThatStoresItsGrid) {
   const Index3 dims = {40, 33, 27};
   for (const Effort effort : {Effort::fast, Effort::normal, Effort::best}) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.max_error = 2;
-    options.effort = effort;
+    EncodeOptions options{.max_error = 2, .cube_size = 8, .effort = effort};
     const auto samples = blobs<std::uint8_t>(dims, 3);
     make(dims, samples, options);
     options.grid = GridOrigin::stored;
@@ -168,10 +160,7 @@ TEST_F(DerivedGridOfFile, TheValuesAreThoseOfAFileThatStoresItsGrid) {
 
 TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
   const Index3 dims = {40, 61, 37};
-  EncodeOptions options;
-  options.cube_size = 4;
-  options.brick_edge = 1;
-  options.max_error = 4;
+  EncodeOptions options{.max_error = 4, .cube_size = 4, .brick_edge = 1};
   make(dims, blobs<std::int16_t>(dims, 5), options, 1);
   const std::string expected = file_content(derived_);
   options.grid = GridOrigin::derived;
@@ -202,10 +191,7 @@ TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
 
 TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
   const Index3 dims = {30, 41, 35};
-  EncodeOptions options;
-  options.cube_size = 4;
-  options.brick_edge = 2;
-  options.max_error = 4;
+  EncodeOptions options{.max_error = 4, .cube_size = 4, .brick_edge = 2};
   make(dims, blobs<std::int16_t>(dims, 5), options);
   const TagBricks derived(std::make_shared<FileSource>(derived_)),
       stored(std::make_shared<FileSource>(stored_));
@@ -228,9 +214,7 @@ TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
 
 TEST_F(DerivedGridOfFile, WhatNeedsTheGridIsRefused) {
   const auto refusal = [](auto set) {
-    EncodeOptions options;
-    options.grid = GridOrigin::derived;
-    options.max_error = 5;
+    EncodeOptions options{.grid = GridOrigin::derived, .max_error = 5};
     set(options);
     try {
       options.validate();
@@ -247,8 +231,7 @@ TEST_F(DerivedGridOfFile, WhatNeedsTheGridIsRefused) {
 
 TEST_F(DerivedGridOfFile, ABrickWithAGridIsRefused) {
   const Index3 dims = {9, 8, 7};
-  EncodeOptions options;
-  options.cube_size = 8;
+  EncodeOptions options{.cube_size = 8};
   make(dims, blobs<std::uint8_t>(dims, 5), options);
   const TagBricks file(std::make_shared<FileSource>(derived_));
   const BrickBytes brick = file.read(0);
@@ -262,9 +245,7 @@ TEST_F(DerivedGridOfFile, ABrickWithAGridIsRefused) {
 
 TEST_F(DerivedGridOfFile, TheLibraryCountsItsLevels) {
   const Index3 dims = {21, 18, 30};
-  EncodeOptions options;
-  options.cube_size = 8;
-  options.max_error = 3;
+  EncodeOptions options{.max_error = 3, .cube_size = 8};
   make(dims, blobs<std::int16_t>(dims, 5), options);
   const auto levels_of = [](const std::string& file, int derived) {
     tagrid_reader* opened = nullptr;
@@ -288,11 +269,7 @@ TEST_F(DerivedGridOfFile, TheLibraryCountsItsLevels) {
 TEST_F(DerivedGridOfFile, AwkwardVolumesHaveTheirGrid) {
   const Index3 dims = {21, 18, 10};
   for (int kind = 0; kind < static_cast<int>(Awkward::count); ++kind) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.brick_edge = 1;
-    options.max_error = 1;
-    options.field_scale = 0.05;
+    EncodeOptions options{.max_error = 1, .cube_size = 8, .brick_edge = 1, .field_scale = 0.05};
     make(dims, awkward_volume<float>(static_cast<Awkward>(kind), dims, 3), options);
     EXPECT_EQ(summary_with_levels(derived_, Resources(2)).index.total.active,
               summary_of(stored_).index.total.active)

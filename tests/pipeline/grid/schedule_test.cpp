@@ -7,6 +7,7 @@
 #include <set>
 
 #include "stages/criterion/subdivide.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -24,10 +25,7 @@ const Case cases[] = {{{1, 1, 1}, 4, 1, 1},     {{9, 9, 9}, 4, 1, 1},       {{10
                       {{5, 5, 1}, 8, 1, {}}};
 
 CodingParameters parameters_of(const Case& c) {
-  CodingParameters p;
-  p.dims = c.dims;
-  p.cube_size = c.cube_size;
-  p.brick_edge = c.brick_edge;
+  CodingParameters p{.dims = c.dims, .cube_size = c.cube_size, .brick_edge = c.brick_edge};
   return p;
 }
 
@@ -112,9 +110,7 @@ class Playthrough {
       for (auto& word : all.words()) word = ~std::uint64_t{0};
       copy_bits(all, covered);
     }
-    for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z)
-      for (std::int64_t y = needed.low.y; y <= needed.high.y; ++y)
-        for (std::int64_t x = needed.low.x; x <= needed.high.x; ++x) ASSERT_TRUE(covered.test({x, y, z}));
+    for (const auto [x, y, z] : points_of(needed)) ASSERT_TRUE(covered.test({x, y, z}));
   }
 
   std::int64_t count_alive() const {

@@ -21,8 +21,7 @@ SourceFacts facts_of(SampleType type, double slope = 1) {
 }
 
 EncodeOptions bounded(double max_error) {
-  EncodeOptions options;
-  options.max_error = max_error;
+  EncodeOptions options{.max_error = max_error};
   return options;
 }
 
@@ -41,22 +40,19 @@ TEST(ResolvedOptions, AreCompleteUnlessTheSamplesAreNeeded) {
   EXPECT_FALSE(in_samples({}, facts_of(SampleType::int16)).range_from_data);
   EXPECT_GT(in_samples({}, facts_of(SampleType::int16)).parameters.field_scale, 0);
   EXPECT_TRUE(in_samples({}, facts_of(SampleType::float32)).range_from_data);
-  EncodeOptions options;
-  options.range = {0, 10};
+  EncodeOptions options{.range = {{0, 10}}};
   EXPECT_FALSE(in_samples(options, facts_of(SampleType::float32)).range_from_data);
 }
 
 TEST(ResolvedOptions, HaveTheRangeOfSamplesWhereThatOfValuesWasGiven) {
-  EncodeOptions options;
-  options.range = {0, 10};
+  EncodeOptions options{.range = {{0, 10}}};
   const CodingParameters p = in_samples(options, facts_of(SampleType::int16, -2)).parameters;
   EXPECT_EQ(p.range_low, -5);
   EXPECT_EQ(p.range_high, 0);
 }
 
 TEST(ResolvedOptions, AreCheckedAgainWhenARuleHasGivenTheBound) {
-  EncodeOptions options;
-  options.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
+  EncodeOptions options{.error_rule = ErrorRule{ErrorRule::Kind::noise, 1}};
   ResolvedOptions resolved = in_samples(options, facts_of(SampleType::int16));
   EXPECT_EQ(with_bound(resolved, 7).parameters.max_error, 7);
   resolved.parameters.range_low = INFINITY;
@@ -96,8 +92,7 @@ TEST_F(SettledVolume, HasTheRangeOfItsSamples) {
 }
 
 TEST_F(SettledVolume, TakesWhatAnEarlierRunFound) {
-  EncodeOptions options;
-  options.error_rule = ErrorRule{ErrorRule::Kind::psnr, 50};
+  EncodeOptions options{.error_rule = ErrorRule{ErrorRule::Kind::psnr, 50}};
   const EncodeJob job =
       job_of(options, {.max_error = 7, .reason_of_bound = "found before", .range = {{1, 2}}});
   EXPECT_EQ(job.parameters().max_error, 7);

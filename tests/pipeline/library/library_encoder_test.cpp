@@ -6,6 +6,7 @@
 
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -126,8 +127,7 @@ TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
       {TAGRID_RULE_RELATIVE, {ErrorRule::Kind::relative, 0.05}},
       {TAGRID_RULE_PSNR, {ErrorRule::Kind::psnr, 25}}};
   for (const auto& [rule, same_rule] : rules) {
-    EncodeOptions same;
-    same.error_rule = same_rule;
+    EncodeOptions same{.error_rule = same_rule};
     tagrid_encode_options options = encode_options(dims, SampleType::int16);
     same.cube_size = options.cube;
     if (options.brick != 0) same.brick_edge = options.brick;
@@ -162,11 +162,9 @@ TEST_F(LibraryEncoder, SlicesMayLieAnywhere) {
   // z fastest, from the last to the first, and y with gaps.
   const std::int64_t strides[3] = {2 * dims.z * (dims.y + 3), 2 * dims.z, -2};
   std::vector<std::int16_t> turned(static_cast<std::size_t>(dims.x * (dims.y + 3) * dims.z));
-  for (std::int64_t z = 0; z < dims.z; ++z)
-    for (std::int64_t y = 0; y < dims.y; ++y)
-      for (std::int64_t x = 0; x < dims.x; ++x)
-        turned[static_cast<std::size_t>((x * (dims.y + 3) + y) * dims.z + dims.z - 1 - z)] =
-            samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))];
+  for (const auto [x, y, z] : points_of(dims))
+    turned[static_cast<std::size_t>((x * (dims.y + 3) + y) * dims.z + dims.z - 1 - z)] =
+        samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))];
   Encoded encoded;
   tagrid_encoder* opened = nullptr;
   ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
@@ -236,7 +234,7 @@ TEST_F(LibraryEncoder, OneThatIsNotFinishedIsEndedWhenItIsClosed) {
     ASSERT_EQ(tagrid_encoder_write(opened, samples.data(), slices, nullptr), TAGRID_OK);
     if (slices < dims.z) {
       EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_INVALID_ARGUMENT);
-      EXPECT_NE(std::string(tagrid_encoder_message(opened)).find("slices"), std::string::npos);
+      EXPECT_TRUE(has(std::string(tagrid_encoder_message(opened)), "slices"));
     }
   }
 }
@@ -298,10 +296,8 @@ TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
     encode(options, samples.data(), refused, &call);
     EXPECT_EQ(refused.status, TAGRID_MEMORY_LIMIT);
     const std::uint64_t mebibyte = 1 << 20;
-    EXPECT_NE(refused.message.find("needs at least " + std::to_string((smallest + mebibyte - 1) / mebibyte) +
-                                   " MiB"),
-              std::string::npos)
-        << refused.message;
+    EXPECT_TRUE(has(refused.message,
+                    "needs at least " + std::to_string((smallest + mebibyte - 1) / mebibyte) + " MiB"));
     EXPECT_EQ(refused.bytes, "");
   }
 }
@@ -422,8 +418,7 @@ TEST_F(LibraryEncoder, MetadataThatNoReaderWouldTakeIsRefusedAndAllElseComesBack
       ASSERT_EQ(opened, TAGRID_OK) << tagrid_reader_message(reader.get());
       EXPECT_TRUE(tagrid_reader_metadata(reader.get()) == metadata) << c.length;
     } else {
-      EXPECT_NE(encoded.message.find(std::to_string(c.length) + " bytes"), std::string::npos)
-          << encoded.message;
+      EXPECT_TRUE(has(encoded.message, std::to_string(c.length) + " bytes"));
       EXPECT_EQ(encoded.bytes, "");
       EXPECT_EQ(tagrid_encode_memory(&options), 0u);
     }

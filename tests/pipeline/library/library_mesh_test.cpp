@@ -8,6 +8,7 @@
 #include "stages/mesh/cut.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -98,18 +99,16 @@ TEST_F(LibraryMesh, TheWholeMeshIsThatOfTheProgram) {
 
 // A tetrahedron of the hierarchy and a box of samples meet in a polytope whose corners are samples.
 bool meets_in_a_sample(const std::array<Index3, 4>& v, const Box& box) {
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-        bool within = true;
-        const bool positive = six_volumes(v) > 0;
-        for (std::size_t i = 0; i < 4 && within; ++i) {
-          auto other = v;
-          other[i] = {x, y, z};
-          within = positive ? six_volumes(other) >= 0 : six_volumes(other) <= 0;
-        }
-        if (within) return true;
-      }
+  for (const auto [x, y, z] : points_of(box)) {
+    bool within = true;
+    const bool positive = six_volumes(v) > 0;
+    for (std::size_t i = 0; i < 4 && within; ++i) {
+      auto other = v;
+      other[i] = {x, y, z};
+      within = positive ? six_volumes(other) >= 0 : six_volumes(other) <= 0;
+    }
+    if (within) return true;
+  }
   return false;
 }
 
@@ -216,7 +215,7 @@ TEST_F(LibraryMesh, AVolumeOfOneSliceHasAPaddedMeshOnly) {
   tagrid_mesh_options options;
   tagrid_mesh_options_init(&options);
   EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_INVALID_ARGUMENT);
-  EXPECT_NE(std::string(tagrid_reader_message(reader.get())).find("padded"), std::string::npos);
+  EXPECT_TRUE(has(std::string(tagrid_reader_message(reader.get())), "padded"));
   options.padded = 1;
   EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_OK);
   EXPECT_FALSE(taken.levels.empty());

@@ -8,6 +8,7 @@
 
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/points.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -42,13 +43,11 @@ void expect_boxes(Awkward kind, unsigned seed) {
       }
     }
     std::string out(static_cast<std::size_t>(length + first), '\x5a'), expected = out;
-    for (std::int64_t z = 0; z < count[2]; ++z)
-      for (std::int64_t y = 0; y < count[1]; ++y)
-        for (std::int64_t x = 0; x < count[0]; ++x) {
-          const Index3 p = {box.low[0] + x * step[0], box.low[1] + y * step[1], box.low[2] + z * step[2]};
-          std::memcpy(expected.data() + first + x * strides[0] + y * strides[1] + z * strides[2],
-                      &samples[static_cast<std::size_t>(Box::of_size(dims).offset(p))], sizeof(T));
-        }
+    for (const auto [x, y, z] : points_of(Index3{count[0], count[1], count[2]})) {
+      const Index3 p = {box.low[0] + x * step[0], box.low[1] + y * step[1], box.low[2] + z * step[2]};
+      std::memcpy(expected.data() + first + x * strides[0] + y * strides[1] + z * strides[2],
+                  &samples[static_cast<std::size_t>(Box::of_size(dims).offset(p))], sizeof(T));
+    }
     const tagrid_call call = call_of(1 + i % 4);
     ASSERT_EQ(
         tagrid_reader_read(reader.get(), &box, step, out.data() + first, dense ? nullptr : strides, &call),
@@ -232,8 +231,8 @@ TEST(LibraryReader, EveryReadThatFailsIsReportedWithItsPlace) {
       break;
     }
     ASSERT_EQ(status, TAGRID_IO_ERROR) << n << " " << message;
-    EXPECT_NE(message.find("memory: cannot read"), std::string::npos) << message;
-    EXPECT_NE(message.find("error 5"), std::string::npos) << message;
+    EXPECT_TRUE(has(message, "memory: cannot read"));
+    EXPECT_TRUE(has(message, "error 5"));
   }
 }
 
@@ -364,7 +363,7 @@ TEST(LibraryReader, WhyAReaderIsNotOpenIsKeptForEveryThread) {
   MemoryFile file{"no such file"};
   const ReaderHandle reader = open_reader(file), other = open_reader(file);
   const std::string why = tagrid_reader_message(reader.get());
-  EXPECT_NE(why.find("this is not a .tag file"), why.npos) << why;
+  EXPECT_TRUE(has(why, "this is not a .tag file"));
   EXPECT_EQ(tagrid_reader_message(other.get()), why);
   std::thread([&] { EXPECT_EQ(tagrid_reader_message(reader.get()), why); }).join();
 }
@@ -379,7 +378,7 @@ TEST(LibraryReader, ALimitOfMemoryIsOfTheWorkAndTheMessageSaysTheOneThatIsEnough
   call.memory_limit = 17;
   ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_MEMORY_LIMIT);
   const std::string message = tagrid_reader_message(reader.get());
-  EXPECT_NE(message.find("but the limit is 17 B"), message.npos) << message;
+  EXPECT_TRUE(has(message, "but the limit is 17 B"));
   int needed = 0;
   ASSERT_EQ(std::sscanf(message.c_str(), "reading a part of the volume needs at least %d MiB", &needed), 1)
       << message;

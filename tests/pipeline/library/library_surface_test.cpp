@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <set>
 
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"

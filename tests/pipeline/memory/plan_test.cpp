@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "io/errors/errors.h"
 #include "pipeline/memory/available_memory.h"

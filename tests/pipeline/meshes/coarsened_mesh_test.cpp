@@ -10,7 +10,6 @@
 #include "tests/support/coarsest_grid.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -32,12 +31,11 @@ class CoarsenedFolder : public TemporaryFolder {
   template <class T>
   void encode(const std::vector<T>& samples, Index3 dims, const CoarsenedFile& file, int cube_size,
               int brick_edge) {
-    EncodeOptions options;
-    options.cube_size = cube_size;
-    options.brick_edge = brick_edge;
-    options.grid_only = file.grid_only;
-    options.grid = file.derived ? GridOrigin::derived : GridOrigin::stored;
-    options.max_error = file.max_error;
+    EncodeOptions options{.grid_only = file.grid_only,
+                          .grid = file.derived ? GridOrigin::derived : GridOrigin::stored,
+                          .max_error = file.max_error,
+                          .cube_size = cube_size,
+                          .brick_edge = brick_edge};
     write_nrrd(in_, dims, samples);
     encode_volume(in_, {}, tag_, true, options, Resources(2));
   }
@@ -52,15 +50,6 @@ class CoarsenedFolder : public TemporaryFolder {
 
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag"), vtu_ = path("a.vtu");
 };
-
-template <class T>
-const char* vtk_type() {
-  constexpr bool real = std::is_floating_point_v<T>;
-  if (real) return sizeof(T) == 4 ? "Float32" : "Float64";
-  if (sizeof(T) == 1) return std::is_signed_v<T> ? "Int8" : "UInt8";
-  if (sizeof(T) == 2) return std::is_signed_v<T> ? "Int16" : "UInt16";
-  return std::is_signed_v<T> ? "Int32" : "UInt32";
-}
 
 template <class T>
 class CoarsenedMesh : public CoarsenedFolder {

@@ -13,7 +13,7 @@
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -28,15 +28,6 @@ struct Bounds {
 std::string text(const std::optional<double>& bound) { return bound ? std::to_string(*bound) : "none"; }
 
 template <class T>
-const char* vtk_name() {
-  constexpr bool real = std::is_floating_point_v<T>;
-  if (real) return sizeof(T) == 4 ? "Float32" : "Float64";
-  if (sizeof(T) == 1) return std::is_signed_v<T> ? "Int8" : "UInt8";
-  if (sizeof(T) == 2) return std::is_signed_v<T> ? "Int16" : "UInt16";
-  return std::is_signed_v<T> ? "Int32" : "UInt32";
-}
-
-template <class T>
 class MeshError : public TemporaryFolder {
  protected:
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag");
@@ -46,7 +37,7 @@ class MeshError : public TemporaryFolder {
     write_mesh(tag_, path("a.vtu"), {{}, false, true}, Resources(1));
     Vtu vtu(path("a.vtu"));
     const LatticeMesh mesh = read_lattice_mesh(vtu);
-    const std::vector<T> values = vtu.array<T>(vtk_name<T>(), "value");
+    const std::vector<T> values = vtu.array<T>(vtk_type<T>(), "value");
     const Box box = Box::of_size(dims);
     std::vector<bool> seen(samples.size());
     double worst = 0;
@@ -79,13 +70,12 @@ class MeshError : public TemporaryFolder {
     SCOPED_TRACE("E " + text(bounds.max_error) + ", F " + text(bounds.surface_error) + ", M " +
                  text(bounds.mesh_error) + (bounds.grid ? ", grid, " : ", ") + std::to_string(dims.x) + "x" +
                  std::to_string(dims.y) + "x" + std::to_string(dims.z) + ", S " + std::to_string(cube_size));
-    EncodeOptions options;
-    options.cube_size = cube_size;
-    options.brick_edge = brick_edge;
-    options.grid_only = bounds.grid;
-    options.max_error = bounds.max_error;
-    options.surface_error = bounds.surface_error;
-    options.mesh_error = bounds.mesh_error;
+    EncodeOptions options{.grid_only = bounds.grid,
+                          .max_error = bounds.max_error,
+                          .surface_error = bounds.surface_error,
+                          .mesh_error = bounds.mesh_error,
+                          .cube_size = cube_size,
+                          .brick_edge = brick_edge};
     write_nrrd(in_, dims, samples);
     const EncodeResult encoded = encode_volume(in_, {}, tag_, true, options, Resources(2));
     const double recorded = encoded.index.total.mesh_error, found = error_of_mesh(samples, dims);
@@ -207,14 +197,13 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   forge(9, reached - 0.25);
   EXPECT_NO_THROW(verify_file(path("forged.tag"), "", {}, Resources(1)))
       << "nothing is known without the original";
-  EXPECT_NE(complaint(in_).find("the recorded errors"), std::string::npos) << complaint(in_);
+  EXPECT_TRUE(has(complaint(in_), "the recorded errors"));
   forge(3, 2.5);
-  EXPECT_NE(complaint(in_).find("the mesh differs from the original by up to"), std::string::npos)
-      << complaint(in_);
+  EXPECT_TRUE(has(complaint(in_), "the mesh differs from the original by up to"));
   forge(3, reached);
-  EXPECT_NE(complaint("").find("above its bound"), std::string::npos) << complaint("");
+  EXPECT_TRUE(has(complaint(""), "above its bound"));
   forge(9, NAN);
-  EXPECT_NE(complaint("").find("not a number"), std::string::npos) << complaint("");
+  EXPECT_TRUE(has(complaint(""), "not a number"));
 }
 
 // Verifies rows in any order, as several processes do.
@@ -233,9 +222,7 @@ TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
 
 TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
   for (const bool grid : {false, true}) {
-    EncodeOptions options;
-    options.grid_only = grid;
-    options.max_error = 4;
+    EncodeOptions options{.grid_only = grid, .max_error = 4};
     EXPECT_LT(encode_volume(in_, {}, tag_, true, options, Resources(1)).index.total.mesh_error, 0);
     EXPECT_FALSE(verify_file(tag_, in_, {}, Resources(1)).mesh_error.has_value());
   }
@@ -246,7 +233,7 @@ TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWor
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice :
        {"bound of the mesh 10 or more", "largest error 3 or less", "or add the bound of the active points 3"})
-    EXPECT_NE(message.find(advice), std::string::npos) << message;
+    EXPECT_TRUE(has(message, advice));
   EXPECT_EQ(names(), std::vector<std::string>{"in.nrrd"});
   expect_promise(samples_, dims_, {false, 10, {}, 10}, 8);
   expect_promise(samples_, dims_, {false, 3, {}, 3}, 8);
@@ -255,7 +242,7 @@ TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWor
   options_.surface_error = 5;
   const std::string second = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice : {"bound of the mesh 5 or more", "active points 3 or less"})
-    EXPECT_NE(second.find(advice), std::string::npos) << second;
+    EXPECT_TRUE(has(second, advice));
   expect_promise(samples_, dims_, {false, 10, 5, 5}, 8);
 }
 

@@ -1,9 +1,12 @@
-// Making a mesh takes no more memory than the plan says, and the plan does not say much more.
+// Memory that meshes and surfaces take.
 #include <gtest/gtest.h>
 
+#include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/meshes/coarsen_file.h"
 #include "pipeline/meshes/mesh_bricks.h"
+#include "pipeline/meshes/surface_builder.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/brick_samples.h"
 #include "tests/support/counted_heap.h"
@@ -14,6 +17,8 @@
 
 namespace tagrid {
 namespace {
+
+// Making a mesh takes no more memory than the plan says, and the plan does not say much more.
 
 class Nowhere : public MeshSink {
  public:
@@ -63,10 +68,7 @@ TEST_F(MeshMemory, OfABoxIsWithinItsPlan) {
   write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true})
     for (const int cube : {4, 16}) {
-      EncodeOptions options;
-      options.cube_size = cube;
-      options.brick_edge = 2;
-      options.grid_only = grid_only;
+      EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2};
       encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
       const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
       MeshPart part = all_of(file.parameters());
@@ -91,9 +93,7 @@ TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
   const Index3 dims{70, 60, 50};
   write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true}) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.grid_only = grid_only;
+    EncodeOptions options{.grid_only = grid_only, .cube_size = 8};
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
     TagReader reader(path("in.tag"));
     const CodingParameters& p = reader.parameters();
@@ -104,6 +104,130 @@ TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
     build_all<MeshBuilder>(reader, all_of(p), Resources(1), {}, sink);
     EXPECT_LE(peak.bytes(), stated - memory_of_program) << grid_only;
   }
+}
+
+// Coarsening takes no more memory than its plan says, whatever the height of the volume.
+
+class CoarseningMemory : public TemporaryFolder {
+ protected:
+  void SetUp() override {
+    if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
+  }
+  void encode(Index3 dims, int cube_size) const {
+    write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 60));
+    EncodeOptions options{.cube_size = cube_size};
+    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+  }
+  // The peak of the heap, and what the plan says.
+  std::pair<std::uint64_t, std::uint64_t> coarsen(int threads) const {
+    TagReader reader(path("in.tag"));
+    const CodingParameters& p = reader.parameters();
+    const BrickGrid bricks = p.bricks();
+    Resources resources(threads);
+    resources.memory = std::uint64_t{1} << 32;
+    const CoarseningPlan plan = plan_coarsening(p, 0, resources);
+    EXPECT_EQ(plan.threads, threads);
+    std::int64_t active = 0;
+    const HeapPeak peak;
+    coarsen_file(reader, {p.dims, p.cube_size, 20, false},
+                 Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)}), path("x"), 0,
+                 resources, [&](Index3, const LatticeBits& bits, const auto&) {
+                   for (const std::uint64_t word : bits.words()) active += std::popcount(word);
+                 });
+    EXPECT_GT(active, 20000);
+    return {peak.bytes(), plan.decoding.memory - memory_of_program};
+  }
+};
+
+TEST_F(CoarseningMemory, IsWithinThePlan) {
+  for (const int cube_size : {8, 32}) {
+    encode({70, 60, 90}, cube_size);
+    for (const int threads : {1, 3}) {
+      const auto [peak, stated] = coarsen(threads);
+      EXPECT_LE(peak, stated) << cube_size << ", " << threads;
+    }
+  }
+}
+
+TEST_F(CoarseningMemory, DoesNotGrowWithTheHeight) {
+  encode({24, 24, 900}, 8);
+  const std::uint64_t low = coarsen(1).first;
+  encode({24, 24, 2700}, 8);
+  EXPECT_LT(coarsen(1).first, low + low / 4);
+}
+
+TEST_F(CoarseningMemory, ATightLimitMeansFewerThreads) {
+  encode({70, 60, 90}, 32);
+  const TagReader reader(path("in.tag"));
+  Resources resources(8);
+  resources.memory = std::uint64_t{1} << 32;
+  resources.memory = plan_coarsening(reader.parameters(), 0, resources).decoding.memory;
+  EXPECT_EQ(plan_coarsening(reader.parameters(), 0, resources).threads, 8);
+  Resources one(1);
+  one.memory = resources.memory;
+  resources.memory = plan_coarsening(reader.parameters(), 0, one).decoding.memory;
+  const CoarseningPlan plan = plan_coarsening(reader.parameters(), 0, resources);
+  EXPECT_LT(plan.threads, 8);
+  EXPECT_LE(plan.decoding.memory, *resources.memory);
+}
+
+// Making a surface takes no more memory than the plan says.
+
+class SurfaceToNowhere : public SurfaceSink {
+ public:
+  void add(const SurfacePiece&) override {}
+};
+
+class SurfaceMemory : public TemporaryFolder {
+ protected:
+  void SetUp() override {
+    if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
+  }
+  // Noise around the level, in which nearly every point is active.
+  void encode(bool grid_only, int cube) {
+    const Index3 dims{70, 60, 50};
+    write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 100));
+    EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2, .range = {{20, 120}}};
+    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+  }
+};
+
+TEST_F(SurfaceMemory, OfAWholeSurfaceAndOfARegionIsWithinThePlan) {
+  for (const bool grid_only : {false, true})
+    for (const int cube : {8, 16}) {
+      encode(grid_only, cube);
+      SurfaceToNowhere sink;
+      for (const bool region : {false, true}) {
+        const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
+        const CodingParameters& p = file.parameters();
+        SurfacePart part{max_level(cube)};
+        if (region) part.box = Box{{3, 3, 3}, {44, 49, 30}};
+        const Box positions = bricks_that_meet(part.box, p.bricks());
+        const std::uint64_t of_builder = SurfaceBuilder::working_bytes(p, positions);
+        TagReader reader(path("in.tag"));
+        const std::uint64_t stated = region ? memory_of_taking(p, positions, of_builder, 1)
+                                            : plan_taking(p, of_builder, Resources(1)).memory;
+        const HeapPeak peak;
+        SurfaceBuilder builder(file.header(), positions, part, {70}, sink);
+        if (region)
+          take_some(file, positions, of_builder, Resources(1), builder);
+        else
+          take_all(reader, of_builder, Resources(1), builder);
+        EXPECT_GT(builder.counts().triangles, 10000);
+        EXPECT_LE(peak.bytes(), stated - memory_of_program) << grid_only << ", " << cube << ", " << region;
+      }
+    }
+}
+
+TEST_F(SurfaceMemory, ALimitBelowThePlanIsRefused) {
+  encode(false, 8);
+  Resources tight(1);
+  tight.memory = memory_of_program + 100000;
+  EXPECT_THROW(write_surface(path("in.tag"), path("x.ply"), {.iso = 70}, tight), MemoryLimit);
+  WantedRegion region;
+  region.low[0] = 20;
+  EXPECT_THROW(write_surface(path("in.tag"), path("x.ply"), {.iso = 70, .region = region}, tight),
+               MemoryLimit);
 }
 
 }  // namespace

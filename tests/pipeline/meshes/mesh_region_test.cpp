@@ -97,9 +97,7 @@ class MeshRegion : public MeshedVolume {
 };
 
 EncodeOptions small_bricks() {
-  EncodeOptions options;
-  options.cube_size = 8;
-  options.brick_edge = 1;
+  EncodeOptions options{.cube_size = 8, .brick_edge = 1};
   return options;
 }
 

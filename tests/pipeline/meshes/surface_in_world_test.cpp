@@ -38,8 +38,7 @@ class SurfaceInWorld : public TemporaryFolder {
     for (std::int64_t i = 0; i < Box::of_size(dims).count(); ++i)
       samples.push_back(static_cast<std::int16_t>(i % 17));
     write_nrrd(path("in.nrrd"), dims, samples, fields);
-    EncodeOptions encoding;
-    encoding.cube_size = 8;
+    EncodeOptions encoding{.cube_size = 8};
     encode_volume(path("in.nrrd"), {}, path("in.tag"), true, encoding, Resources(1));
     options.overwrite = true;
     last_ = write_surface(path("in.tag"), path("out.ply"), options, Resources(1));

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -110,11 +109,8 @@ class SurfaceOfMesh : public Surfaces, public ::testing::WithParamInterface<Surf
   SurfaceOfMesh() {
     const SurfaceCase& c = GetParam();
     const auto seed = static_cast<std::uint64_t>(c.dims.x + 100 * c.dims.y);
-    EncodeOptions options;
-    options.cube_size = c.cube_size;
-    options.brick_edge = c.brick_edge;
-    options.grid_only = c.grid_only;
-    options.max_error = 9;
+    EncodeOptions options{
+        .grid_only = c.grid_only, .max_error = 9, .cube_size = c.cube_size, .brick_edge = c.brick_edge};
     if (c.derived) options.grid = GridOrigin::derived;
     encode(c.phantom ? phantom_volume(c.dims, seed) : spiky_volume(c.dims, seed), options);
   }
@@ -148,9 +144,7 @@ TEST_F(Surfaces, AreTheSameForAnyBricksAndThreads) {
     std::optional<SurfaceFindings> first;
     std::set<Place> places;
     for (const int brick : {1, 2, 4}) {
-      EncodeOptions options;
-      options.cube_size = 8;
-      options.brick_edge = brick;
+      EncodeOptions options{.cube_size = 8, .brick_edge = brick};
       encode(stepped_volume({37, 21, 29}, 5), options);
       const PlySurface s = surface({.iso = 2, .close = close}, 1);
       const std::string bytes = content("v.ply");
@@ -175,9 +169,7 @@ TEST_F(Surfaces, AreTheSameForAnyBricksAndThreads) {
 }
 
 TEST_F(Surfaces, OfARegionHaveTheTrianglesOfItsTetrahedra) {
-  EncodeOptions options;
-  options.cube_size = 8;
-  options.brick_edge = 1;
+  EncodeOptions options{.cube_size = 8, .brick_edge = 1};
   for (const bool derived : {false, true}) {
     options.grid = derived ? GridOrigin::derived : GridOrigin::stored;
     encode(phantom_volume({37, 31, 29}, 5), options);
@@ -206,8 +198,7 @@ TEST_F(Surfaces, OfARegionHaveTheTrianglesOfItsTetrahedra) {
 }
 
 TEST_F(Surfaces, AWrongCommandIsAUsageErrorAndLeavesNothing) {
-  EncodeOptions options;
-  options.cube_size = 8;
+  EncodeOptions options{.cube_size = 8};
   encode(stepped_volume({9, 9, 9}, 5), options);
   const auto before = names();
   const auto refused = [&](const SurfaceOptions& wrong, const std::string& output) {
@@ -227,8 +218,7 @@ TEST_F(Surfaces, AWrongCommandIsAUsageErrorAndLeavesNothing) {
 }
 
 TEST_F(Surfaces, ATruncatedFileIsBrokenAndLeavesNothing) {
-  EncodeOptions options;
-  options.cube_size = 8;
+  EncodeOptions options{.cube_size = 8};
   encode(stepped_volume({20, 9, 9}, 5), options);
   const std::string whole = content("v.tag");
   for (const std::size_t size : {std::size_t{5}, whole.size() / 2, whole.size() - 1}) {
@@ -247,8 +237,7 @@ TEST_F(Surfaces, OfTheLobsterAreManifoldsForAnyBricks) {
   raw.dims = {301, 324, 56};
   std::optional<SurfaceFindings> first[2];
   for (const int brick : {1, 2, 4}) {
-    EncodeOptions options;
-    options.brick_edge = brick;
+    EncodeOptions options{.brick_edge = brick};
     encode_volume(samples, SourceDescription(raw), path("v.tag"), true, options, Resources(2));
     for (const bool close : {false, true}) {
       const SurfaceFindings found = check(surface({.iso = 60, .close = close}));

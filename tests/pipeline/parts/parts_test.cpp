@@ -13,7 +13,7 @@
 #include "pipeline/parts/parts_store.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -175,7 +175,7 @@ TEST(RunRecords, NameTheSettingAndTheInputThatChanged) {
             "the input in.nrrd has changed since: it had 12345 bytes, now 7");
   now = was;
   now.inputs[0].modified = 1'000'000'000;
-  EXPECT_NE(text_of(difference_of(was, now)).find("has changed since: modified 2001-09-"), std::string::npos);
+  EXPECT_TRUE(has(text_of(difference_of(was, now)), "has changed since: modified 2001-09-"));
   for (auto member : {&FileIdentity::inode, &FileIdentity::ends_checksum}) {
     now = was;
     ++(now.inputs[0].*member);
@@ -213,9 +213,7 @@ class EveryTypeInParts : public InParts {};
 TYPED_TEST_SUITE(EveryTypeInParts, AllTypes);
 
 TYPED_TEST(EveryTypeInParts, TheFileIsThatWithoutParts) {
-  EncodeOptions options;
-  options.cube_size = 8;
-  options.brick_edge = 1;
+  EncodeOptions options{.cube_size = 8, .brick_edge = 1};
   for (const Awkward kind : {Awkward::smooth, Awkward::sparse, Awkward::not_finite_blobs})
     for (const bool grid : {false, true})
       for (const Effort effort : {Effort::normal, Effort::fast, Effort::best}) {
@@ -229,11 +227,7 @@ TYPED_TEST(EveryTypeInParts, TheFileIsThatWithoutParts) {
 }
 
 TEST_F(InParts, EveryGeometryGivesTheFileWithoutParts) {
-  EncodeOptions options;
-  options.cube_size = 8;
-  options.brick_edge = 1;
-  options.max_error = 2;
-  options.mesh_error = 5;
+  EncodeOptions options{.max_error = 2, .mesh_error = 5, .cube_size = 8, .brick_edge = 1};
   for (const Index3& dims : {Index3{1, 1, 1}, Index3{9, 1, 200}, Index3{200, 9, 1}, Index3{3, 150, 12},
                              Index3{10, 40, 40}, Index3{10, 17, 90}})
     expect_same_file<std::int16_t>(dims, options, Awkward::smooth);
@@ -261,8 +255,7 @@ TEST_F(InParts, ARunThatGoesOnSearchesForItsLargestErrorOnlyIfItMust) {
   EXPECT_GE(tries, 2);
   const EncodeResult result = run(45, false);
   EXPECT_EQ(tries, 0);
-  EXPECT_NE(result.reason_of_bound.find("45 dB are reached if the largest error is "), std::string::npos)
-      << result.reason_of_bound;
+  EXPECT_TRUE(has(result.reason_of_bound, "45 dB are reached if the largest error is "));
   const std::string resumed = content("out.tag");
   std::filesystem::remove(path("out.tag"));
   run(45, false);

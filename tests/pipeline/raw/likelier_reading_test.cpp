@@ -242,10 +242,9 @@ TEST_F(LikelierReadings, RealVolumesAreNotSuspected) {
     const std::string samples = volume->files().back();
     std::ifstream header(entry.path());
     const std::string text{std::istreambuf_iterator<char>(header), {}};
-    RawDescription raw;
-    raw.dims = volume->info().dims;
-    raw.type = volume->info().type;
-    raw.big_endian = text.find("endian: big") != text.npos;
+    RawDescription raw{.dims = volume->info().dims,
+                       .type = volume->info().type,
+                       .big_endian = text.find("endian: big") != text.npos};
     EXPECT_FALSE(likelier_reading(samples, raw)) << samples;
     if (raw.type == SampleType::int16 && has_both_signs(*volume)) {
       raw.type = SampleType::uint16;
@@ -262,9 +261,7 @@ TEST_F(LikelierReadings, RealVolumesAreNotSuspected) {
 
 TEST_F(LikelierReadings, WhatCannotBeReadSoIsNotLookedAt) {
   phantom(SampleType::int16, true);
-  RawDescription raw;
-  raw.dims = dims_;
-  raw.type = SampleType::int16;
+  RawDescription raw{.dims = dims_, .type = SampleType::int16};
   EXPECT_TRUE(likelier_reading(path("v.raw"), raw));
   raw.dims.z -= 1;
   EXPECT_FALSE(likelier_reading(path("v.raw"), raw)) << "the size does not fit";

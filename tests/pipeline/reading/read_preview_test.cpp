@@ -10,8 +10,8 @@
 #include "io/errors/errors.h"
 #include "pipeline/decode/block.h"
 #include "stages/mesh/tetrahedra.h"
-#include "tests/support/memory_source.h"
 #include "tests/support/runs.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -28,9 +28,7 @@ class ReadPreview : public TemporaryFolder {
     source_ = std::make_shared<MemorySource>(file_content(path("file.tag")));
   }
   static EncodeOptions small_bricks() {
-    EncodeOptions options;
-    options.cube_size = 4;
-    options.brick_edge = 2;
+    EncodeOptions options{.cube_size = 4, .brick_edge = 2};
     return options;
   }
 

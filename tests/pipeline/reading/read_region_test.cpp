@@ -12,8 +12,9 @@
 #include "io/files/byte_source.h"
 #include "io/tag/file.h"
 #include "pipeline/reading/decode_region.h"
-#include "tests/support/memory_source.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -23,11 +24,7 @@ namespace {
 constexpr Index3 dims{37, 45, 29};
 
 EncodeOptions small_bricks(bool grid_only) {
-  EncodeOptions options;
-  options.max_error = 3;
-  options.grid_only = grid_only;
-  options.cube_size = 4;
-  options.brick_edge = 2;
+  EncodeOptions options{.grid_only = grid_only, .max_error = 3, .cube_size = 4, .brick_edge = 2};
   return options;
 }
 
@@ -48,9 +45,7 @@ BrickGrid bricks_of_volume() { return {{dims, 4}, 2}; }
 template <class Visit>
 void for_each_sample(const Region& region, Visit visit) {
   const Index3 n = region.shape();
-  for (std::int64_t z = 0; z < n.z; ++z)
-    for (std::int64_t y = 0; y < n.y; ++y)
-      for (std::int64_t x = 0; x < n.x; ++x) visit(Index3{x, y, z}, region.sample({x, y, z}));
+  for (const auto [x, y, z] : points_of(n)) visit(Index3{x, y, z}, region.sample({x, y, z}));
 }
 
 RC_GTEST_PROP(Regions, NeedTheBricksThatOwnOneOfTheirSamplesAndNoOthers, ()) {
@@ -212,7 +207,7 @@ TEST_F(ReadRegion, WhatFollowsAFileIsToldHoweverItIsRead) {
     const auto open = [&] { TagBricks(std::make_shared<FileSource>(name)); };
     const auto read = [&] { TagReader(name).read_to_end(); };
     for (const std::string& message : {message_of<BrokenInput>(open), message_of<BrokenInput>(read)})
-      EXPECT_NE(message.find("extra bytes after"), std::string::npos) << message;
+      EXPECT_TRUE(has(message, "extra bytes after"));
   }
 }
 

@@ -7,9 +7,10 @@
 #include "io/tag/bricks.h"
 #include "io/tag/whole_bricks.h"
 #include "pipeline/run/run.h"
-#include "tests/support/frames.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -29,11 +30,7 @@ class SalvageTest : public TemporaryFolder {
   }
   std::string encoded(const std::vector<std::uint8_t>& voxels, bool grid = false) {
     write_nrrd(path("in.nrrd"), salvaged_dims, voxels);
-    EncodeOptions options;
-    options.cube_size = 4;
-    options.brick_edge = 2;
-    options.grid_only = grid;
-    options.max_error = 4;
+    EncodeOptions options{.grid_only = grid, .max_error = 4, .cube_size = 4, .brick_edge = 2};
     encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
     decode_volume(path("a.tag"), path("whole.raw"), format_named("raw"), true, Resources(1));
     whole_ = content("whole.raw");
@@ -61,11 +58,9 @@ class SalvageTest : public TemporaryFolder {
     std::string expected = whole_;
     for (const BrickRun& run : found.lost)
       for (const Box& box : boxes_of(run, bricks))
-        for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-          for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-            for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-              expected[static_cast<std::size_t>(Box::of_size(salvaged_dims).offset({x, y, z}))] =
-                  static_cast<char>(fill_value);
+        for (const auto [x, y, z] : points_of(box))
+          expected[static_cast<std::size_t>(Box::of_size(salvaged_dims).offset({x, y, z}))] =
+              static_cast<char>(fill_value);
     EXPECT_TRUE(content("b.raw") == expected) << what;
     return found;
   }

@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "pipeline/encode/graph.h"
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"
-#include "tests/support/sample_types.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -58,8 +56,7 @@ TYPED_TEST_SUITE(EveryType, AllTypes);
 TYPED_TEST(EveryType, LosslessComesBackIdentical) {
   for (const Index3 dims : awkward) {
     this->template make<TypeParam>(dims, 1);
-    EncodeOptions options;
-    options.cube_size = 8;
+    EncodeOptions options{.cube_size = 8};
     this->encode(options);
     EXPECT_EQ(this->template largest_error<TypeParam>(this->template decode<TypeParam>()), 0);
     verify_file(this->tag_, this->in_, {}, Resources(2));
@@ -72,10 +69,7 @@ TYPED_TEST(EveryType, EveryVoxelWithinTheBoundInEveryMode) {
       for (const bool grid : {false, true})
         for (const int cube : {4, 16}) {
           this->template make<TypeParam>(dims, 2);
-          EncodeOptions options;
-          options.cube_size = cube;
-          options.max_error = bound;
-          options.grid_only = grid;
+          EncodeOptions options{.grid_only = grid, .max_error = bound, .cube_size = cube};
           const EncodeResult result = this->encode(options);
           const double error = this->template largest_error<TypeParam>(this->template decode<TypeParam>());
           EXPECT_LE(error, bound);
@@ -86,11 +80,7 @@ TYPED_TEST(EveryType, EveryVoxelWithinTheBoundInEveryMode) {
 
 TEST_F(Run, ActiveVoxelsKeepTheTighterBound) {
   make<std::int16_t>({50, 41, 37}, 3);
-  EncodeOptions options;
-  options.cube_size = 16;
-  options.max_error = 20;
-  options.surface_error = 1;
-  options.range = {0, 120};
+  EncodeOptions options{.max_error = 20, .surface_error = 1, .cube_size = 16, .range = {{0, 120}}};
   encode(options);
   const VerifyResult result = verify_file(tag_, in_, {}, Resources(2));
   EXPECT_GT(*result.max_error, 1) << "no voxel uses the looser bound: nothing is tested";
@@ -100,11 +90,7 @@ TEST_F(Run, ActiveVoxelsKeepTheTighterBound) {
 TEST_F(Run, SameBytesForAnyThreadCount) {
   make<std::int16_t>({70, 67, 75}, 4);
   for (const bool grid : {false, true}) {
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.brick_edge = 2;
-    options.max_error = 3;
-    options.grid_only = grid;
+    EncodeOptions options{.grid_only = grid, .max_error = 3, .cube_size = 8, .brick_edge = 2};
     encode(options, 1);
     const std::string once = file_content(tag_);
     for (const int threads : {1, 2, 3, 7}) {
@@ -117,20 +103,14 @@ TEST_F(Run, SameBytesForAnyThreadCount) {
 
 TEST_F(Run, AGridAloneHasMorePointsThanTheCornersOfItsRootCubes) {
   make<std::uint8_t>({40, 33, 20}, 5);
-  EncodeOptions options;
-  options.grid_only = true;
-  options.cube_size = 8;
+  EncodeOptions options{.grid_only = true, .cube_size = 8};
   encode(options);
   const VerifyResult result = verify_file(tag_, in_, {}, Resources(1));
   EXPECT_GT(result.active_points, static_cast<std::uint64_t>(points_up_to_level({{40, 33, 20}, 8})[0]));
 }
 
 TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
-  CodingParameters parameters;
-  parameters.dims = {20, 20, 100};
-  parameters.cube_size = 8;
-  parameters.max_level = 9;
-  parameters.field_scale = 1;
+  CodingParameters parameters{.dims = {20, 20, 100}, .cube_size = 8, .max_level = 9, .field_scale = 1};
   int read = 0;
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) -> SliceSamples {
@@ -144,11 +124,7 @@ TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
 }
 
 TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
-  CodingParameters parameters;
-  parameters.dims = {20, 20, 100};
-  parameters.cube_size = 8;
-  parameters.max_level = 9;
-  parameters.field_scale = 1;
+  CodingParameters parameters{.dims = {20, 20, 100}, .cube_size = 8, .max_level = 9, .field_scale = 1};
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) -> SliceSamples { return std::make_shared<std::byte[]>(400); };
   streams.write_brick = [](std::int64_t id, BrickCode) {

@@ -58,8 +58,7 @@ class AgainstOriginalTest : public TemporaryFolder {
         compare(together, active);
         ADD_FAILURE() << what;
       } catch (const BrokenInput& broken) {
-        EXPECT_NE(std::string(broken.what()).find("a.tag: voxel " + what), std::string::npos)
-            << broken.what();
+        EXPECT_TRUE(has(std::string(broken.what()), "a.tag: voxel " + what)) << broken.what();
       }
   }
 

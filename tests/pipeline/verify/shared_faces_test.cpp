@@ -1,6 +1,7 @@
 // Bricks that agree on their faces are accepted, and a point on which they disagree is found, wherever the
 // volume is cut into parts.
 #include "pipeline/verify/shared_faces.h"
+#include "tests/support/points.h"
 
 #include <gtest/gtest.h>
 
@@ -23,18 +24,16 @@ class SharedFacesTest : public testing::TestWithParam<FileMode> {
       DecodedBrick brick{id, LatticeBits(bricks.closed_box(bricks.position(id))), {}, {}};
       const Box& box = brick.active.box();
       if (has_points()) brick.points.resize(static_cast<std::size_t>(box.count()) * 2);
-      for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-        for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-          for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-            // The same in every brick that has the point.
-            std::minstd_rand random(static_cast<unsigned>(1 + x + 100 * y + 10000 * z));
-            random.discard(10);
-            if (random() % 3 != 0) continue;
-            brick.active.set({x, y, z});
-            if (has_points())
-              brick.points[static_cast<std::size_t>(box.offset({x, y, z})) * 2] =
-                  static_cast<std::byte>(random() % 200 + 1);
-          }
+      for (const auto [x, y, z] : points_of(box)) {
+        // The same in every brick that has the point.
+        std::minstd_rand random(static_cast<unsigned>(1 + x + 100 * y + 10000 * z));
+        random.discard(10);
+        if (random() % 3 != 0) continue;
+        brick.active.set({x, y, z});
+        if (has_points())
+          brick.points[static_cast<std::size_t>(box.offset({x, y, z})) * 2] =
+              static_cast<std::byte>(random() % 200 + 1);
+      }
       bricks_.push_back(std::move(brick));
     }
   }

@@ -9,8 +9,8 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/verify/part_verifier.h"
-#include "tests/support/memory_source.h"
 #include "tests/support/runs.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -41,10 +41,7 @@ class WaysToRead : public TemporaryFolder {
  protected:
   void encode(bool grid_only) {
     write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 3));
-    EncodeOptions options;
-    options.cube_size = 8;
-    options.brick_edge = 1;
-    options.grid_only = grid_only;
+    EncodeOptions options{.grid_only = grid_only, .cube_size = 8, .brick_edge = 1};
     encode_volume(path("in.nrrd"), {}, tag_, true, options, Resources(1));
     bytes_ = content("a.tag");
   }

@@ -14,7 +14,8 @@
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/points.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -43,9 +44,7 @@ class VdbWriterTest : public TemporaryFolder {
     info.nrrd_fields = fields;
     info.geometry = geometry_of(fields);
     std::vector<T> samples;
-    for (std::int64_t z = 0; z < dims.z; ++z)
-      for (std::int64_t y = 0; y < dims.y; ++y)
-        for (std::int64_t x = 0; x < dims.x; ++x) samples.push_back(static_cast<T>(value(Index3{x, y, z})));
+    for (const auto [x, y, z] : points_of(dims)) samples.push_back(static_cast<T>(value(Index3{x, y, z})));
     const auto writer = create_volume(format_from_name(name), path(name), info,
                                       {.files = {.overwrite = true}, .wishes = wishes});
     std::span<const T> rest = samples;
@@ -167,7 +166,7 @@ TEST_F(VdbWriterTest, BackgroundAndToleranceDecideWhatIsActive) {
   }
   EXPECT_EQ(summary.background, 10);
   EXPECT_EQ(summary.max_error, 5.0);
-  EXPECT_NE(vdb_print("-l", "a.vdb").find("tagrid_max_error: 5\n"), std::string::npos);
+  EXPECT_TRUE(has(vdb_print("-l", "a.vdb"), "tagrid_max_error: 5\n"));
   options["background"] = "0.5";
   EXPECT_THROW(write<std::int16_t>(
                    "b.vdb", {2, 1, 1}, [](const Index3&) { return 0; }, options),
@@ -275,8 +274,8 @@ TEST_F(VdbWriterTest, VdbPrintAgrees) {
         "Bounding box of active voxels: [10, 0, 0] -> [39, 32, 20]\n",
         "Dimensions of active voxels:   30 x 33 x 21\n", "tagrid_type: int16\n", "file_voxel_count: 20790\n",
         "file_bbox_min: [10, 0, 0]\n", "file_bbox_max: [39, 32, 20]\n"})
-    EXPECT_NE(text.find(line), text.npos) << line << text;
-  EXPECT_NE(vdb_print("", "a.vdb").find("30x33x21"), std::string::npos);
+    EXPECT_TRUE(has(text, line)) << line << text;
+  EXPECT_TRUE(has(vdb_print("", "a.vdb"), "30x33x21"));
 }
 
 TEST_F(VdbWriterTest, EqualVolumesGiveEqualBytes) {
@@ -296,7 +295,7 @@ TEST_F(VdbWriterTest, AValueThatIsNoneOfTheTypeItOnceHadIsBroken) {
   ASSERT_EQ(reader->info().type, SampleType::uint8);
   std::vector<std::byte> slice(81);
   const std::string message = message_of<BrokenInput>([&] { reader->read_slices(slice.data(), 1); });
-  EXPECT_NE(message.find("300"), message.npos) << message;
+  EXPECT_TRUE(has(message, "300"));
   bytes.replace(type, 5, "uint9");
   message_of<BrokenInput>([&] { open_volume(file("c.vdb", bytes)); });
 }

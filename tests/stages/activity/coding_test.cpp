@@ -32,16 +32,7 @@ Decoded decoded(std::span<const std::uint8_t> bytes, const Box& box, int cube_si
 }
 
 LatticeBits random_activity(const Box& box, int cube_size, int marks, std::uint64_t seed) {
-  LatticeBits bits(box);
-  std::mt19937_64 random(seed);
-  for (int i = 0; i < marks; ++i) {
-    const auto unit = static_cast<std::int64_t>(std::uint64_t{1} << random() % 8);
-    Index3 p;
-    for (int axis = 0; axis < 3; ++axis)
-      p[axis] =
-          static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(box.size()[axis])) / unit * unit;
-    bits.set(box.low + p);
-  }
+  LatticeBits bits = random_marks(box, marks, seed);
   oracle::close_under_parents(bits, cube_size);
   return bits;
 }

@@ -16,12 +16,11 @@ namespace tagrid {
 namespace {
 
 CodingParameters parameters_of(Index3 dims, SampleType type, int cube_size, double field_scale) {
-  CodingParameters p;
-  p.dims = dims;
-  p.type = type;
-  p.cube_size = cube_size;
-  p.max_level = max_level(cube_size);
-  p.field_scale = field_scale;
+  CodingParameters p{.dims = dims,
+                     .type = type,
+                     .cube_size = cube_size,
+                     .max_level = max_level(cube_size),
+                     .field_scale = field_scale};
   return p;
 }
 

@@ -212,10 +212,7 @@ RC_GTEST_PROP(CountActive, EqualsALiteralCountByLevel, ()) {
 
 TEST(CountActive, HoldsForLargeRootCubes) {
   for (const int s : {64, 128}) {
-    CodingParameters p;
-    p.dims = {2 * s + 1, s + 1, s + 1};
-    p.cube_size = s;
-    p.brick_edge = 1;
+    CodingParameters p{.dims = {2 * s + 1, s + 1, s + 1}, .cube_size = s, .brick_edge = 1};
     const LatticeBits activity = random_activity_of(p.domain(), 500, 1);
     Statistics total, expected;
     for_each_point(activity.box(), [&](Index3 q) {
@@ -232,15 +229,14 @@ TEST(CountActive, HoldsForLargeRootCubes) {
 // Broken activity bytes give another conforming set; the values after them must still decode or be refused.
 TEST(BrickCodec, DamagedBricksNeverCrash) {
   for (const FileMode mode : {FileMode::voxels, FileMode::grid}) {
-    CodingParameters p;
-    p.dims = {14, 17, 11};
-    p.cube_size = 8;
-    p.brick_edge = 2;
-    p.max_level = 9;
-    p.type = SampleType::int16;
-    p.mode = mode;
-    p.max_error = mode == FileMode::voxels ? 3 : -1;
-    p.surface_error = mode == FileMode::voxels ? 1 : -1;
+    CodingParameters p{.dims = {14, 17, 11},
+                       .type = SampleType::int16,
+                       .mode = mode,
+                       .cube_size = 8,
+                       .brick_edge = 2,
+                       .max_level = 9,
+                       .max_error = mode == FileMode::voxels ? 3.0 : -1.0,
+                       .surface_error = mode == FileMode::voxels ? 1.0 : -1.0};
     const auto volume = random_volume<std::int16_t>(p.dims, 1);
     const LatticeBits activity = random_activity_of(p.domain(), 80, 1);
     const BrickCode code = encoded_brick(volume, activity, p, {0, 0, 0});

@@ -7,9 +7,10 @@
 #include <limits>
 #include <random>
 
-#include "tests/support/curvature_of.h"
+#include "tests/support/encode_volume.h"
 #include "tests/support/oracle.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/points.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -23,9 +24,7 @@ float component(const CurvatureField& f, int c, Index3 p) {
 
 template <class Visit>
 void for_each_even_point(const Box& box, Visit visit) {
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += 2)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += 2) visit(Index3{x, y, z});
+  for (const auto [x, y, z] : points_of(box, 2)) visit(Index3{x, y, z});
 }
 
 // The ten components of the spline with these coefficients, in double precision.
@@ -105,10 +104,8 @@ RC_GTEST_PROP(CurvatureField, AxesAreTreatedAlike, ()) {
   oracle::Volume<std::int16_t> v{dims, std::vector<std::int16_t>(729)}, turned = v;
   const Box all = Box::of_size(dims);
   for (auto& s : v.samples) s = static_cast<std::int16_t>(random());
-  for (std::int64_t z = 0; z < 9; ++z)
-    for (std::int64_t y = 0; y < 9; ++y)
-      for (std::int64_t x = 0; x < 9; ++x)
-        turned.samples[static_cast<std::size_t>(all.offset({z, x, y}))] = v.at({x, y, z});
+  for (const auto [x, y, z] : points_of(Index3{9, 9, 9}))
+    turned.samples[static_cast<std::size_t>(all.offset({z, x, y}))] = v.at({x, y, z});
   const Box box{{0, 0, 0}, {8, 8, 8}};
   const CurvatureField a = curvature_of(v, box, 0.7), b = curvature_of(turned, box, 0.7);
   constexpr int image[10] = {F::value, F::gy, F::gz, F::gx, F::hyy, F::hzz, F::hxx, F::hyz, F::hxy, F::hxz};

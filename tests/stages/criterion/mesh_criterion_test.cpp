@@ -1,8 +1,12 @@
+// The mesh criterion on integers and floats, against every sample of every leaf.
 #include "stages/criterion/mesh_criterion.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -10,43 +14,75 @@
 #include "stages/grid/diamond.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
+#include "tests/support/conforming_activity.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
 
 // A volume, surrounded by the values of the nearest samples as far as the criterion reads.
+template <class T>
 struct Padded {
   Domain domain;
   Box box;
-  std::vector<std::uint8_t> values;
+  std::vector<T> values;
 
-  Padded(Index3 dims, int cube_size, unsigned seed, int roughness) : domain{dims, cube_size} {
-    std::mt19937 random(seed);
+  Padded(Index3 dims, int cube_size, const std::vector<T>& inside) : domain{dims, cube_size} {
     const Box volume = domain.volume();
-    std::vector<std::uint8_t> inside(static_cast<std::size_t>(volume.count()));
+    box = domain.padded().grown(mesh_criterion_halo(cube_size));
+    for (const auto [x, y, z] : points_of(box))
+      values.push_back(inside[static_cast<std::size_t>(volume.offset(volume.nearest({x, y, z})))]);
+  }
+  Samples<T> samples() const { return {box, values.data()}; }
+  T at(Index3 p) const { return values[static_cast<std::size_t>(box.offset(p))]; }
+};
+
+struct RoughVolume : Padded<std::uint8_t> {
+  RoughVolume(Index3 dims, int cube_size, unsigned seed, int roughness)
+      : Padded(dims, cube_size, values_of(dims, seed, roughness)) {}
+
+  static std::vector<std::uint8_t> values_of(Index3 dims, unsigned seed, int roughness) {
+    std::mt19937 random(seed);
+    std::vector<std::uint8_t> inside(static_cast<std::size_t>(Box::of_size(dims).count()));
     int level = 100;
     for (auto& v : inside) {
       level = std::clamp(
           level + static_cast<int>(random() % static_cast<unsigned>(2 * roughness + 1)) - roughness, 0, 255);
       v = static_cast<std::uint8_t>(level);
     }
-    box = domain.padded().grown(mesh_criterion_halo(cube_size));
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-          values.push_back(inside[static_cast<std::size_t>(volume.offset(volume.nearest({x, y, z})))]);
+    return inside;
   }
-  Samples<std::uint8_t> samples() const { return {box, values.data()}; }
-  std::int64_t at(Index3 p) const { return values[static_cast<std::size_t>(box.offset(p))]; }
 };
 
-// The largest |sample - interpolation| in a tetrahedron, as a fraction: barycentric weights from volumes.
-struct Fraction {
-  std::int64_t numerator = 0, denominator = 1;
-};
-bool operator<(Fraction a, Fraction b) { return a.numerator * b.denominator < b.numerator * a.denominator; }
+template <class T>
+struct FloatVolume : Padded<T> {
+  FloatVolume(Index3 dims, int cube_size, unsigned seed, int not_finite_one_in)
+      : Padded<T>(dims, cube_size, values_of(dims, seed, not_finite_one_in)) {}
 
-Fraction error_in(const Padded& volume, const std::array<Index3, 4>& v) {
+  static std::vector<T> values_of(Index3 dims, unsigned seed, int not_finite_one_in) {
+    std::mt19937 random(seed);
+    std::vector<T> inside(static_cast<std::size_t>(Box::of_size(dims).count()));
+    T level = 10;
+    for (auto& v : inside) {
+      level += static_cast<T>(static_cast<int>(random() % 101) - 50) / 100;
+      v = level;
+      if (not_finite_one_in > 0 && random() % static_cast<unsigned>(not_finite_one_in) == 0)
+        v = random() % 2 ? std::numeric_limits<T>::quiet_NaN() : -std::numeric_limits<T>::infinity();
+    }
+    return inside;
+  }
+  LatticeBits closed_marks(double bound) const {
+    LatticeBits marks(this->domain.padded());
+    mark_mesh_error(this->samples(), this->domain, bound, marks);
+    close_under_parents(marks, this->domain.cube_size);
+    return marks;
+  }
+};
+
+// Calls use(p, weights, whole) for the samples of a volume in a tetrahedron: weights of its vertices, from volumes,
+// whose sum is `whole`.
+template <class Use>
+void for_each_sample_in(const std::array<Index3, 4>& v, const Box& volume, Use use) {
   const std::int64_t whole = six_volumes(v), sign = whole < 0 ? -1 : 1;
   Box around{v[0], v[0]};
   for (const Index3& p : v)
@@ -54,31 +90,48 @@ Fraction error_in(const Padded& volume, const std::array<Index3, 4>& v) {
       around.low[axis] = std::min(around.low[axis], p[axis]);
       around.high[axis] = std::max(around.high[axis], p[axis]);
     }
-  around = intersection(around, volume.domain.volume());
+  for (const Index3 p : points_of(intersection(around, volume))) {
+    std::array<std::int64_t, 4> weights;
+    for (std::size_t i = 0; i < 4; ++i) {
+      auto part = v;
+      part[i] = p;
+      weights[i] = six_volumes(part) * sign;
+    }
+    if (*std::min_element(weights.begin(), weights.end()) >= 0) use(p, weights, whole * sign);
+  }
+}
+
+// The largest |sample - interpolation| in a tetrahedron, as a fraction.
+struct Fraction {
+  std::int64_t numerator = 0, denominator = 1;
+};
+bool operator<(Fraction a, Fraction b) { return a.numerator * b.denominator < b.numerator * a.denominator; }
+
+Fraction error_in(const RoughVolume& volume, const std::array<Index3, 4>& v) {
   Fraction worst;
-  for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
-    for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
-      for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
-        std::int64_t sum = 0;
-        bool inside = true;
-        for (std::size_t i = 0; i < 4; ++i) {
-          auto part = v;
-          part[i] = {x, y, z};
-          const std::int64_t weight = six_volumes(part) * sign;
-          inside = inside && weight >= 0;
-          sum += weight * volume.at(v[i]);
-        }
-        if (!inside) continue;
-        worst = std::max(worst, Fraction{std::abs(sum - whole * sign * volume.at({x, y, z})), whole * sign});
-      }
+  for_each_sample_in(v, volume.domain.volume(), [&](Index3 p, const auto& weights, std::int64_t whole) {
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) sum += weights[i] * volume.at(v[i]);
+    worst = std::max(worst, Fraction{std::abs(sum - whole * volume.at(p)), whole});
+  });
   return worst;
 }
 
-template <class F>
-void for_each_point(const Box& box, F f) {
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) f(Index3{x, y, z});
+// True if a tetrahedron keeps the law: every sample in it except its vertices is finite and within the bound
+// of the interpolation between finite vertices.
+template <class T>
+bool keeps_the_bound(const FloatVolume<T>& volume, const std::array<Index3, 4>& v, double bound) {
+  bool kept = true;
+  for_each_sample_in(v, volume.domain.volume(), [&](Index3 p, const auto& weights, std::int64_t whole) {
+    if (std::find(v.begin(), v.end(), p) != v.end()) return;
+    long double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      sum += static_cast<long double>(weights[i]) * static_cast<long double>(volume.at(v[i]));
+    const long double error =
+        std::fabs(sum / static_cast<long double>(whole) - static_cast<long double>(volume.at(p)));
+    kept = kept && error <= static_cast<long double>(bound);
+  });
+  return kept;
 }
 
 const Index3 shapes[] = {{9, 9, 9}, {12, 6, 7}, {1, 9, 14}, {17, 1, 1}, {3, 2, 5}};
@@ -86,7 +139,7 @@ const Index3 shapes[] = {{9, 9, 9}, {12, 6, 7}, {1, 9, 14}, {17, 1, 1}, {3, 2, 5
 TEST(DiamondError, IsThatOfTheTetrahedraOfTheDiamond) {
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8}) {
-      const Padded volume(dims, cube, 1, 30);
+      const RoughVolume volume(dims, cube, 1, 30);
       for_each_point(volume.domain.padded(), [&](Index3 p) {
         const PointClass c = classify(p, cube);
         if (c.odd == 0) return;
@@ -105,7 +158,7 @@ TEST(MarkMeshError, AfterTheClosureNoLeafViolatesTheBound) {
     for (const int cube : {4, 8})
       for (const int roughness : {2, 30})
         for (const std::int64_t bound : {0, 1, 4, 20}) {
-          const Padded volume(dims, cube, 2, roughness);
+          const RoughVolume volume(dims, cube, 2, roughness);
           LatticeBits marks(volume.domain.padded());
           mark_mesh_error(volume.samples(), volume.domain, bound, marks);
           close_under_parents(marks, cube);
@@ -121,7 +174,7 @@ TEST(MarkMeshError, LeavesThatTheBorderCutsKeepABoundOfTheirOwn) {
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8})
       for (const double border : {-1.0, 0.0, 1.5, 4.0}) {
-        const Padded volume(dims, cube, 2, 3);
+        const RoughVolume volume(dims, cube, 2, 3);
         const Index3 last = volume.domain.volume().high;
         LatticeBits marks(volume.domain.padded());
         mark_mesh_error(volume.samples(), volume.domain, {6, border, 0}, marks);
@@ -144,7 +197,7 @@ TEST(MarkMeshError, HasTheClosureOfTheViolatingPoints) {
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8})
       for (const std::int64_t bound : {0, 3, 10}) {
-        const Padded volume(dims, cube, 3, 8);
+        const RoughVolume volume(dims, cube, 3, 8);
         LatticeBits marks(volume.domain.padded()), expected(volume.domain.padded());
         mark_mesh_error(volume.samples(), volume.domain, bound, marks);
         for_each_point(volume.domain.padded(), [&](Index3 p) {
@@ -160,7 +213,7 @@ TEST(MarkMeshError, HasTheClosureOfTheViolatingPoints) {
 }
 
 TEST(MarkMeshError, TileByTileIsTheWhole) {
-  const Padded volume({30, 21, 18}, 8, 4, 6);
+  const RoughVolume volume({30, 21, 18}, 8, 4, 6);
   LatticeBits whole(volume.domain.padded()), tiled(volume.domain.padded());
   mark_mesh_error(volume.samples(), volume.domain, 5, whole);
   for (std::int64_t z = 0; z <= tiled.box().high.z; z += 8)
@@ -170,6 +223,67 @@ TEST(MarkMeshError, TileByTileIsTheWhole) {
       copy_bits(tile, tiled);
     }
   close_under_parents(whole, 8);
+  close_under_parents(tiled, 8);
+  EXPECT_EQ(whole, tiled);
+}
+
+template <class T>
+class FloatMeshCriterion : public testing::Test {};
+using Types = testing::Types<float, double>;
+TYPED_TEST_SUITE(FloatMeshCriterion, Types);
+
+TYPED_TEST(FloatMeshCriterion, AfterTheClosureNoLeafViolatesTheBound) {
+  for (const Index3 dims : shapes)
+    for (const int cube : {4, 8})
+      for (const int not_finite_one_in : {0, 40, 400})
+        for (const double bound : {0.0, 0.01, 0.3, 1.5, 1e30}) {
+          const FloatVolume<TypeParam> volume(dims, cube, 2, not_finite_one_in);
+          const LatticeBits active = volume.closed_marks(bound);
+          for_each_leaf_tetrahedron(active, active.box(), cube, 24, [&](const Tetrahedron& leaf) {
+            ASSERT_TRUE(keeps_the_bound(volume, leaf.vertices, bound)) << bound << " " << not_finite_one_in;
+          });
+        }
+}
+
+TYPED_TEST(FloatMeshCriterion, ALooseBoundOnFiniteSamplesMarksNothing) {
+  const FloatVolume<TypeParam> volume({12, 9, 10}, 8, 2, 0);
+  EXPECT_EQ(volume.closed_marks(1e30), [&] {
+    LatticeBits corners(volume.domain.padded());
+    close_under_parents(corners, 8);
+    return corners;
+  }());
+}
+
+TYPED_TEST(FloatMeshCriterion, AConstantRegionMarksNothingAtABoundOfZero) {
+  for (const TypeParam v : {TypeParam(0.1), TypeParam(-0.0), std::numeric_limits<TypeParam>::max(),
+                            std::numeric_limits<TypeParam>::denorm_min()}) {
+    FloatVolume<TypeParam> volume({12, 9, 10}, 4, 2, 0);
+    LatticeBits corners(volume.domain.padded());
+    close_under_parents(corners, 4);
+    std::fill(volume.values.begin(), volume.values.end(), v);
+    EXPECT_EQ(volume.closed_marks(0), corners) << v;
+  }
+}
+
+// A mean of NaNs has no payload: they come back bit by bit at active points only.
+TYPED_TEST(FloatMeshCriterion, EverySampleOfARegionThatIsNotFiniteIsMarked) {
+  FloatVolume<TypeParam> volume({7, 9, 5}, 4, 2, 0);
+  std::fill(volume.values.begin(), volume.values.end(), std::numeric_limits<TypeParam>::signaling_NaN());
+  const LatticeBits active = volume.closed_marks(1e30);
+  for (const auto [x, y, z] : points_of(Index3{7, 9, 5}))
+    EXPECT_TRUE(active.test({x, y, z})) << x << " " << y << " " << z;
+}
+
+TYPED_TEST(FloatMeshCriterion, TileByTileIsTheWhole) {
+  const FloatVolume<TypeParam> volume({30, 21, 18}, 8, 4, 300);
+  const LatticeBits whole = volume.closed_marks(0.5);
+  LatticeBits tiled(volume.domain.padded());
+  for (std::int64_t z = 0; z <= tiled.box().high.z; z += 8)
+    for (std::int64_t x = 0; x <= tiled.box().high.x; x += 16) {
+      LatticeBits tile(intersection(Box{{x, 0, z}, {x + 15, tiled.box().high.y, z + 7}}, tiled.box()));
+      mark_mesh_error(volume.samples(), volume.domain, 0.5, tile);
+      copy_bits(tile, tiled);
+    }
   close_under_parents(tiled, 8);
   EXPECT_EQ(whole, tiled);
 }

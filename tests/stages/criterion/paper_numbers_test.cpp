@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/encode_volume.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -25,10 +26,8 @@ void expect_rows(const oracle::Volume<T>& volume, double field_scale, std::initi
     EXPECT_LE(percent, row.high) << "level " << row.level;
     std::int64_t beyond = 0;
     const Box& box = active.box();
-    for (std::int64_t z = 0; z <= box.high.z; ++z)
-      for (std::int64_t y = 0; y <= box.high.y; ++y)
-        for (std::int64_t x = 0; x <= box.high.x; ++x)
-          beyond += active.test({x, y, z}) && classify({x, y, z}, 32).level > row.level;
+    for (const auto [x, y, z] : points_of(Box{{}, box.high}))
+      beyond += active.test({x, y, z}) && classify({x, y, z}, 32).level > row.level;
     EXPECT_EQ(beyond, 0) << "level " << row.level;
   }
 }
@@ -57,10 +56,8 @@ TEST(PaperNumbers, ThePrefixOfTheFullLobsterHoldsMoreThanTheLimitedRun) {
   const LatticeBits active = activity_of(lobster, 32, {20, 8.0 / 252, 15});
   double prefix = 0;
   const Box& box = active.box();
-  for (std::int64_t z = 0; z <= box.high.z; ++z)
-    for (std::int64_t y = 0; y <= box.high.y; ++y)
-      for (std::int64_t x = 0; x <= box.high.x; ++x)
-        prefix += active.test({x, y, z}) && classify({x, y, z}, 32).level <= 12;
+  for (const auto [x, y, z] : points_of(Box{{}, box.high}))
+    prefix += active.test({x, y, z}) && classify({x, y, z}, 32).level <= 12;
   EXPECT_NEAR(100 * prefix / 440657, 22, 0.5);
 }
 

@@ -4,30 +4,16 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <random>
 #include <vector>
 
 #include "stages/grid/conformity.h"
 #include "stages/grid/tetrahedron.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/oracle.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
-
-LatticeBits random_marks(const Box& box, int marks, std::uint64_t seed) {
-  LatticeBits bits(box);
-  std::mt19937_64 random(seed);
-  for (int i = 0; i < marks; ++i) {
-    const auto unit = static_cast<std::int64_t>(std::uint64_t{1} << random() % 8);
-    Index3 p;
-    for (int axis = 0; axis < 3; ++axis)
-      p[axis] =
-          static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(box.size()[axis])) / unit * unit;
-    bits.set(box.low + p);
-  }
-  return bits;
-}
 
 // All tetrahedra of a domain, of every level, found by bisecting the roots at their longest edges; and the
 // paper's recursion on them.
@@ -37,9 +23,8 @@ class PaperRecursion {
       : domain_(domain), max_level_(max_level(cube_size)), marks_(marks), remembers_(remembers) {
     sharing_.resize(static_cast<std::size_t>(domain.count()));
     answers_.assign(sharing_.size(), unknown);
-    for (std::int64_t z = domain.low.z; z < domain.high.z; z += cube_size)
-      for (std::int64_t y = domain.low.y; y < domain.high.y; y += cube_size)
-        for (std::int64_t x = domain.low.x; x < domain.high.x; x += cube_size) add_cube({x, y, z}, cube_size);
+    for (const auto [x, y, z] : points_of(Box{domain.low, domain.high - Index3{1, 1, 1}}, cube_size))
+      add_cube({x, y, z}, cube_size);
   }
 
   /// Whether the base edge with this midpoint is bisected.

@@ -1,5 +1,6 @@
 // Diamonds against Eqs. 2-4 of the paper, against the three primitives, and against bisection itself.
 #include "stages/grid/diamond.h"
+#include "tests/support/points.h"
 
 #include <gtest/gtest.h>
 
@@ -22,15 +23,13 @@ Key key_of(const std::array<Index3, 4>& vertices) {
 template <class F>
 void for_all_diamonds(int cube_size, Index3 cubes, F f) {
   const Box box{{0, 0, 0}, std::int64_t{cube_size} * cubes};
-  for (std::int64_t z = 0; z <= box.high.z; ++z)
-    for (std::int64_t y = 0; y <= box.high.y; ++y)
-      for (std::int64_t x = 0; x <= box.high.x; ++x) {
-        const Index3 p{x, y, z};
-        const PointClass c = classify(p, cube_size);
-        if (c.odd == 0) continue;
-        f(p, c, diamond(p, c, cube_size));
-        ASSERT_FALSE(testing::Test::HasFailure()) << "at " << x << ' ' << y << ' ' << z;
-      }
+  for (const auto [x, y, z] : points_of(Box{{}, box.high})) {
+    const Index3 p{x, y, z};
+    const PointClass c = classify(p, cube_size);
+    if (c.odd == 0) continue;
+    f(p, c, diamond(p, c, cube_size));
+    ASSERT_FALSE(testing::Test::HasFailure()) << "at " << x << ' ' << y << ' ' << z;
+  }
 }
 
 // The two ends of the longest edge, or i == j when it is not unique.

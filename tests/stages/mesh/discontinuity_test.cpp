@@ -9,6 +9,7 @@
 #include "stages/mesh/tetrahedra.h"
 #include "stages/phantom/phantom.h"
 #include "tests/support/encode_volume.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -139,12 +140,10 @@ TEST(Steps, AreMarkedFinelyOnlyWithinThreeVoxels) {
           {3 * s + 1, 3 * s + 1, 3 * s + 1},
           [&](double x, double y, double z) { return plane.distance(x, y, z) > 0 ? 2048 : 0; });
       const LatticeBits marks = marks_of(volume, s, {20, 8.0 / 4096, 24});
-      for (std::int64_t z = 0; z <= 3 * s; ++z)
-        for (std::int64_t y = 0; y <= 3 * s; ++y)
-          for (std::int64_t x = 0; x <= 3 * s; ++x) {
-            const bool fine = marks.test({x, y, z}) && classify({x, y, z}, s).unit == 1;
-            ASSERT_FALSE(fine && std::abs(plane.distance({x, y, z})) > 3.5) << direction.name;
-          }
+      for (const auto [x, y, z] : points_of(Box{{}, {3 * s, 3 * s, 3 * s}})) {
+        const bool fine = marks.test({x, y, z}) && classify({x, y, z}, s).unit == 1;
+        ASSERT_FALSE(fine && std::abs(plane.distance({x, y, z})) > 3.5) << direction.name;
+      }
     }
 }
 
@@ -215,10 +214,8 @@ TEST(Turning, ByNinetyDegreesGivesAStatisticallyEqualGrid) {
   const auto levels = [](const oracle::Volume<std::int16_t>& v) {
     const LatticeBits active = activity_of(v, 32, {20, 8.0 / 4096, 24});
     std::vector<double> count(16);
-    for (std::int64_t z = 0; z <= active.box().high.z; ++z)
-      for (std::int64_t y = 0; y <= active.box().high.y; ++y)
-        for (std::int64_t x = 0; x <= active.box().high.x; ++x)
-          if (active.test({x, y, z})) ++count[static_cast<std::size_t>(classify({x, y, z}, 32).level)];
+    for (const auto [x, y, z] : points_of(Box{{}, active.box().high}))
+      if (active.test({x, y, z})) ++count[static_cast<std::size_t>(classify({x, y, z}, 32).level)];
     return count;
   };
   const std::vector<double> original = levels(volume);

@@ -1,7 +1,9 @@
-// Text, colours and lengths.
+// Pictures: text, colors, lengths and panels.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,6 +14,8 @@
 
 namespace tagrid {
 namespace {
+
+// Text, colours and lengths.
 
 constexpr Colour black = {}, white = {255, 255, 255};
 
@@ -93,6 +97,121 @@ TEST(RoundLengths, AreTheLongestOfTheirKind) {
     EXPECT_EQ(round_length(length), round) << length;
   EXPECT_GT(round_length(1e-300), 0);
   EXPECT_LE(round_length(1e300), 1e300);
+}
+PanelAxis any_axis() {
+  return {0, *rc::gen::inRange<std::int64_t>(1, 5000), *rc::gen::inRange(1, 1000),
+          *rc::gen::arbitrary<bool>(), *rc::gen::element<std::int64_t>(0, 1, 700)};
+}
+
+RC_GTEST_PROP(PanelAxes, EverySampleThatIsReadHasAPixelIfThereAreEnough, ()) {
+  const PanelAxis axis = any_axis();
+  std::set<std::int64_t> shown;
+  for (int pixel = 0; pixel < axis.pixels; ++pixel) {
+    RC_ASSERT(axis.number(pixel) >= 0 && axis.number(pixel) < axis.count());
+    shown.insert(axis.number(pixel));
+  }
+  if (axis.samples <= axis.pixels) RC_ASSERT(static_cast<std::int64_t>(shown.size()) == axis.samples);
+  RC_ASSERT(axis.count() < 2 * axis.pixels || axis.step() == 1);
+}
+
+RC_GTEST_PROP(PanelAxes, APixelShowsTheSampleNearestToItsMiddle, ()) {
+  const PanelAxis axis = any_axis();
+  for (int pixel = 0; pixel < axis.pixels; ++pixel) {
+    const int from_first = axis.reversed ? axis.pixels - 1 - pixel : pixel;
+    const double middle = (from_first + 0.5) * static_cast<double>(axis.samples) / axis.pixels - 0.5;
+    const auto sample = static_cast<double>(axis.number(pixel) * axis.step());
+    RC_ASSERT(std::abs(sample - middle) < 0.51 + static_cast<double>(axis.step() - 1));
+    const double place =
+        static_cast<double>(axis.place(pixel)) / PanelAxis::parts - static_cast<double>(axis.first);
+    RC_ASSERT(std::abs(place - std::clamp(middle, 0.0, static_cast<double>(axis.samples - 1))) <
+              1.01 / PanelAxis::parts);
+  }
+}
+
+RC_GTEST_PROP(PanelAxes, ThePixelOfASampleIsAtItsMiddle, ()) {
+  const PanelAxis axis = any_axis();
+  for (std::int64_t sample = axis.first; sample < axis.first + axis.samples; ++sample) {
+    const int pixel = axis.pixel_of(sample);
+    RC_ASSERT(pixel >= 0 && pixel < axis.pixels);
+    const double from_first = axis.reversed ? axis.pixels - 1 - pixel : pixel,
+                 middle = (static_cast<double>(sample - axis.first) + 0.5) * axis.pixels /
+                          static_cast<double>(axis.samples);
+    RC_ASSERT(middle >= from_first && middle < from_first + 1);
+  }
+}
+
+RC_GTEST_PROP(Panels, ADetailIsAroundASampleInTheSameShapeWithTwoPixelsASample, ()) {
+  const auto length = [] { return *rc::gen::inRange<std::int64_t>(1, 5000); };
+  const Index3 dims{length(), length(), length()};
+  const Panel whole = panel_of(dims, {1, 1, *rc::gen::element(0.3, 1.0, 5.0)}, 2, 0,
+                               *rc::gen::inRange(50, 1000), *rc::gen::element(1, 24));
+  const Index3 at{*rc::gen::inRange<std::int64_t>(0, dims.x), *rc::gen::inRange<std::int64_t>(0, dims.y), 0};
+  const Panel detail = detail_of(whole, at);
+  RC_ASSERT(!detail.leaves_out());
+  for (const auto& [a, b] : {std::pair(whole.across, detail.across), {whole.down, detail.down}}) {
+    RC_ASSERT(b.pixels == a.pixels && b.axis == a.axis && b.samples >= 1);
+    RC_ASSERT(2 * b.samples <= b.pixels || b.samples == 1);
+    const std::int64_t end = b.first + b.samples, before = at[a.axis] - b.first, after = end - 1 - at[a.axis];
+    RC_ASSERT(b.first >= 0 && end <= a.samples && before >= 0 && after >= 0);
+    RC_ASSERT(std::abs(before - after) <= 1 || b.first == 0 || end == a.samples);
+  }
+  if (!whole.to_scale) return;
+  // A side of few samples cannot have quite the same part of them.
+  const double across =
+                   static_cast<double>(detail.across.samples) / static_cast<double>(whole.across.samples),
+               down = static_cast<double>(detail.down.samples) / static_cast<double>(whole.down.samples);
+  RC_ASSERT(std::abs(across - down) <=
+            1.0 / static_cast<double>(whole.across.samples) + 1.0 / static_cast<double>(whole.down.samples));
+}
+
+TEST(PanelAxes, AxesOfTheLargestSizeFit) {
+  const PanelAxis axis{0, std::int64_t{1} << 31, 780, false};
+  EXPECT_LT(axis.count(), 2 * 780);
+  EXPECT_LT(axis.number(779), axis.count());
+  EXPECT_GT(axis.place(779), axis.place(0));
+}
+
+TEST(Panels, HaveTheShapeOfTheirSlice) {
+  const Panel z = panel_of({100, 50, 10}, {0.5, 0.5, 2.5}, 2, 3, 800, 20);
+  EXPECT_EQ(z.across.pixels, 800);
+  EXPECT_EQ(z.down.pixels, 400);
+  EXPECT_FALSE(z.down.reversed);
+  const Panel y = panel_of({100, 50, 10}, {0.5, 0.5, 2.5}, 1, 3, 800, 20);
+  EXPECT_EQ(y.across.pixels, 800);
+  EXPECT_EQ(y.down.pixels, 400);  // 25 of 50
+  EXPECT_TRUE(y.down.reversed);
+  EXPECT_TRUE(y.to_scale);
+}
+
+TEST(Panels, OfOneVolumeHaveOneScaleIfNoneBecomesSmall) {
+  const Index3 dims{100, 80, 30};
+  const auto pixels_of_sample = [&](int axis) {
+    const Panel p = panel_of(dims, {1, 1, 1}, axis, 0, 800, 20);
+    return std::pair(p.across.pixels / static_cast<double>(p.across.samples),
+                     p.down.pixels / static_cast<double>(p.down.samples));
+  };
+  for (const int axis : {0, 1, 2}) EXPECT_EQ(pixels_of_sample(axis), (std::pair{8.0, 8.0}));
+  // In the scale of 1000 slices, the other panel would be a stamp.
+  EXPECT_EQ(panel_of({100, 80, 1000}, {1, 1, 1}, 2, 0, 800, 20).across.pixels, 800);
+}
+
+TEST(Panels, OfASingleSliceAreThinStripsThatSayTheyAreNotToScale) {
+  const Panel y = panel_of({100, 50, 1}, {1, 1, 1}, 1, 3, 800, 24);
+  EXPECT_EQ(y.down.pixels, 24);
+  EXPECT_FALSE(y.to_scale);
+}
+
+TEST(Panels, AnySpacingGivesAPanel) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   inf = std::numeric_limits<double>::infinity();
+  for (const double spacing : {nan, 0.0, inf, -inf, -2.0, 5e-324, 1.7e308})
+    for (const int axis : {0, 1, 2}) {
+      const Panel p = panel_of({7, 8, 9}, {1, spacing, spacing}, axis, 0, 800, 24);
+      for (const PanelAxis& a : {p.across, p.down}) {
+        EXPECT_GE(a.pixels, 24);
+        EXPECT_LE(a.pixels, 800);
+      }
+    }
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <random>
-#include <tuple>
 
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice.h"

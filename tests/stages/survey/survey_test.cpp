@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 
-#include "tests/support/sample_types.h"
+#include "tests/support/points.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -18,14 +18,12 @@ std::vector<T> noisy(const Box& box, double deviation, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, deviation);
   std::vector<T> samples;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-        const double field = 60 + 0.2 * static_cast<double>(x) - 0.1 * static_cast<double>(y) +
-                             20 * static_cast<double>(z % 2);  // slices have nothing in common
-        const double v = field + (deviation > 0 ? noise(random) : 0);
-        samples.push_back(std::is_integral_v<T> ? static_cast<T>(std::lround(v)) : static_cast<T>(v));
-      }
+  for (const auto [x, y, z] : points_of(box)) {
+    const double field = 60 + 0.2 * static_cast<double>(x) - 0.1 * static_cast<double>(y) +
+                         20 * static_cast<double>(z % 2);  // slices have nothing in common
+    const double v = field + (deviation > 0 ? noise(random) : 0);
+    samples.push_back(std::is_integral_v<T> ? static_cast<T>(std::lround(v)) : static_cast<T>(v));
+  }
   return samples;
 }
 
@@ -52,12 +50,9 @@ TYPED_TEST(Survey, EdgesAreNoNoise) {
   const Box box{{0, 0, 0}, {99, 99, 20}};
   auto samples = noisy<TypeParam>(box, 3, 2);
   // Half of the blocks have an edge of some height in them.
-  for (std::int64_t z = 0; z <= box.high.z; ++z)
-    for (std::int64_t y = 0; y <= box.high.y; ++y)
-      for (std::int64_t x = 0; x <= box.high.x; ++x)
-        if ((x / 16 + y / 16) % 2 == 0 && x % 8 > 3)
-          samples[static_cast<std::size_t>(box.offset({x, y, z}))] +=
-              static_cast<TypeParam>(5 + (x * y) % 60);
+  for (const auto [x, y, z] : points_of(Box{{}, box.high}))
+    if ((x / 16 + y / 16) % 2 == 0 && x % 8 > 3)
+      samples[static_cast<std::size_t>(box.offset({x, y, z}))] += static_cast<TypeParam>(5 + (x * y) % 60);
   EXPECT_NEAR(this->noise_of(box, samples), 3, 0.3);
 }
 
@@ -91,13 +86,11 @@ TYPED_TEST(Survey, RoughnessIsItsDefinition) {
   };
   for (std::size_t i = 0; i < steps.size(); ++i) {
     double expected = 0;
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-          if (x == box.low.x || y == box.low.y || z == box.low.z) continue;
-          const double mean = (at({x - 1, y, z}) + at({x, y - 1, z}) + at({x, y, z - 1})) / 3;
-          expected += std::log2(1 + std::abs(at({x, y, z}) - mean) / steps[i]);
-        }
+    for (const auto [x, y, z] : points_of(box)) {
+      if (x == box.low.x || y == box.low.y || z == box.low.z) continue;
+      const double mean = (at({x - 1, y, z}) + at({x, y - 1, z}) + at({x, y, z - 1})) / 3;
+      expected += std::log2(1 + std::abs(at({x, y, z}) - mean) / steps[i]);
+    }
     // The low faces have fewer neighbours, and logarithms are taken as pieces of lines.
     EXPECT_GT(bits[i], 0.9 * expected);
     EXPECT_LT(bits[i], 1.6 * expected + 1);

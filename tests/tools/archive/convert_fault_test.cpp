@@ -166,10 +166,8 @@ TEST_P(ConvertAtOnce, TheLaterOfTwoRunsTakesWhatTheOtherMade) {
   volumes(2);
   const Ending later = convert_around(other_run_);
   EXPECT_EQ(later.code, 0) << later.err;
-  EXPECT_NE(
-      later.err.find("out/a.tag: another run created it in the meantime; it was compared with its volume\n"),
-      std::string::npos)
-      << later.err;
+  EXPECT_TRUE(
+      has(later.err, "out/a.tag: another run created it in the meantime; it was compared with its volume\n"));
   EXPECT_EQ(outputs(), (std::vector<std::string>{"a.tag", "b.tag"}));
   EXPECT_EQ(statuses(2, "out/results-0-of-1.jsonl"), "a ok, b ok");
   EXPECT_EQ(statuses(), "a ok, b ok");

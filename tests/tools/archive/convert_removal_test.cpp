@@ -15,7 +15,7 @@ class ConvertRemoval : public Conversions<CommandLine> {
     const Ending ending = remove(more);
     EXPECT_EQ(ending.code, broken_input) << why;
     EXPECT_EQ(last()["status"], status) << why;
-    EXPECT_NE(last()["error"].get<std::string>().find(why), std::string::npos) << last()["error"];
+    EXPECT_TRUE(has(last()["error"].get<std::string>(), why)) << last()["error"];
     EXPECT_TRUE(exists(original)) << why;
   }
 };
@@ -58,8 +58,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   const Ending ending = remove();
   EXPECT_EQ(ending.code, broken_input);
   EXPECT_EQ(statuses(3), "a damaged, b damaged, c damaged");
-  EXPECT_NE(last()["error"].get<std::string>().find("c.tag: has changed since it was written"),
-            std::string::npos);
+  EXPECT_TRUE(has(last()["error"].get<std::string>(), "c.tag: has changed since it was written"));
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
   // The size of a.tag is right, but its record says that its content is not.
   expect_ok(convert({"--skip-done"}));
@@ -75,14 +74,10 @@ TEST_F(ConvertRemoval, AnUnreadableRecordIsNamedAndItsOriginalKept) {
   file("out/results.jsonl", "[" + whole.substr(1));
   const Ending ending = remove();
   EXPECT_EQ(ending.code, broken_input);
-  EXPECT_NE(
-      ending.err.find("tagrid: warning: out/results.jsonl: line 1 is not a record; volumes without a later "
-                      "record count as not done\n"),
-      ending.err.npos)
-      << ending.err;
-  EXPECT_NE(ending.err.find("a.nrrd: no record says that it was encoded to out/a.tag; it is kept"),
-            ending.err.npos)
-      << ending.err;
+  EXPECT_TRUE(has(ending.err,
+                  "tagrid: warning: out/results.jsonl: line 1 is not a record; volumes without a later "
+                  "record count as not done\n"));
+  EXPECT_TRUE(has(ending.err, "a.nrrd: no record says that it was encoded to out/a.tag; it is kept"));
   EXPECT_TRUE(exists("a.nrrd"));
   EXPECT_FALSE(exists("b.nrrd"));
 }
@@ -150,8 +145,7 @@ TEST_F(ConvertRemoval, RecordsWithImpossibleNamesDoNotKeepOthersFromComingBack) 
   file("out/results-forged.jsonl", lines);
   const Ending ending = tagrid({"restore", "--records", "out"});
   EXPECT_EQ(ending.code, broken_input);
-  EXPECT_NE(ending.err.find("originals: 11, 3 restored, 0 were there, 8 failed"), std::string::npos)
-      << ending.err;
+  EXPECT_TRUE(has(ending.err, "originals: 11, 3 restored, 0 were there, 8 failed"));
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
 }
 
@@ -281,7 +275,7 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
   const std::vector<Json> all = records();
   const std::string why[] = {"may be in a different folder", "is a symbolic link", "--strip drops its files"};
   for (std::size_t i = 0; i < 3; ++i)
-    EXPECT_NE(all[3 + i]["error"].get<std::string>().find(why[i]), std::string::npos) << all[3 + i];
+    EXPECT_TRUE(has(all[3 + i]["error"].get<std::string>(), why[i])) << all[3 + i];
   for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})
     EXPECT_TRUE(exists(name)) << name;
 }
@@ -304,7 +298,7 @@ TEST_F(ConvertRemoval, FilesThatAFailedLineMayNeedAreKept) {
     EXPECT_TRUE(exists("a.nhdr") && exists("a.raw")) << other;
     const Json record = records()[records().size() - 3];
     EXPECT_EQ(record["status"], "kept");
-    EXPECT_NE(record["error"].get<std::string>().find("a.raw: may also be of "), std::string::npos) << record;
+    EXPECT_TRUE(has(record["error"].get<std::string>(), "a.raw: may also be of ")) << record;
     EXPECT_FALSE(exists("c.nrrd")) << "it needs nobody, and nobody it";
   }
   file("list.tsv", "a.nhdr\n");
@@ -374,7 +368,7 @@ TEST_F(ConvertRemoval, StrippedVolumesAreKept) {
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_EQ(statuses(2), "b kept, c kept");
   for (const Json& record : {records()[2], records()[3]})
-    EXPECT_NE(record["error"].get<std::string>().find(why), std::string::npos) << record;
+    EXPECT_TRUE(has(record["error"].get<std::string>(), why)) << record;
   EXPECT_TRUE(exists("b.nrrd") && exists("c.raw"));
 }
 
@@ -403,7 +397,7 @@ TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
   EXPECT_EQ(statuses(2), "a kept, b removed");
   const Json record = records()[records().size() - 2];
   EXPECT_EQ(record["code"], usage);
-  EXPECT_NE(record["error"].get<std::string>().find("nothing bounds the error"), std::string::npos) << record;
+  EXPECT_TRUE(has(record["error"].get<std::string>(), "nothing bounds the error")) << record;
 }
 
 TEST_F(ConvertRemoval, ABoundThatOnlyTheLinesGiveIsABound) {
@@ -446,7 +440,7 @@ TEST_F(ConvertRemoval, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescript
   EXPECT_EQ(statuses(3), "a removed, b kept, c removed");
   const Json kept = records()[4];
   EXPECT_EQ(kept["code"], usage);
-  EXPECT_NE(kept["error"].get<std::string>().find("it has no header"), std::string::npos) << kept;
+  EXPECT_TRUE(has(kept["error"].get<std::string>(), "it has no header")) << kept;
   EXPECT_TRUE(exists("b.raw"));
   expect_ok(remove({"--trust-description"}));
   EXPECT_EQ(statuses(3), "a skipped, b removed, c skipped");
@@ -493,9 +487,8 @@ TEST_F(ConvertRemoval, AVolumeThatCameBackIsTheOriginalOrIsRefused) {
     expect_ok(tagrid({"decode", "out/" + name + ".tag", "-o", name + ".nrrd"}));
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
   EXPECT_EQ(statuses(2), "a ok, b failed");
-  EXPECT_NE(last()["error"].get<std::string>().find(
-                "out/b.tag: may be the only copy of a volume whose original was removed"),
-            std::string::npos);
+  EXPECT_TRUE(has(last()["error"].get<std::string>(),
+                  "out/b.tag: may be the only copy of a volume whose original was removed"));
 }
 
 TEST_F(ConvertRemoval, ANewVolumeUnderTheNameOfARemovedOneDoesNotReplaceItsOutput) {
@@ -522,7 +515,7 @@ TEST_F(ConvertRemoval, ALineThatMaySayThatAnOriginalWasRemovedKeepsItsOutput) {
   for (const Arguments& options : std::vector<Arguments>{{"-f"}, {"--skip-done"}, {"--skip-done", "-f"}}) {
     const Ending ending = convert(options);
     EXPECT_EQ(ending.code, broken_input);
-    EXPECT_NE(ending.err.find("may be the only copy"), ending.err.npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, "may be the only copy"));
     file("out/results.jsonl", encoded + "what a disk made of the record of the removal\n");
   }
   EXPECT_EQ(remove().code, broken_input);

@@ -3,7 +3,7 @@
 #include <sys/stat.h>
 
 #include "tests/support/conversions.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -88,7 +88,7 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
   const Ending ending = convert({"--json", "sums.json"});
   EXPECT_EQ(ending.code, broken_input);
   EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 6) << ending.err;
-  EXPECT_NE(ending.err.find("tagrid: 5 of 6 volumes failed; see out/results.jsonl\n"), ending.err.npos);
+  EXPECT_TRUE(has(ending.err, "tagrid: 5 of 6 volumes failed; see out/results.jsonl\n"));
   EXPECT_EQ(statuses(), "a failed, b failed, c failed, d failed, e failed, f ok");
   const std::vector<Json> all = records();
   const std::pair<int, const char*> expected[] = {
@@ -99,8 +99,8 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
       {64, "out/e.tag: exists and is not a regular file"}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     EXPECT_EQ(all[i]["code"], expected[i].first) << all[i];
-    EXPECT_NE(all[i]["error"].get<std::string>().find(expected[i].second), std::string::npos) << all[i];
-    EXPECT_NE(ending.err.find("tagrid: " + all[i]["error"].get<std::string>() + "\n"), ending.err.npos);
+    EXPECT_TRUE(has(all[i]["error"].get<std::string>(), expected[i].second)) << all[i];
+    EXPECT_TRUE(has(ending.err, "tagrid: " + all[i]["error"].get<std::string>() + "\n"));
   }
   EXPECT_EQ(outputs(), (Names{"c.tag", "e.tag", "f.tag"}));
   EXPECT_EQ(content("out/c.tag"), "precious");
@@ -155,16 +155,16 @@ TEST_F(Convert, AColumnNamesTheGridOfAnOpenVdbFile) {
   file("list.tsv", "a.nrrd\nb.vdb\tvdb-grid=density\nc.vdb\tvdb-grid=heat\n");
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(), "a ok, b ok, c failed");
-  EXPECT_NE(last()["error"].get<std::string>().find("heat"), std::string::npos) << last()["error"];
+  EXPECT_TRUE(has(last()["error"].get<std::string>(), "heat")) << last()["error"];
   EXPECT_TRUE(header_and_bricks(content("out/b.tag")) == header_and_bricks(content("a.tag")));
 }
 
 TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
   volumes(3);
   file("b.nrrd", "no volume");
-  EXPECT_EQ(convert({"--skip-done"}).err.find("volumes: "), std::string::npos);
+  EXPECT_FALSE(has(convert({"--skip-done"}).err, "volumes: "));
   const std::string text = convert({"--skip-done", "--progress", "plain"}).err;
-  EXPECT_NE(text.find("volumes: 3, 2 skipped, 1 failed\n"), std::string::npos) << text;
+  EXPECT_TRUE(has(text, "volumes: 3, 2 skipped, 1 failed\n"));
   expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), world,
                "nothing has been converted to it yet");
 }
@@ -248,9 +248,8 @@ TEST_F(Convert, ASecondRunSaysHowToGoOn) {
   expect_ok(convert());
   const std::string before = content("out/a.tag");
   EXPECT_EQ(convert().code, broken_input);
-  EXPECT_NE(content("out/results.jsonl")
-                .find("give --skip-done to leave out volumes that are done, or -f to encode them again"),
-            std::string::npos);
+  EXPECT_TRUE(has(content("out/results.jsonl"),
+                  "give --skip-done to leave out volumes that are done, or -f to encode them again"));
   expect_ok(convert({"--skip-done"}));
   expect_ok(convert({"-f"}));
   EXPECT_TRUE(content("out/a.tag") == before);
@@ -290,7 +289,7 @@ TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
     EXPECT_EQ(statuses(2), "a failed, b skipped") << why;
     const Json record = records()[records().size() - 2];
     EXPECT_EQ(record["code"], broken_input);
-    EXPECT_NE(ending.err.find(why), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, why));
     EXPECT_TRUE(content("out/a.tag") == before) << why;
   };
   volume("a.nrrd", 7);
@@ -331,11 +330,10 @@ TEST_F(Convert, OtherOptionsReplaceAnOutputOnlyByForce) {
     file("list.tsv", std::string("a.nrrd\nb.nrrd\t") + column + "\n");
     EXPECT_EQ(convert({"--max-error=4", "--skip-done"}).code, broken_input);
     EXPECT_EQ(statuses(2), "a skipped, b failed");
-    EXPECT_NE(last()["error"].get<std::string>().find(difference), std::string::npos) << last()["error"];
+    EXPECT_TRUE(has(last()["error"].get<std::string>(), difference)) << last()["error"];
   }
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  EXPECT_NE(records()[6]["error"].get<std::string>().find("max-error was 4, now not given"),
-            std::string::npos);
+  EXPECT_TRUE(has(records()[6]["error"].get<std::string>(), "max-error was 4, now not given"));
   EXPECT_TRUE(content("out/b.tag") == before);
   expect_ok(convert({"--max-error=4", "--skip-done", "-f"}));
   EXPECT_EQ(statuses(2), "a skipped, b ok");
@@ -389,7 +387,7 @@ TEST_F(Convert, AnOutputWithoutARecordIsAdoptedIfItIsGoodAndElseKept) {
   EXPECT_EQ(convert({"--max-error", "2", "--skip-done"}).code, broken_input);
   EXPECT_EQ(statuses(), "a ok, b failed, c failed, d failed, e failed");
   for (std::size_t i = 1; i < 5; ++i) {
-    EXPECT_NE(records()[i]["error"].get<std::string>().find("already exists"), std::string::npos);
+    EXPECT_TRUE(has(records()[i]["error"].get<std::string>(), "already exists"));
     EXPECT_EQ(records()[i]["code"], usage);
   }
   EXPECT_EQ(status_of("out/a.tag").st_ino, inode);
@@ -420,12 +418,10 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
   const Ending ending = convert({"--skip-done"});
   EXPECT_EQ(ending.code, 0) << ending.err;
   for (const char* line : {"1", "2", "3"})
-    EXPECT_NE(ending.err.find(std::string("tagrid: warning: out/results.jsonl: line ") + line +
-                              " is not a record; volumes without a later record count as not done\n"),
-              ending.err.npos)
-        << ending.err;
-  EXPECT_EQ(ending.err.find("line 4"), ending.err.npos) << "a record";
-  EXPECT_EQ(ending.err.find("results-9"), ending.err.npos) << "what a killed run leaves";
+    EXPECT_TRUE(has(ending.err, std::string("tagrid: warning: out/results.jsonl: line ") + line +
+                                    " is not a record; volumes without a later record count as not done\n"));
+  EXPECT_FALSE(has(ending.err, "line 4")) << "a record";
+  EXPECT_FALSE(has(ending.err, "results-9")) << "what a killed run leaves";
   const std::string now = content("out/results.jsonl");
   EXPECT_EQ(now.rfind("no record\n{}\n[1]\n" + whole.substr(0, first), 0), 0U);
   file("out/results.jsonl", now.substr(now.find("[1]\n") + 4));
@@ -445,7 +441,7 @@ TEST_F(Convert, ALineLongerThanAnyRecordHidesNoOther) {
   file("out/results.jsonl", std::string((std::size_t{1} << 24) + 99, ' ') + whole);
   const Ending ending = convert({"--skip-done"});
   EXPECT_EQ(ending.code, 0) << ending.err;
-  EXPECT_NE(ending.err.find("out/results.jsonl: line 1 is not a record;"), ending.err.npos) << ending.err;
+  EXPECT_TRUE(has(ending.err, "out/results.jsonl: line 1 is not a record;"));
   const std::string now = content("out/results.jsonl");
   file("out/results.jsonl", now.substr(now.find('\n') + 1));
   // The long line held the record of a, whose output is compared with its volume again.
@@ -471,9 +467,8 @@ TEST_F(Convert, AnErrorThatDoesNotNameItsVolumeIsToldWithTheName) {
   const Ending ending = convert({"-M", "13M", "-T", "1"});
   EXPECT_EQ(ending.code, broken_input);
   const std::string error = records()[0]["error"];
-  EXPECT_EQ(error.find("a.nrrd"), error.npos) << error;
-  EXPECT_NE(ending.err.find("tagrid: " + path("a.nrrd") + ": " + error + "\n"), ending.err.npos)
-      << ending.err;
+  EXPECT_FALSE(has(error, "a.nrrd"));
+  EXPECT_TRUE(has(ending.err, "tagrid: " + path("a.nrrd") + ": " + error + "\n"));
 }
 
 TEST_F(Convert, ASecondRunAtTheSameTimeIsRefused) {

@@ -56,7 +56,7 @@ TEST_F(MpiConvert, AnyNumberOfProcessesMakesTheSameFilesAndRecords) {
     EXPECT_EQ(timeless(), expected);
     // One line per failure, in any order, and one for all.
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 3) << ending.err;
-    EXPECT_NE(ending.err.find("tagrid: 2 of 7 volumes failed; see out/results.jsonl\n"), ending.err.npos);
+    EXPECT_TRUE(has(ending.err, "tagrid: 2 of 7 volumes failed; see out/results.jsonl\n"));
     for (const char* key : {"files", "ok", "failed", "bytes_in", "bytes_out"})
       EXPECT_EQ(json_of("sums.json")[key], sums[key]) << key;
   }
@@ -149,7 +149,7 @@ TEST_F(MpiConvert, ARankThatIsKilledEndsTheJobAndLosesNothing) {
       const Ending ending =
           with_fault(3, std::to_string(at), "SIGKILL", with(command_, {"--skip-done"}), victim);
       killed += ending.code != 0;
-      EXPECT_EQ(ending.err.find("tagrid: "), ending.err.npos) << ending.err;
+      EXPECT_FALSE(has(ending.err, "tagrid: "));
       EXPECT_EQ(content("out/results.jsonl").rfind(before, 0), 0U);
       for (const Json& record : records()) {
         EXPECT_TRUE(exists("out/" + record["output"].get<std::string>())) << record;

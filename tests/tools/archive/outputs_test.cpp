@@ -115,8 +115,8 @@ TEST_F(ConvertOutputs, NoOutputGoesThroughALinkToAnotherPlace) {
   for (const Arguments& more : {Arguments{}, {"-f"}, {"--skip-done"}}) {
     EXPECT_EQ(convert(more).code, broken_input);
     EXPECT_EQ(records()[records().size() - 2]["code"], usage);
-    EXPECT_NE(records()[records().size() - 2]["error"].get<std::string>().find("out/x: is a symbolic link"),
-              std::string::npos);
+    EXPECT_TRUE(
+        has(records()[records().size() - 2]["error"].get<std::string>(), "out/x: is a symbolic link"));
   }
   EXPECT_EQ(files_below("elsewhere"), Names{".a.tag.partabcdef"});
   EXPECT_TRUE(exists("out/y/b.tag"));
@@ -135,7 +135,7 @@ TEST_F(ConvertOutputs, AFileInThePlaceOfAFolderFailsThatVolumeAlone) {
   expect_ok(script("mkdir out && echo precious > out/x"));
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(), "x/y/a failed, y/b ok");
-  EXPECT_NE(records()[0]["error"].get<std::string>().find("out/x: is not a folder"), std::string::npos);
+  EXPECT_TRUE(has(records()[0]["error"].get<std::string>(), "out/x: is not a folder"));
   EXPECT_EQ(content("out/x"), "precious\n");
 }
 

@@ -11,7 +11,7 @@ class Slurm : public Conversions<CommandLine> {
  protected:
   static void expect_done(const Ending& ending) {
     EXPECT_EQ(ending.code, 0) << ending.err;
-    EXPECT_NE(ending.err.find("volumes: "), ending.err.npos) << "a log says what was done: " << ending.err;
+    EXPECT_TRUE(has(ending.err, "volumes: ")) << "a log says what was done: " << ending.err;
   }
   Slurm() {
     std::filesystem::create_directory(path("bin"));
@@ -76,7 +76,7 @@ TEST_F(Slurm, SomeTasksOfAnArrayNeedTheNumberOfShards) {
       body("convert_array.sbatch") + "list.tsv out";
   const Ending refused = batch(some);
   EXPECT_EQ(refused.code, usage);
-  EXPECT_NE(refused.err.find("TAGRID_SHARDS"), refused.err.npos);
+  EXPECT_TRUE(has(refused.err, "TAGRID_SHARDS"));
   EXPECT_FALSE(exists("out"));
   expect_done(batch("TAGRID_SHARDS=3 " + some));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok, e ok");
@@ -151,8 +151,7 @@ TEST_F(Slurm, TheLauncherIsTheFirstWhoseProcessesWorkTogether) {
   program("mpirun", skip + "\"$@\"; \"$@\"; \"$@\"");
   const Ending ending = batch(run);
   EXPECT_EQ(ending.code, world);
-  EXPECT_NE(ending.err.find("neither srun nor mpirun starts processes of tagrid-mpi that work together"),
-            ending.err.npos);
+  EXPECT_TRUE(has(ending.err, "neither srun nor mpirun starts processes of tagrid-mpi that work together"));
   EXPECT_FALSE(exists("arguments"));
 }
 

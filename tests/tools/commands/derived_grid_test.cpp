@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -48,11 +48,11 @@ TEST_F(DerivedGridCommand, MeshesAndLevelsAreThoseOfTheDecodedVoxels) {
 TEST_F(DerivedGridCommand, InfoSaysSoAndCanLeaveOutTheLevels) {
   make_both({"--max-error", "7"});
   const std::string file = content("volume.tag"), with_levels = out({"info", "volume.tag"});
-  EXPECT_NE(with_levels.find("\ngrid            derived"), std::string::npos) << with_levels;
-  EXPECT_NE(with_levels.find("active points"), std::string::npos);
+  EXPECT_TRUE(has(with_levels, "\ngrid            derived"));
+  EXPECT_TRUE(has(with_levels, "active points"));
   EXPECT_EQ(out({"info", "-"}, file), with_levels);
   const std::string without = out({"info", "volume.tag", "--no-levels"});
-  EXPECT_EQ(without.find("active points"), std::string::npos);
+  EXPECT_FALSE(has(without, "active points"));
   EXPECT_EQ(with_levels.find(without), 0U) << "the rest is the same";
   EXPECT_EQ(out({"info", "-", "--no-levels"}, file), without);
   EXPECT_TRUE(
@@ -67,7 +67,7 @@ TEST_F(DerivedGridCommand, VerifyChecksTheGridFromAFileAndFromAPipe) {
     return text.substr(text.find("the grid of")).substr(0, 40);
   };
   EXPECT_EQ(points(derived), points(stored));
-  EXPECT_NE(derived.find("largest error against volume.nrrd: 7"), std::string::npos) << derived;
+  EXPECT_TRUE(has(derived, "largest error against volume.nrrd: 7"));
   EXPECT_EQ(points(out({"verify", "-"}, content("volume.tag"))), points(stored));
   std::string damaged = content("volume.tag");
   damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 1);

@@ -73,13 +73,13 @@ TEST_F(Documentation, HelpNamesTheValueOfEveryOptionThatHasOne) {
     const std::string help = tagrid({command, "--help"}).out;
     // What CLI11 prints where an option does not name its value.
     for (const char* type : {" TEXT", " INT", " UINT", " FLOAT", " REQUIRED", " Excludes:"})
-      EXPECT_EQ(help.find(type), help.npos) << command << type;
+      EXPECT_FALSE(has(help, type)) << command << type;
   }
   const std::string help = tagrid({"encode", "--help"}).out;
   for (const char* option :
        {"  -T,--threads <N> ", "  --cube <S> ", "  --effort <fast|default|best> ", "  -o,--output <FILE> "})
-    EXPECT_NE(help.find(option), help.npos) << option << help;
-  EXPECT_NE(tagrid({"surface", "--help"}).out.find("  --iso <V> (required) "), help.npos);
+    EXPECT_TRUE(has(help, option)) << option << help;
+  EXPECT_TRUE(has(tagrid({"surface", "--help"}).out, "  --iso <V> (required) "));
 }
 
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
@@ -139,11 +139,11 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
 // A second list of formats in a help text would become outdated.
 TEST_F(Documentation, HelpRefersToOneListOfFormats) {
   for (const char* command : {"encode", "estimate"})
-    EXPECT_NE(tagrid({command, "--help"}).out.find("tagrid formats"), std::string::npos) << command;
+    EXPECT_TRUE(has(tagrid({command, "--help"}).out, "tagrid formats")) << command;
   for (const std::string& command : commands()) {
     const std::string help = tagrid({command, "--help"}).out;
-    EXPECT_EQ(help.find("NRRD, "), std::string::npos) << command;
-    EXPECT_EQ(help.find("NRRD or "), std::string::npos) << command;
+    EXPECT_FALSE(has(help, "NRRD, ")) << command;
+    EXPECT_FALSE(has(help, "NRRD or ")) << command;
   }
 }
 
@@ -153,13 +153,12 @@ TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
     words += (words.empty() ? "" : " ") + std::string(format->name);
     choice += (choice.empty() ? "" : " | ") + std::string(format->name);
   }
-  EXPECT_NE(text_of("docs/tagrid.1").find(".It Fl -format Cm " + choice + "\n"), std::string::npos);
-  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("values='" + words + "'"), std::string::npos);
-  EXPECT_NE(text_of("tools/completion/_tagrid").find(":format:(" + words + ")"), std::string::npos);
+  EXPECT_TRUE(has(text_of("docs/tagrid.1"), ".It Fl -format Cm " + choice + "\n"));
+  EXPECT_TRUE(has(text_of("tools/completion/tagrid.bash"), "values='" + words + "'"));
+  EXPECT_TRUE(has(text_of("tools/completion/_tagrid"), ":format:(" + words + ")"));
   const std::string help = tagrid({"decode", "--help"}).out;
   for (const Format* format : written_formats())
-    EXPECT_NE(help.find(std::string(format->name) + " (" + std::string(format->help).substr(0, 6)), help.npos)
-        << help;
+    EXPECT_TRUE(has(help, std::string(format->name) + " (" + std::string(format->help).substr(0, 6)));
 }
 
 TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {

@@ -50,8 +50,8 @@ TEST_F(EstimateCommand, ChoosesBoundsAroundTheNoise) {
   EXPECT_GT(json["estimates"].back()["max_error"], 2 * noise);
   const Ending text = tagrid({"estimate", "volume.nrrd"});
   EXPECT_EQ(text.code, 0);
-  EXPECT_NE(text.out.find("\nnoise: "), std::string::npos) << text.out;
-  EXPECT_NE(text.out.find("lossless"), std::string::npos);
+  EXPECT_TRUE(has(text.out, "\nnoise: "));
+  EXPECT_TRUE(has(text.out, "lossless"));
   EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '\n'),
             5 + static_cast<std::ptrdiff_t>(json["estimates"].size()));
 }
@@ -91,7 +91,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   const Ending by_noise = tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", "noise:0.5"});
   EXPECT_EQ(by_noise.code, 0);
   EXPECT_EQ(info()["max_error"], std::floor(0.5 * noise));
-  EXPECT_NE(by_noise.err.find("so the largest error is " + info()["max_error"].dump()), std::string::npos);
+  EXPECT_TRUE(has(by_noise.err, "so the largest error is " + info()["max_error"].dump()));
   // The same file as with the number.
   expect_ok(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--max-error", info()["max_error"].dump()}));
   EXPECT_TRUE(content("a.tag") == content("b.tag"));
@@ -100,8 +100,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
       tagrid({"encode", "volume.nrrd", "-q", "-f", "-o", "a.tag", "--psnr", "55", "--json", "run.json"}));
   const Json file = info();
   EXPECT_GE(file["achieved"]["psnr"].get<double>(), 55);
-  EXPECT_NE(json_of("run.json")["settings"]["reason_of_max_error"].get<std::string>().find("55 dB"),
-            std::string::npos);
+  EXPECT_TRUE(has(json_of("run.json")["settings"]["reason_of_max_error"].get<std::string>(), "55 dB"));
   const int bound = file["max_error"];
   expect_ok(tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", std::to_string(bound + 1)}));
   EXPECT_LT(info()["achieved"]["psnr"].get<double>(), 55);

@@ -7,7 +7,7 @@
 #include "stages/activity/coding.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/command_line.h"
-#include "tests/support/program.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -17,14 +17,13 @@ constexpr std::size_t megabyte = std::size_t{1} << 20;
 class ForgedFiles : public CommandLine {
  protected:
   static CodingParameters parameters(Index3 dims, int cube_size, int brick_edge, FileMode mode) {
-    CodingParameters p;
-    p.dims = dims;
-    p.type = SampleType::int16;
-    p.mode = mode;
-    p.cube_size = cube_size;
-    p.brick_edge = brick_edge;
-    p.max_level = max_level(cube_size);
-    p.field_scale = 1;
+    CodingParameters p{.dims = dims,
+                       .type = SampleType::int16,
+                       .mode = mode,
+                       .cube_size = cube_size,
+                       .brick_edge = brick_edge,
+                       .max_level = max_level(cube_size),
+                       .field_scale = 1};
     return p;
   }
   static std::string text_of(std::span<const std::byte> bytes) {
@@ -53,9 +52,7 @@ class ForgedFiles : public CommandLine {
     const Index3 position = p.bricks().position(id);
     LatticeBits active(p.bricks().closed_box(position));
     const Box& box = active.box();
-    for (std::int64_t z = box.low.z; z <= box.high.z; z += p.cube_size)
-      for (std::int64_t y = box.low.y; y <= box.high.y; y += p.cube_size)
-        for (std::int64_t x = box.low.x; x <= box.high.x; x += p.cube_size) active.set({x, y, z});
+    for (const auto [x, y, z] : points_of(box, p.cube_size)) active.set({x, y, z});
     std::vector<std::uint8_t> activity;
     const std::vector<std::int16_t> samples(static_cast<std::size_t>(p.bricks().owned_box(position).count()),
                                             5);

@@ -18,11 +18,6 @@ namespace {
 constexpr std::pair<int, const char*> signals[] = {
     {SIGKILL, "SIGKILL"}, {SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}};
 
-unsigned long setting(const char* name, unsigned long usual) {
-  const char* given = std::getenv(name);
-  return given ? std::strtoul(given, nullptr, 10) : usual;
-}
-
 class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
  protected:
   void make_files(const std::string& dims) {

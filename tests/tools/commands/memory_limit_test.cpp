@@ -5,8 +5,7 @@
 #include <random>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
-#include "tests/support/program.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {

@@ -101,7 +101,7 @@ TEST_F(MpiFaults, ARankWhoseDiskFailsEndsTheJob) {
       continue;
     }
     EXPECT_EQ(ending.code, world) << ending.err;
-    EXPECT_NE(ending.err.find("rank 1: "), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, "rank 1: "));
     expect_names({"volume.nhdr", "volume.raw"});
     ++failures;
   }

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -393,8 +393,7 @@ TEST_F(OutputFiles, WhatAKilledRunLeftIsRemovedAndSaid) {
   const Ending ending =
       tagrid({"decode", "volume.tag", "-o", "volume.nhdr", "--json", "report.json", "--progress=plain"});
   EXPECT_EQ(ending.code, 0) << ending.err;
-  EXPECT_NE(ending.err.find("removed 2 temporary files that a killed run left"), std::string::npos)
-      << ending.err;
+  EXPECT_TRUE(has(ending.err, "removed 2 temporary files that a killed run left"));
   EXPECT_EQ(names(), (Names{".volume.tag.partabcdef", "a.json", "report.json", "volume.nhdr", "volume.nrrd",
                             "volume.raw", "volume.tag"}));
 }

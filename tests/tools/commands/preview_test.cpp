@@ -7,8 +7,9 @@
 #include "stages/picture/grey_window.h"
 #include "stages/picture/image.h"
 #include "tests/support/command_line.h"
-#include "tests/support/frames.h"
 #include "tests/support/png_reader.h"
+#include "tests/support/points.h"
+#include "tests/support/tag_in_memory.h"
 #include "tools/preview/sheet.h"
 
 namespace tagrid {
@@ -88,9 +89,7 @@ TEST_F(PreviewCommand, WithoutAWindowItIsThatOfTheSamplesShown) {
   for (const PreviewSlice& slice : panels(volume.dims, {26, 20, 18}).slices) {
     Box box = Box::of_size(volume.dims);
     box.low[slice.panel.axis] = box.high[slice.panel.axis] = slice.panel.slice;
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) values.push_back(volume.at({x, y, z}));
+    for (const auto [x, y, z] : points_of(box)) values.push_back(volume.at({x, y, z}));
   }
   const GreyWindow window = window_of(values);
   EXPECT_EQ(json["settings"]["window"], (nlohmann::json{window.low, window.high}));

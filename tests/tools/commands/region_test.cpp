@@ -6,7 +6,6 @@
 
 #include "stages/grid/box.h"
 #include "tests/support/command_line.h"
-#include "tests/support/program.h"
 
 namespace tagrid {
 namespace {

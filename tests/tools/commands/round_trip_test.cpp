@@ -1,14 +1,15 @@
-// A volume and its metadata come back as they went in.
-
+// Volumes that go there and back: every format, and wide types.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
+
+// A volume and its metadata come back as they went in.
 
 class RoundTrip : public CommandLine {
  protected:
@@ -69,7 +70,7 @@ TEST_F(RoundTrip, WhatIsKnownOfTheVolumeIsKept) {
   expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
   expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
   const std::string out = content("out.nrrd");
-  EXPECT_NE(out.find(known), std::string::npos) << out.substr(0, 500);
+  EXPECT_TRUE(has(out, known)) << out.substr(0, 500);
   EXPECT_EQ(samples_of(out), samples);
 }
 
@@ -78,14 +79,14 @@ TEST_F(RoundTrip, SpacingsAndUnitsOfAnAxisAreKept) {
   file("in.nrrd", header("int16", "encoding: raw\nendian: little\n", more) + raw("int16"));
   expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
   expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
-  EXPECT_NE(content("out.nrrd").find(more), std::string::npos);
+  EXPECT_TRUE(has(content("out.nrrd"), more));
 }
 
 TEST_F(RoundTrip, TheSpacingOfHeaderlessInputIsKept) {
   raw("int16");
   expect_ok(tagrid(with({"encode", "int16.raw", "--spacing", "0.4,0.4,1.25"}, raw_)));
   expect_ok(tagrid({"decode", "int16.tag"}));
-  EXPECT_NE(content("int16.nrrd").find("spacings: 0.4 0.4 1.25\n"), std::string::npos);
+  EXPECT_TRUE(has(content("int16.nrrd"), "spacings: 0.4 0.4 1.25\n"));
 }
 
 TEST_F(RoundTrip, DetachedHeadersBothWays) {
@@ -95,7 +96,7 @@ TEST_F(RoundTrip, DetachedHeadersBothWays) {
   expect_ok(tagrid({"encode", "apart.nhdr"}));
   EXPECT_EQ(header_and_bricks(content("apart.tag")), header_and_bricks(content("volume.tag")));
   expect_ok(tagrid({"decode", "apart.tag", "-o", "again.nhdr"}));
-  EXPECT_NE(content("again.nhdr").find("data file: again.raw\n"), std::string::npos);
+  EXPECT_TRUE(has(content("again.nhdr"), "data file: again.raw\n"));
   EXPECT_EQ(content("again.raw"), content("apart.raw"));
 }
 
@@ -136,7 +137,7 @@ TEST_F(RoundTrip, GzipInput) {
   EXPECT_EQ(header_and_bricks(tagrid({"encode", "-"}, content("packed.nrrd")).out),
             header_and_bricks(content("packed.tag")));
   expect_ok(tagrid({"decode", "packed.tag", "-o", "out.nrrd"}));
-  EXPECT_NE(content("out.nrrd").find(known), std::string::npos);
+  EXPECT_TRUE(has(content("out.nrrd"), known));
 }
 
 TEST_F(RoundTrip, AnOffsetSkipsTheStartOfHeaderlessInput) {
@@ -195,6 +196,90 @@ TEST_F(RoundTrip, ThinVolumes) {
     expect_ok(tagrid({"encode", "thin.nrrd", "-f"}));
     expect_ok(tagrid({"decode", "thin.tag", "-fo", "again.nrrd"}));
     EXPECT_EQ(content("again.nrrd"), content("thin.nrrd")) << dims;
+  }
+}
+
+// 32-bit integers and floats on the command line.
+
+class WideTypes : public CommandLine {
+ protected:
+  /// Samples of float32, 52 x 40 x 36.
+  template <class F>
+  std::string floats(F f) const {
+    std::string bytes;
+    for (int i = 0; i < 52 * 40 * 36; ++i) {
+      const auto v = static_cast<float>(f(i));
+      char raw[4];
+      std::memcpy(raw, &v, 4);
+      bytes.append(raw, 4);
+    }
+    return bytes;
+  }
+  const Arguments float_raw_ = {"--dims", "52,40,36", "--type", "float32"};
+};
+
+TEST_F(WideTypes, APipeNeedsARangeOrAFieldScale) {
+  for (const char* type : {"uint32", "int32", "float32", "float64"}) {
+    phantom("v.raw", {"--type", type, "-f"});
+    const Arguments raw = {"--dims", "52,40,36", "--type", type};
+    const std::string samples = content("v.raw");
+    expect_error(tagrid(with({"encode", "-"}, raw), samples), usage, "--range");
+    expect_error(tagrid(with({"encode", "-", "--range", "auto"}, raw), samples), usage, "--range");
+    for (const Arguments& scale : {Arguments{"--range", "-1024:3072"}, Arguments{"--field-scale", "0.002"}}) {
+      const Ending piped = tagrid(with(with({"encode", "-", "--max-error", "3"}, raw), scale), samples);
+      expect_ok(piped);
+      expect_ok(tagrid(with(with({"encode", "v.raw", "--max-error", "3", "-fo", "v.tag"}, raw), scale)));
+      EXPECT_EQ(header_and_bricks(content("v.tag")), header_and_bricks(piped.out))
+          << "a file and a pipe give the same bricks";
+      expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
+    }
+  }
+}
+
+TEST_F(WideTypes, LosslessFilesGiveBackTheSameBytes) {
+  for (const char* type : {"uint32", "int32", "float32", "float64"}) {
+    phantom("v.nrrd", {"--type", type, "-f"});
+    expect_ok(tagrid({"encode", "v.nrrd", "-f"}));
+    expect_ok(tagrid({"decode", "v.tag", "-fo", "back.nrrd"}));
+    EXPECT_EQ(samples_of(content("back.nrrd")), samples_of(content("v.nrrd"))) << type;
+    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "v.tag", "--json"}).out)["type"], type);
+  }
+}
+
+TEST_F(WideTypes, JsonHasNumbersOrNullWhateverTheSamplesAre) {
+  const auto nan = [](int) { return std::nan(""); };
+  const auto huge = [](int i) { return i % 2 ? 3e38 : -3e38; };
+  const auto mixed = [](int i) { return i % 5 == 0 ? INFINITY : std::sin(i * 0.01); };
+  for (const std::string& samples : {floats(nan), floats(huge), floats(mixed)})
+    for (const Arguments& options :
+         {Arguments{}, {"--max-error", "0.5"}, {"--grid-only"}, {"--max-error", "1e300"}}) {
+      file("v.raw", samples);
+      expect_ok(tagrid(with(with({"encode", "v.raw", "-qf", "--json", "run.json"}, float_raw_), options)));
+      const Ending info = tagrid({"info", "v.tag", "--json"});
+      expect_ok(info);
+      for (const nlohmann::json& achieved :
+           {nlohmann::json::parse(info.out)["achieved"], json_of("run.json")["achieved"]}) {
+        for (const char* key : {"max_error", "rmse", "psnr"})
+          EXPECT_TRUE(achieved[key].is_number() || achieved[key].is_null()) << key;
+        if (options.empty()) {
+          EXPECT_EQ(achieved["max_error"], 0);
+          EXPECT_TRUE(achieved["psnr"].is_null());
+        }
+      }
+      expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, float_raw_)));
+    }
+}
+
+TEST_F(WideTypes, AnErrorAboveTheBoundIsFoundByVerify) {
+  const std::string samples = floats([](int i) { return std::sin(i * 0.01); });
+  file("v.raw", samples);
+  expect_ok(tagrid(with({"encode", "v.raw", "-q", "--max-error", "0.001"}, float_raw_)));
+  for (const float wrong : {0.1F, std::nanf(""), INFINITY}) {
+    std::string other = samples;
+    std::memcpy(other.data() + 4 * 5000, &wrong, 4);
+    file("other.raw", other);
+    expect_error(tagrid(with({"verify", "v.tag", "--against", "other.raw"}, float_raw_)), broken_input,
+                 "voxel");
   }
 }
 

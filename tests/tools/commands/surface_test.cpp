@@ -87,8 +87,8 @@ TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelp
   expect_ok(surface("near.tag", "near.stl"));
   const Ending far = surface("far.tag", "far.stl");
   EXPECT_EQ(far.code, 0);
-  EXPECT_NE(far.err.find("far.stl: STL has 32-bit numbers"), std::string::npos) << far.err;
-  EXPECT_NE(far.err.find("where samples are 0.5 apart"), std::string::npos) << far.err;
+  EXPECT_TRUE(has(far.err, "far.stl: STL has 32-bit numbers"));
+  EXPECT_TRUE(has(far.err, "where samples are 0.5 apart"));
   EXPECT_GT(flat_triangles(content("far.stl")), flat_triangles(content("near.stl")));
   // The other formats, which it names, move nothing.
   for (const char* format : {".ply", ".vtp", ".obj"})
@@ -103,14 +103,14 @@ TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelp
   EXPECT_EQ(std::stod(first), there.vertices[0][0]);
   // A volume of NIfTI has its place in 32 bits, too.
   const Ending nifti = tagrid({"decode", "far.tag", "-fo", "far.nii"});
-  EXPECT_NE(nifti.err.find("32-bit numbers"), nifti.err.npos) << nifti.err;
+  EXPECT_TRUE(has(nifti.err, "32-bit numbers"));
 }
 
 TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
   make_tag();
   const auto result = tagrid({"surface", "volume.tag", "--iso", "30000"});
   EXPECT_EQ(result.code, 0);
-  EXPECT_NE(result.err.find("the surface is empty"), std::string::npos);
+  EXPECT_TRUE(has(result.err, "the surface is empty"));
   EXPECT_TRUE(read_ply(content("volume.ply")).vertices.empty());
 }
 
@@ -122,10 +122,10 @@ TEST_F(SurfaceCommand, ThatTheGridTookNoNoticeOfAMaskIsSaidAndTheAdviceHelps) {
   file("mask.nrrd", "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 30 30 30\nencoding: raw\n\n" + samples);
   const auto encoded = tagrid({"encode", "mask.nrrd"});
   EXPECT_EQ(encoded.code, 0);
-  EXPECT_NE(encoded.err.find("give --range auto"), std::string::npos) << encoded.err;
+  EXPECT_TRUE(has(encoded.err, "give --range auto"));
   const auto result = tagrid({"surface", "mask.tag", "--iso", "0.5"});
   EXPECT_EQ(result.code, 0);
-  EXPECT_NE(result.err.find("--range auto"), std::string::npos) << result.err;
+  EXPECT_TRUE(has(result.err, "--range auto"));
   expect_ok(tagrid({"encode", "mask.nrrd", "-f", "--range", "auto"}));
   expect_ok(tagrid({"surface", "mask.tag", "--iso", "0.5", "-f", "--json", "x.json"}));
   EXPECT_NEAR(json_of("x.json")["settings"]["area"].get<double>(), 600, 60);

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -40,14 +40,14 @@ TEST_F(Vdb, AToleranceAddsToTheBoundAndIsTold) {
   const Ending ending = tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-grid", "scan",
                                 "--vdb-background", "-1000", "--vdb-tolerance", "50", "--json", "a.json"});
   EXPECT_EQ(ending.code, 0);
-  EXPECT_NE(ending.err.find("within 55 of the original"), std::string::npos) << ending.err;
+  EXPECT_TRUE(has(ending.err, "within 55 of the original"));
   const nlohmann::json vdb = json_of("a.json")["settings"]["vdb"];
   EXPECT_EQ(vdb["max_error"], 55);
   EXPECT_EQ(vdb["tolerance"], 50);
   EXPECT_EQ(vdb["background"], -1000);
   const std::string text = print("a.vdb");
   for (const char* line : {"Name: scan\n", "Background value: -1000\n", "tagrid_max_error: 55\n", "float"})
-    EXPECT_NE(text.find(line), text.npos) << text;
+    EXPECT_TRUE(has(text, line));
   // Every voxel is within both bounds together, and no active one is near the background.
   expect_ok(tagrid({"encode", "a.vdb", "-o", "b.tag", "--vdb-grid", "scan"}));
   const std::string original = samples_of(content("volume.nrrd"));
@@ -71,8 +71,8 @@ TEST_F(Vdb, TheTypeOfAGridCanBeChosenWhereNothingIsLost) {
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-type", "int32"}));
   expect_ok(tagrid({"decode", "volume.tag", "-o", "b.vdb", "--vdb-type", "float"}));
   expect_ok(tagrid({"decode", "volume.tag", "-o", "c.vdb"}));
-  EXPECT_NE(print("a.vdb").find("Tree_int32_5_4_3"), std::string::npos);
-  EXPECT_NE(print("b.vdb").find("Tree_float_5_4_3"), std::string::npos);
+  EXPECT_TRUE(has(print("a.vdb"), "Tree_int32_5_4_3"));
+  EXPECT_TRUE(has(print("b.vdb"), "Tree_float_5_4_3"));
   EXPECT_TRUE(content("b.vdb") == content("c.vdb"));
   for (const char* grid : {"a.vdb", "b.vdb"})
     expect_ok(tagrid({"verify", "volume.tag", "--against", grid, "-q"}));

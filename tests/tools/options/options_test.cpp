@@ -1,7 +1,7 @@
 // Options on the command line, and the results of mistakes there.
 
 #include "tests/support/command_line.h"
-#include "tests/support/header_and_bricks.h"
+#include "tests/support/tag_in_memory.h"
 
 namespace tagrid {
 namespace {
@@ -12,7 +12,7 @@ TEST_F(Options, HelpAndVersionEndWithSuccess) {
   for (const char* command : {"encode", "decode", "info", "verify", "mesh", "preview", "phantom"}) {
     const Ending help = tagrid({command, "--help"});
     expect_ok(help);
-    EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;
+    EXPECT_TRUE(has(help.out, "Usage")) << command;
   }
   expect_ok(tagrid({"--help"}));
   EXPECT_EQ(tagrid({"--version"}).out.rfind("tagrid ", 0), 0U);
@@ -107,9 +107,9 @@ TEST_F(Options, AnEmptyFileIsCalledEmpty) {
   file("empty", "");
   for (const char* command : {"encode", "decode", "info", "verify", "mesh"}) {
     expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
-    EXPECT_NE(tagrid({command, "empty"}).err.find("is empty"), std::string::npos) << command;
-    EXPECT_NE(tagrid({command, "-"}).err.find("standard input: "), std::string::npos) << command;
-    EXPECT_NE(tagrid({command, "-"}).err.find("is empty"), std::string::npos) << command;
+    EXPECT_TRUE(has(tagrid({command, "empty"}).err, "is empty")) << command;
+    EXPECT_TRUE(has(tagrid({command, "-"}).err, "standard input: ")) << command;
+    EXPECT_TRUE(has(tagrid({command, "-"}).err, "is empty")) << command;
   }
 }
 
@@ -268,7 +268,7 @@ TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {
 TEST_F(Options, QuietSaysNothingAndVerboseMore) {
   phantom("volume.nrrd");
   const Ending verbose = tagrid({"encode", "volume.nrrd", "-v"});
-  EXPECT_NE(verbose.err.find("ratio"), std::string::npos);
+  EXPECT_TRUE(has(verbose.err, "ratio"));
   const Ending quiet = tagrid({"encode", "volume.nrrd", "-fqv", "--progress=bar"});
   expect_ok(quiet);
   EXPECT_EQ(tagrid({"verify", "volume.tag", "-q"}).out, "");
@@ -277,8 +277,8 @@ TEST_F(Options, QuietSaysNothingAndVerboseMore) {
 TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
   phantom("volume.nrrd");
   const Ending bar = tagrid({"encode", "volume.nrrd", "--progress=bar"});
-  EXPECT_NE(bar.err.find("MB/s"), std::string::npos);
-  EXPECT_NE(bar.err.find("left"), std::string::npos);
+  EXPECT_TRUE(has(bar.err, "MB/s"));
+  EXPECT_TRUE(has(bar.err, "left"));
   EXPECT_EQ(bar.err.substr(bar.err.size() - 4), "\r\033[K") << "the bar is cleared at the end";
   // A line per minute: none in a short run. Automatic: none without a terminal.
   for (const char* style : {"plain", "none", "auto"})
@@ -292,12 +292,10 @@ TEST_F(Options, AnotherTypeOrOrderOfBytesIsSuspected) {
     EXPECT_EQ(ending.code, 0);
     return ending.err;
   };
-  EXPECT_NE(told("52,40,36", {"--type", "int16", "--endian", "big"})
-                .find("looks far more like a volume with --type int16 --endian little than with --type int16 "
-                      "--endian big; check the type and the byte order"),
-            std::string::npos);
-  EXPECT_NE(told("104,40,36", {"--type", "uint8"}).find("looks far more like samples of 2 bytes"),
-            std::string::npos);
+  EXPECT_TRUE(has(told("52,40,36", {"--type", "int16", "--endian", "big"}),
+                  "looks far more like a volume with --type int16 --endian little than with --type int16 "
+                  "--endian big; check the type and the byte order"));
+  EXPECT_TRUE(has(told("104,40,36", {"--type", "uint8"}), "looks far more like samples of 2 bytes"));
   EXPECT_EQ(told("52,40,36", {"--type", "int16"}), "");
   EXPECT_EQ(told("52,40,36", {"--type", "int16", "--endian", "big", "-q"}), "");
 }
@@ -329,7 +327,7 @@ TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
   phantom("volume.raw");
   const Ending wrong = tagrid({"encode", "volume.raw", "--dims", "40,52,36", "--type", "int16"});
   EXPECT_EQ(wrong.code, 0);
-  EXPECT_NE(wrong.err.find("--dims 52,40,36"), std::string::npos) << wrong.err;
+  EXPECT_TRUE(has(wrong.err, "--dims 52,40,36"));
   expect_ok(tagrid({"encode", "volume.raw", "-fq", "--dims", "40,52,36", "--type", "int16"}));
   expect_ok(tagrid(with({"encode", "volume.raw", "-f"}, raw_)));
 }

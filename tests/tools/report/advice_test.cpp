@@ -1,14 +1,17 @@
-// The same error, as a user of the library and a user of the command line read it.
-#include "tools/report/advice.h"
-
+// What the program says while it runs and where it fails: advice, progress, printable output.
 #include <gtest/gtest.h>
 
 #include "pipeline/job/options.h"
+#include "tests/support/command_line.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line_error.h"
+#include "tools/report/advice.h"
+#include "tools/report/progress.h"
 
 namespace tagrid {
 namespace {
+
+// The same error, as a user of the library and a user of the command line read it.
 
 constexpr Problem last_problem = Problem::mesh_fills_no_space;
 
@@ -17,7 +20,7 @@ std::string refusal_of(const EncodeOptions& options) {
   try {
     options.validate();
   } catch (const UsageError& error) {
-    EXPECT_EQ(std::string(error.what()).find("--"), std::string::npos) << error.what();
+    EXPECT_FALSE(has(error.what(), "--"));
     return words_of(error);
   }
   return "";
@@ -67,8 +70,7 @@ TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
 }
 
 TEST(Advice, CallsSettingsByTheirOptions) {
-  EncodeOptions options;
-  options.max_error = -1;
+  EncodeOptions options{.max_error = -1};
   EXPECT_EQ(refusal_of(options), "--max-error -1 must be a finite number of at least 0");
   options.max_error = 1;
   options.surface_error = 2;
@@ -92,6 +94,105 @@ TEST(Advice, KeepsTheRankThatFailed) {
   ErrorDetail detail{Problem::output_exists, "rank 2: ", {"{}: exists", {Setting{"level", "the level"}}}, {}};
   EXPECT_EQ(words_of(UsageError("rank 2: the level: exists", detail)),
             "rank 2: --level: exists; give -f to overwrite it");
+}
+using namespace std::chrono_literals;
+
+TEST(Progress, PlainIsALineAMinuteWithRateAndRemainingTime) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressMeter meter(ProgressStyle::plain, false, "encode", 1000000);
+    const auto start = ProgressMeter::Clock::now();
+    // A quarter of an hour for 1500 MB, ten updates a second.
+    for (int tenth = 0; tenth <= 3050; ++tenth)
+      meter.update(static_cast<std::uint64_t>(tenth) / 6, 1500, start + tenth * 100ms);
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << text;
+  EXPECT_EQ(text.substr(0, text.find('\n')), "encode   7 %  1.7 MB/s  14:00 left");
+}
+
+TEST(Progress, WorkThatIsDoneAgainHasATimeOfItsOwn) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressMeter meter(ProgressStyle::plain, false, "try", 1000000);
+    const auto start = ProgressMeter::Clock::now();
+    meter.update(1000, 1000, start + 30s);
+    meter.update(0, 1000, start + 10min);
+    meter.update(250, 1000, start + 12min);
+    meter.begin(start + 20min);
+    meter.update(500, 1000, start + 21min);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "try   0 %  0.0 MB/s  ? left\ntry  25 %  2.1 MB/s  6:00 left\ntry  50 %  8.3 MB/s  1:00 left\n");
+}
+
+TEST(Progress, QuietOrNoneSaysNothing) {
+  testing::internal::CaptureStderr();
+  const auto later = ProgressMeter::Clock::now() + 1h;
+  ProgressMeter(ProgressStyle::none, false, "encode", 1).update(1, 2, later);
+  ProgressMeter(ProgressStyle::plain, true, "encode", 1).update(1, 2, later);
+  ProgressMeter(ProgressStyle::bar, true, "encode", 1).update(1, 2, later);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+// Text from files, names and lists is shown without the terminal acting on it.
+
+class PrintableOutput : public CommandLine {
+ protected:
+  static void expect_harmless(const Ending& ending) {
+    for (const std::string& text : {ending.out, ending.err})
+      for (const char c : text) EXPECT_TRUE(c == '\n' || (c >= 32 && c < 127)) << static_cast<int>(c) << text;
+  }
+  const std::string name_ = "a\x1b[31m\xff\x9b\n.nrrd", tag_ = "a\x1b[31m\xff\x9b\n.tag";
+};
+
+TEST_F(PrintableOutput, NamesOfFilesAreNotObeyed) {
+  phantom(name_);
+  const std::vector<Arguments> commands = {{"encode", name_, "-v"},
+                                           {"encode", name_},
+                                           {"encode", name_ + "x"},
+                                           {"decode", tag_, "-o", "x.nrrd", "-v"},
+                                           {"decode", tag_},
+                                           {"verify", tag_, "--against", name_},
+                                           {"info", tag_},
+                                           {"info", name_},
+                                           {"mesh", tag_, "-v", "-o", "x.vtu"},
+                                           {"encode", "x", name_},
+                                           {"encode", "--" + name_},
+                                           {name_}};
+  for (const Arguments& command : commands) expect_harmless(tagrid(command));
+  EXPECT_TRUE(has(tagrid({"info", name_}).err, "a\\x1b[31m\\xff\\x9b\\n.nrrd"));
+  const Ending bar = tagrid({"encode", name_, "-f", "--progress=bar"});
+  EXPECT_FALSE(has(bar.err, "\x1b[31m"));
+}
+
+TEST_F(PrintableOutput, AListAndItsVolumesAreNotObeyed) {
+  const std::string name = "a\x1b[31m\xff.nrrd";
+  phantom(name);
+  file("list", name + "\n");
+  expect_harmless(tagrid({"convert", "--manifest", "list", "--output-dir", "out", "-v"}));
+  expect_harmless(tagrid({"convert", "--manifest", "list", "--output-dir", "out"}));
+  const Ending bar = tagrid({"convert", "--manifest", "list", "--output-dir", "out", "-f", "--progress=bar"});
+  EXPECT_FALSE(has(bar.err, "\x1b[31m"));
+  std::istringstream lines(content("out/results.jsonl"));
+  for (std::string line; std::getline(lines, line);) EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+}
+
+TEST_F(PrintableOutput, HeadersAreNotObeyed) {
+  const std::string space = "\x1b[31m\xff\x9b", head =
+                                                    "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+                                                    "encoding: raw\nspacings: 1 1 1\n";
+  file("a.nrrd", head + "space: " + space + "\nunits: \"" + space + "\" \"b\" \"c\"\n\n12345678");
+  expect_harmless(tagrid({"encode", "a.nrrd", "-v"}));
+  const Ending info = tagrid({"info", "a.tag"});
+  expect_harmless(info);
+  EXPECT_TRUE(has(info.out, "\\x1b[31m\\xff\\x9b"));
+  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "a.tag", "--json"}).out)["geometry"]["space"],
+            "\x1b[31m\xEF\xBF\xBD\xEF\xBF\xBD");
+  file("b.nrrd", head + "kinds: " + space + " domain domain\n\n12345678");
+  expect_harmless(tagrid({"encode", "b.nrrd"}));
+  file("c.nrrd", head + "data file: " + space + "\n\n");
+  expect_harmless(tagrid({"encode", "c.nrrd"}));
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST_F(Reports, EveryEffortIsFoundInInfo) {
   for (const std::string effort : {"fast", "default", "best"}) {
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--effort", effort}));
     EXPECT_EQ(info("volume.tag")["effort"], effort);
-    EXPECT_NE(tagrid({"info", "volume.tag"}).out.find("effort          " + effort), std::string::npos);
+    EXPECT_TRUE(has(tagrid({"info", "volume.tag"}).out, "effort          " + effort));
   }
 }
 
@@ -156,7 +156,7 @@ TEST_F(Reports, VerifyAcceptsWhatWasEncoded) {
   make_tag({"--max-error", "3"});
   const Ending ending = tagrid({"verify", "volume.tag", "--against", "volume.nrrd"});
   expect_ok(ending);
-  EXPECT_NE(ending.out.find("largest error against volume.nrrd: 3\n"), std::string::npos) << ending.out;
+  EXPECT_TRUE(has(ending.out, "largest error against volume.nrrd: 3\n"));
   phantom("volume.raw");
   expect_ok(tagrid(with({"verify", "volume.tag", "--against", "volume.raw"}, raw_)));
 }
@@ -222,10 +222,10 @@ TEST_F(Reports, HowOftenSamplesAreReadCountsAllReadings) {
   for (const auto& [options, times] : std::vector<std::pair<Arguments, std::string>>{
            {{}, "2.00"}, {{"--strip"}, "1.00"}, {{"--max-error", "3"}, "1.00"}, {{"--resume"}, "2.00"}}) {
     const Ending ending = tagrid(with({"encode", "volume.nrrd", "-vfo", "x.tag"}, options));
-    EXPECT_NE(ending.err.find("every sample read " + times + " times"), std::string::npos) << ending.err;
+    EXPECT_TRUE(has(ending.err, "every sample read " + times + " times"));
   }
   const Ending pipe = tagrid({"encode", "-", "-vfo", "x.tag"}, content("volume.nrrd"));
-  EXPECT_NE(pipe.err.find("every sample read 1.00 times"), std::string::npos) << pipe.err;
+  EXPECT_TRUE(has(pipe.err, "every sample read 1.00 times"));
 }
 
 TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {
@@ -257,7 +257,7 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
   };
   const auto expect_line = [](const std::string& text, const std::string& name, const std::string& value) {
     const std::string line = "\n" + name + std::string(16 - name.size(), ' ') + value + "\n";
-    EXPECT_NE(text.find(line), std::string::npos) << text;
+    EXPECT_TRUE(has(text, line));
   };
   std::string text = encoded(
       "space: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,-2)\n"

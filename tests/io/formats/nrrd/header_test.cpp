@@ -175,7 +175,7 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + shape + storage + "what is this\n", "what is this"}};
   for (const auto& [text, says] : broken) {
     const std::string message = message_of<BrokenInput>([&text = text] { parse_nrrd_header(text); });
-    EXPECT_NE(message.find(says), message.npos) << message << "\n" << text;
+    EXPECT_TRUE(has(message, says)) << message << "\n" << text;
   }
 }
 
@@ -192,12 +192,12 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
          {kind + " domain domain", "space " + kind + " space", "none none " + kind}) {
       const std::string message =
           message_of<BrokenInput>([&] { parse_nrrd_header(plain + "kinds: " + kinds + "\n"); });
-      EXPECT_NE(message.find("has kind \"" + kind + "\""), std::string::npos) << message;
-      EXPECT_NE(message.find("not a volume of single values"), std::string::npos) << message;
+      EXPECT_TRUE(has(message, "has kind \"" + kind + "\""));
+      EXPECT_TRUE(has(message, "not a volume of single values"));
     }
   const std::string four =
       message_of<BrokenInput>([] { parse_nrrd_header(plain + "kinds: RGB-color domain domain domain\n"); });
-  EXPECT_NE(four.find("must be 3 words"), std::string::npos) << four;
+  EXPECT_TRUE(has(four, "must be 3 words"));
 }
 
 NrrdHeader header_of(const std::string& axes) {
@@ -303,7 +303,7 @@ TEST(NrrdHeader, AnOriginOfNansIsNotKnown) {
   // Axes that are none of space, which others write as "none".
   const std::string none = message_of<BrokenInput>(
       [] { geometry_of("space: LPS\nspace directions: (1,0,0) (0,1,0) (nan,nan,nan)\n"); });
-  EXPECT_NE(none.find("each of the three axes must be one of space"), none.npos) << none;
+  EXPECT_TRUE(has(none, "each of the three axes must be one of space"));
 }
 
 TEST(NrrdHeader, StorageFieldsAreNoFieldsOfTheVolume) {

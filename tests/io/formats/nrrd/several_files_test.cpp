@@ -158,31 +158,27 @@ TEST_F(SeveralFiles, OneThatIsMissingOrHasAnotherSizeIsFoundAtOnce) {
   write_files(2);
   const std::string fields = "encoding: raw\ndata file: s%d.raw 0 4 2 3\n";
   file("s4.raw", bytes_of(4, 6).substr(1));
-  EXPECT_NE(message_of<BrokenInput>([&] { open(fields); }).find("s4.raw: 48 bytes of samples are expected"),
-            std::string::npos);
+  EXPECT_TRUE(
+      has(message_of<BrokenInput>([&] { open(fields); }), "s4.raw: 48 bytes of samples are expected"));
   file("s4.raw", bytes_of(4, 6) + "x");
   const auto longer = open(fields);
   ASSERT_EQ(longer->facts().warnings.size(), 1U);
-  EXPECT_NE(longer->facts().warnings[0].find("s4.raw: 1 bytes follow the samples"), std::string::npos);
+  EXPECT_TRUE(has(longer->facts().warnings[0], "s4.raw: 1 bytes follow the samples"));
   std::filesystem::remove(path("s2.raw"));
-  EXPECT_NE(message_of<WorldError>([&] { open(fields); }).find("s2.raw"), std::string::npos);
-  EXPECT_NE(message_of<BrokenInput>([&] {
-              open("encoding: raw\ndata file: LIST 3\ns0.raw\n-\ns4.raw\n");
-            }).find("must name a file, not a stream"),
-            std::string::npos);
+  EXPECT_TRUE(has(message_of<WorldError>([&] { open(fields); }), "s2.raw"));
+  EXPECT_TRUE(
+      has(message_of<BrokenInput>([&] { open("encoding: raw\ndata file: LIST 3\ns0.raw\n-\ns4.raw\n"); }),
+          "must name a file, not a stream"));
   file("s2.raw", gzipped(bytes_of(2, 4)).substr(0, 30));
   file("s0.raw", gzipped(bytes_of(0, 2)));
   file("s4.raw", gzipped(bytes_of(4, 6) + "x"));
-  EXPECT_NE(
-      message_of<BrokenInput>([&] { read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n"); }).find("s2.raw"),
-      std::string::npos);
+  EXPECT_TRUE(
+      has(message_of<BrokenInput>([&] { read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n"); }), "s2.raw"));
   file("s2.raw", gzipped(bytes_of(2, 4)));
   EXPECT_EQ(open("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n")->facts().warnings.size(), 1U);
   file("s4.raw", gzipped(bytes_of(4, 6).substr(1)));
-  EXPECT_NE(message_of<BrokenInput>([&] {
-              read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n");
-            }).find("s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but it ends after 47"),
-            std::string::npos);
+  EXPECT_TRUE(has(message_of<BrokenInput>([&] { read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n"); }),
+                  "s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but it ends after 47"));
 }
 
 TEST_F(SeveralFiles, WhatDoesNotFitTheVolumeIsRefused) {
@@ -207,7 +203,7 @@ TEST_F(SeveralFiles, WhatDoesNotFitTheVolumeIsRefused) {
   for (const auto& [value, says] : wrong) {
     const std::string text = header + "encoding: raw\ndata file: " + value + "\n";
     const std::string message = message_of<BrokenInput>([&] { parse_nrrd_header(text); });
-    EXPECT_NE(message.find(says), message.npos) << value << ": " << message;
+    EXPECT_TRUE(has(message, says)) << value << ": " << message;
   }
 }
 

@@ -107,9 +107,9 @@ TEST(Formats, UnknownNamesListWhatThereIs) {
   const std::string file = message_of<UsageError>([] { format_from_name("b.jpg"); }),
                     name = message_of<UsageError>([] { format_named("jpg"); });
   for (const Format* format : written_formats()) {
-    EXPECT_NE(file.find(format->extensions.front()), file.npos) << file;
-    EXPECT_NE(file.find(format->help), file.npos) << file;
-    EXPECT_NE(name.find(format->name), name.npos) << name;
+    EXPECT_TRUE(has(file, format->extensions.front()));
+    EXPECT_TRUE(has(file, format->help));
+    EXPECT_TRUE(has(name, format->name));
   }
 }
 
@@ -150,7 +150,7 @@ TEST_F(FormatFiles, WhatIsNotReadIsNamed) {
       RawDescription raw{{9, 9, 9}, SampleType::uint8, {}, {}, 0};
       for (const SourceDescription& source : {SourceDescription(), SourceDescription(raw)}) {
         const std::string message = message_of<BrokenInput>([&] { open_volume(file_name, source); });
-        EXPECT_NE(message.find(format->what), message.npos) << message;
+        EXPECT_TRUE(has(message, format->what));
       }
     }
 }

@@ -131,9 +131,9 @@ TEST_F(OpenVolumeTest, ASizeThatDoesNotFitIsToldWithBothSizesBeforeAnythingIsRea
           [&] { open_volume(file("a.nrrd", little + "encoding: raw\n\n" + present)); }));
     }
     for (const std::string& message : messages) {
-      EXPECT_NE(message.find("120"), message.npos) << message;
-      EXPECT_NE(message.find(std::to_string(present.size())), message.npos) << message;
-      EXPECT_NE(message.find("3 x 4 x 5 int16"), message.npos) << message;
+      EXPECT_TRUE(has(message, "120"));
+      EXPECT_TRUE(has(message, std::to_string(present.size())));
+      EXPECT_TRUE(has(message, "3 x 4 x 5 int16"));
     }
   }
 }
@@ -149,7 +149,7 @@ TEST_F(OpenVolumeTest, BytesAfterTheSamplesOfAHeaderAreSaid) {
     EXPECT_EQ(read_rest(*reader), samples());
     EXPECT_TRUE(reader->facts().holds_other_bytes);
     ASSERT_EQ(reader->facts().warnings.size(), 1U);
-    EXPECT_NE(reader->facts().warnings[0].find("3 bytes follow the samples"), std::string::npos);
+    EXPECT_TRUE(has(reader->facts().warnings[0], "3 bytes follow the samples"));
   }
 }
 
@@ -160,14 +160,14 @@ TEST_F(OpenVolumeTest, SamplesAtTheEndDoNotReachIntoTheHeader) {
   EXPECT_EQ(read_all(file("a.nrrd", all)), samples());
   const std::string message = message_of<BrokenInput>(
       [&] { open_volume(file("a.nrrd", header + bytes_of(false).substr(header.size()))); });
-  EXPECT_NE(message.find("from byte " + std::to_string(header.size())), message.npos) << message;
+  EXPECT_TRUE(has(message, "from byte " + std::to_string(header.size())));
 }
 
 TEST_F(OpenVolumeTest, APipeThatEndsTooSoonOrTooLateIsBroken) {
   const std::string early = message_of<BrokenInput>(
       [] { read_all(FilledPipe(bytes_of(false).substr(0, 77)).path(), raw_int16()); });
-  EXPECT_NE(early.find("120"), early.npos) << early;
-  EXPECT_NE(early.find("77"), early.npos) << early;
+  EXPECT_TRUE(has(early, "120"));
+  EXPECT_TRUE(has(early, "77"));
   message_of<BrokenInput>([] { read_all(FilledPipe(bytes_of(false) + "x").path(), raw_int16()); });
   message_of<BrokenInput>([] { read_all(FilledPipe(little + "encoding: raw\nbyte skip: -1\n\n").path()); });
   message_of<BrokenInput>([] { open_volume(FilledPipe("").path()); });
@@ -218,20 +218,17 @@ TEST_F(OpenVolumeTest, AHeaderWithoutEndIsRefused) {
 }
 
 TEST_F(OpenVolumeTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
-  EXPECT_NE(message_of<WorldError>([&] { open_volume(path("nothing.nrrd")); }).find("nothing.nrrd"),
-            std::string::npos);
-  EXPECT_NE(message_of<WorldError>([&] {
-              open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n"));
-            }).find("it is the data file that " + path("a.nhdr") + " names"),
-            std::string::npos);
+  EXPECT_TRUE(has(message_of<WorldError>([&] { open_volume(path("nothing.nrrd")); }), "nothing.nrrd"));
+  EXPECT_TRUE(has(message_of<WorldError>(
+                      [&] { open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n")); }),
+                  "it is the data file that " + path("a.nhdr") + " names"));
 }
 
 TEST_F(OpenVolumeTest, FilesOfAFolderAreEqualPartsOfSamplesWithoutAHeader) {
   file("s1.raw", "xx");
-  EXPECT_NE(message_of<BrokenInput>([&] {
-              open_volume(folder_.string(), SourceDescription(raw_int16()));
-            }).find("s1.raw: has 2 bytes"),
-            std::string::npos);
+  EXPECT_TRUE(
+      has(message_of<BrokenInput>([&] { open_volume(folder_.string(), SourceDescription(raw_int16())); }),
+          "s1.raw: has 2 bytes"));
 }
 
 // Headers may come from anywhere: they must not make a program wait, or read from standard input or devices.
@@ -240,8 +237,8 @@ TEST_F(OpenVolumeTest, AHeaderNamesAFileAndNoStreamOrDevice) {
   for (const char* name : {"-", "/dev/stdin", "/dev/zero", "/dev/fd/0", "fifo", "./fifo"}) {
     const std::string header = file("a.nhdr", little + "encoding: raw\ndata file: " + name + "\n");
     const std::string message = message_of<BrokenInput>([&] { open_volume(header); });
-    EXPECT_NE(message.find("a.nhdr"), message.npos) << message;
-    EXPECT_NE(message.find("data file"), message.npos) << message;
+    EXPECT_TRUE(has(message, "a.nhdr"));
+    EXPECT_TRUE(has(message, "data file"));
   }
 }
 

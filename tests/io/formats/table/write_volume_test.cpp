@@ -70,8 +70,8 @@ TEST_F(WriteVolumeTest, RawIsTheSamplesAlone) {
 TEST_F(WriteVolumeTest, AVolumeThatMovesKeepsItsSamples) {
   write_volume(path("a.nhdr"), info_of(SampleType::int16));
   EXPECT_EQ(names(), (Names{"a.nhdr", "a.raw"}));
-  EXPECT_NE(content("a.nhdr").find("data file: a.raw\n"), std::string::npos);
-  EXPECT_NE(content("a.nhdr").find("endian: little\n"), std::string::npos);
+  EXPECT_TRUE(has(content("a.nhdr"), "data file: a.raw\n"));
+  EXPECT_TRUE(has(content("a.nhdr"), "endian: little\n"));
 }
 
 TEST_F(WriteVolumeTest, NothingAppearsBeforeCommitAndNothingIsLeftWithout) {

@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <vector>
+
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -11,9 +12,7 @@ namespace {
 template <class T, class F>
 std::vector<T> volume(Index3 size, F&& f) {
   std::vector<T> samples;
-  for (std::int64_t z = 0; z < size.z; ++z)
-    for (std::int64_t y = 0; y < size.y; ++y)
-      for (std::int64_t x = 0; x < size.x; ++x) samples.push_back(static_cast<T>(f(x, y, z)));
+  for (const auto [x, y, z] : points_of(size)) samples.push_back(static_cast<T>(f(x, y, z)));
   return samples;
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "tests/support/points.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -39,20 +40,18 @@ std::vector<T> any_samples(Index3 size, std::mt19937& random) {
   const int kind = *rc::gen::inRange(0, 7);
   const std::int64_t amplitude = *rc::gen::element<std::int64_t>(1, 3, 20, 200, high - low);
   std::vector<T> samples;
-  for (std::int64_t z = 0; z < size.z; ++z)
-    for (std::int64_t y = 0; y < size.y; ++y)
-      for (std::int64_t x = 0; x < size.x; ++x) {
-        const auto noise = static_cast<std::int64_t>(random() % static_cast<std::uint32_t>(amplitude + 1));
-        std::int64_t v = 0;
-        if (kind == 0) v = low + noise;
-        if (kind == 1) v = (x + y + z) % 2 ? low : high;
-        if (kind == 2) v = high - x * y - z + noise;
-        if (kind == 3) v = x > size.x / 2 ? high : 0;
-        if (kind == 4) v = random() % 50 ? 17 : noise;
-        if (kind == 5) v = random() % 2 ? low : high;
-        if (kind == 6) v = (x - 5) * (x - 5) + (y - 7) * (y - 7) + z * z < 40 ? 100 + noise : 0;
-        samples.push_back(static_cast<T>(std::clamp(v, low, high)));
-      }
+  for (const auto [x, y, z] : points_of(size)) {
+    const auto noise = static_cast<std::int64_t>(random() % static_cast<std::uint32_t>(amplitude + 1));
+    std::int64_t v = 0;
+    if (kind == 0) v = low + noise;
+    if (kind == 1) v = (x + y + z) % 2 ? low : high;
+    if (kind == 2) v = high - x * y - z + noise;
+    if (kind == 3) v = x > size.x / 2 ? high : 0;
+    if (kind == 4) v = random() % 50 ? 17 : noise;
+    if (kind == 5) v = random() % 2 ? low : high;
+    if (kind == 6) v = (x - 5) * (x - 5) + (y - 7) * (y - 7) + z * z < 40 ? 100 + noise : 0;
+    samples.push_back(static_cast<T>(std::clamp(v, low, high)));
+  }
   return samples;
 }
 
@@ -163,11 +162,9 @@ Brick<std::int16_t> smooth_brick(std::int64_t edge, std::int64_t error, Effort e
                             {},
                             effort};
   std::mt19937 random(7);
-  for (std::int64_t z = 0; z < edge; ++z)
-    for (std::int64_t y = 0; y < edge; ++y)
-      for (std::int64_t x = 0; x < edge; ++x)
-        brick.samples.push_back(
-            static_cast<std::int16_t>(x * y - 3 * z * x + static_cast<std::int64_t>(random() % 16)));
+  for (const auto [x, y, z] : points_of(Index3{edge, edge, edge}))
+    brick.samples.push_back(
+        static_cast<std::int16_t>(x * y - 3 * z * x + static_cast<std::int64_t>(random() % 16)));
   return brick;
 }
 

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <iostream>
-#include <limits>
 #include <optional>
 #include <random>
 
@@ -10,6 +9,7 @@
 #include "stages/sample/instruction_sets.h"
 #include "stages/values/voxels/codec.h"
 #include "tests/support/encode_volume.h"
+#include "tests/support/points.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -41,12 +41,10 @@ class InstructionSets : public testing::Test {
   /// Smooth, with noise of this amplitude; and an edge, so that some residuals are large.
   static std::vector<std::int16_t> samples_of(Index3 size, int amplitude, std::mt19937& random) {
     std::vector<std::int16_t> samples;
-    for (std::int64_t z = 0; z < size.z; ++z)
-      for (std::int64_t y = 0; y < size.y; ++y)
-        for (std::int64_t x = 0; x < size.x; ++x)
-          samples.push_back(static_cast<std::int16_t>(
-              (x - 5) * (y + 3) / 4 + (x + y > z + 20 ? 900 : 0) +
-              static_cast<std::int64_t>(random() % static_cast<unsigned>(2 * amplitude + 1)) - amplitude));
+    for (const auto [x, y, z] : points_of(size))
+      samples.push_back(static_cast<std::int16_t>(
+          (x - 5) * (y + 3) / 4 + (x + y > z + 20 ? 900 : 0) +
+          static_cast<std::int64_t>(random() % static_cast<unsigned>(2 * amplitude + 1)) - amplitude));
     return samples;
   }
 
@@ -121,11 +119,7 @@ TEST_F(InstructionSets, MarkAndForecastTheSamePoints) {
   std::mt19937 random(6);
   for (const int amplitude : {0, 2, 300}) {
     const auto samples = samples_of(size, amplitude, random);
-    CodingParameters parameters;
-    parameters.dims = size;
-    parameters.cube_size = 16;
-    parameters.brick_edge = 4;
-    parameters.field_scale = 16.0 / 65536;
+    CodingParameters parameters{.dims = size, .cube_size = 16, .brick_edge = 4, .field_scale = 16.0 / 65536};
     std::optional<Forecast> first;
     for (const std::int64_t set : all()) {
       limit_instruction_sets(set);

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "stages/sample/numbers.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/points.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -24,15 +24,13 @@ class WideVoxelCodec : public testing::Test {
   std::vector<T> samples() const {
     std::mt19937 random(7);
     std::vector<T> all;
-    for (std::int64_t z = 0; z < size.z; ++z)
-      for (std::int64_t y = 0; y < size.y; ++y)
-        for (std::int64_t x = 0; x < size.x; ++x) {
-          all.push_back(static_cast<T>(1000 + 30 * x + 5 * y * z + static_cast<std::int64_t>(random() % 16)));
-          if constexpr (std::is_floating_point_v<T>) {
-            if (random() % 40 == 0) all.back() = std::numeric_limits<T>::quiet_NaN();
-            if (random() % 40 == 0) all.back() = static_cast<T>(1e30);
-          }
-        }
+    for (const auto [x, y, z] : points_of(size)) {
+      all.push_back(static_cast<T>(1000 + 30 * x + 5 * y * z + static_cast<std::int64_t>(random() % 16)));
+      if constexpr (std::is_floating_point_v<T>) {
+        if (random() % 40 == 0) all.back() = std::numeric_limits<T>::quiet_NaN();
+        if (random() % 40 == 0) all.back() = static_cast<T>(1e30);
+      }
+    }
     return all;
   }
   std::vector<std::uint8_t> encode(const std::vector<T>& original, const WideBounds& bounds) {

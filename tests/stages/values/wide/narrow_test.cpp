@@ -10,6 +10,7 @@
 
 #include "stages/sample/numbers.h"
 #include "stages/values/voxels/codec.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
@@ -18,12 +19,10 @@ constexpr Index3 ct_size{40, 33, 20};
 
 std::vector<std::int16_t> ct(std::mt19937& random) {
   std::vector<std::int16_t> samples;
-  for (std::int64_t z = 0; z < ct_size.z; ++z)
-    for (std::int64_t y = 0; y < ct_size.y; ++y)
-      for (std::int64_t x = 0; x < ct_size.x; ++x)
-        samples.push_back(static_cast<std::int16_t>(
-                              (x - 20) * (x - 20) + (y - 16) * (y - 16) < 120 ? 1000 + 3 * z : -1000) +
-                          static_cast<std::int16_t>(random() % 30));
+  for (const auto [x, y, z] : points_of(ct_size))
+    samples.push_back(
+        static_cast<std::int16_t>((x - 20) * (x - 20) + (y - 16) * (y - 16) < 120 ? 1000 + 3 * z : -1000) +
+        static_cast<std::int16_t>(random() % 30));
   return samples;
 }
 

@@ -1,14 +1,18 @@
-// A .tag file in memory that records which parts are read.
+// A .tag file in memory: its frames, the part that decoding needs, and a source that records which parts are read.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/files/byte_source.h"
+#include "io/tag/bricks.h"
 
 namespace tagrid {
 
@@ -35,5 +39,25 @@ class MemorySource : public ByteSource {
   mutable std::mutex mutex_;
   mutable std::vector<std::pair<std::uint64_t, std::uint64_t>> reads_;
 };
+
+/// Header and bricks of a .tag file with these bytes. They do not depend on where the samples came from: from which file,
+/// or from a pipe. The rest of a file has the names and other bytes of the source files.
+inline std::string header_and_bricks(const std::string& tag) {
+  const TagBricks file(std::make_shared<MemorySource>(tag));
+  return tag.substr(0, file.start(file.count()));
+}
+
+/// The frames of the bricks of a file, as offset and size.
+inline std::vector<std::pair<std::size_t, std::size_t>> frames(const std::string& file) {
+  const auto u32 = [&](std::size_t at) {
+    std::uint32_t v;
+    std::memcpy(&v, file.data() + at, 4);
+    return v;
+  };
+  std::vector<std::pair<std::size_t, std::size_t>> result;
+  for (std::size_t at = u32(12); u32(at) != 0; at += result.back().second)
+    result.emplace_back(at, 4 + u32(at) + 8);
+  return result;
+}
 
 }  // namespace tagrid
