@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "io/meshes/vtk_xml.h"
-#include "io/volume/vtk_names.h"
+#include "io/volume/vtk.h"
 
 namespace tagrid {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "io/programs/format_program.h"
 #include "io/programs/reader_conversation.h"
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {

@@ -11,7 +11,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {

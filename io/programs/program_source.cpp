@@ -7,7 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "io/samples/placed.h"
+#include "io/samples/slices_in_files.h"
 
 namespace tagrid {
 namespace {

@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "io/programs/format_program.h"
-#include "io/volume/plain_form.h"
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/errors/error_kinds.h"
 #include "io/errors/errors.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/programs/answers.h"
 #include "io/programs/serve.h"
-#include "io/sandbox/confine.h"
+#include "io/sandbox/sandbox.h"
 
 namespace tagrid {
 namespace {

@@ -12,7 +12,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/programs/reader_conversation.h"
 #include "io/programs/serve.h"
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 
 namespace tagrid {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/tag/bricks.h"
-#include "stages/grid/brick_run.h"
+#include "stages/grid/domain.h"
 
 namespace tagrid {
 

@@ -17,8 +17,8 @@
 #include "pipeline/grid/slices.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "stages/brick/decode.h"
-#include "stages/grid/brick_rows.h"
+#include "stages/brick/codec.h"
+#include "stages/grid/domain.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {

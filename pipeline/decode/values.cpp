@@ -8,7 +8,6 @@
 #include <limits>
 #include <optional>
 
-#include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 

@@ -9,7 +9,7 @@
 #include "io/formats/table/formats.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
-#include "stages/brick/decode.h"
+#include "stages/brick/codec.h"
 #include "stages/grid/domain.h"
 #include "stages/sample/value_rule.h"
 

@@ -9,7 +9,7 @@
 
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
-#include "stages/criterion/tile.h"
+#include "stages/criterion/marking.h"
 #include "stages/mesh/mesh_error.h"
 
 namespace tagrid {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <thread>
 
-#include "io/files/byte_sink.h"
+#include "io/files/output_file.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/grid/slices.h"

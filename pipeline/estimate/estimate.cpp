@@ -15,7 +15,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "io/samples/spooled.h"
+#include "io/samples/file_samples.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "pipeline/estimate/sample.h"
@@ -24,9 +24,8 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
+#include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/criterion/tile.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/criterion/tile.h"
 
 namespace tagrid {
 namespace {

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <exception>
 
-#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 #include "pipeline/memory/plan.h"
 
 namespace tagrid::library {

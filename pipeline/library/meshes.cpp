@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "io/meshes/mesh_sink.h"
-#include "io/meshes/surface_sink.h"
+#include "io/meshes/sinks.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/meshes/mesh_builder.h"
 #include "pipeline/meshes/surface_builder.h"

@@ -5,9 +5,8 @@
 
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
+#include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/criterion/tile.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/mesh/mesh_error.h"
 

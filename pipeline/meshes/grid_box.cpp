@@ -15,7 +15,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
-#include "stages/criterion/tile.h"
+#include "stages/criterion/marking.h"
 
 namespace tagrid {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/nrrd/spaces.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/meshes/mesh_notes.h"
+#include "io/meshes/noted_file.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/memory/resources.h"

@@ -2,7 +2,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/meshes/mesh_formats.h"
+#include "io/meshes/formats.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/meshes/coarsened_grid.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/meshes/mesh_sink.h"
+#include "io/meshes/sinks.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/meshes/grid_bricks.h"

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "io/meshes/surface_file.h"
+#include "io/meshes/formats.h"
 #include "pipeline/reading/read_region.h"
 
 namespace tagrid {

@@ -11,7 +11,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
-#include "io/volume/world.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/decode/values.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/meshes/surface_sink.h"
+#include "io/meshes/sinks.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/meshes/grid_bricks.h"

@@ -16,7 +16,7 @@
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 #include "pipeline/ranks/ranks.h"
-#include "stages/grid/brick_rows.h"
+#include "stages/grid/domain.h"
 
 namespace tagrid {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/placed_file.h"
+#include "io/files/output_file.h"
 #include "io/files/temporaries.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"

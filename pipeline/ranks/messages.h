@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/bytes/byte_fields.h"
+#include "io/bytes/little_endian.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {

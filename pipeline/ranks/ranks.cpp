@@ -6,7 +6,6 @@
 #include <mutex>
 #include <thread>
 
-#include "io/errors/error_kinds.h"
 #include "io/errors/errors.h"
 #include "pipeline/ranks/messages.h"
 

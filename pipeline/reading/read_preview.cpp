@@ -15,7 +15,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"
-#include "stages/mesh/leaf_at.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

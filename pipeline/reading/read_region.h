@@ -12,7 +12,7 @@
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "stages/brick/decode.h"
+#include "stages/brick/codec.h"
 #include "stages/grid/box.h"
 #include "stages/sample/samples.h"
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "io/envelope/envelope.h"
-#include "io/envelope/memory.h"
 #include "io/envelope/restored_files.h"
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"

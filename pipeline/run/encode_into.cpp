@@ -2,15 +2,15 @@
 #include <optional>
 #include <utility>
 
-#include "io/envelope/memory.h"
+#include "io/envelope/envelope.h"
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
-#include "io/files/unchanged_files.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
-#include "io/samples/spooled.h"
+#include "io/samples/file_samples.h"
 #include "io/tag/file.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/slices_ahead.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "io/files/unchanged_files.h"
+#include "io/files/file_attributes.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/encode/encode_run.h"
 #include "pipeline/memory/resources.h"

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/spaces.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 

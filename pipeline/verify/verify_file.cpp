@@ -1,10 +1,10 @@
 // Verifies against an original: the only part of verification that reads other formats of volumes.
 #include <fmt/format.h>
 
-#include "io/envelope/memory.h"
+#include "io/envelope/envelope.h"
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "io/samples/spooled.h"
+#include "io/samples/file_samples.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"
 

@@ -16,7 +16,7 @@
 #include "stages/brick/codec.h"
 #include "stages/phantom/phantom.h"
 #include "stages/values/points/coding.h"
-#include "stages/values/points/interpolation.h"
+#include "stages/values/points/field.h"
 #include "stages/values/prediction/weights.h"
 #include "stages/values/voxels/codec.h"
 #include "tests/support/encode_volume.h"

@@ -6,7 +6,7 @@
 #include "io/tag/bricks.h"
 #include "io/tag/whole_bricks.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/verify/active_points.h"
+#include "pipeline/verify/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/generous_budgets.h"

@@ -16,9 +16,8 @@
 #include <numeric>
 
 #include "io/tag/bricks.h"
-#include "pipeline/grid/derived_grid.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
 #include "stages/mesh/mesh_error.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"

@@ -7,10 +7,9 @@
 #include <string>
 
 #include "stages/brick/codec.h"
-#include "stages/brick/decode.h"
 #include "stages/coarsen/coarsen.h"
+#include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/criterion/tile.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/mesh_error.h"
 #include "stages/sample/numbers.h"

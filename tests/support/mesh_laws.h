@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 #include "tests/support/vtu_reader.h"
 
 namespace tagrid {

@@ -6,9 +6,7 @@
 #include "pipeline/meshes/mesh.h"
 #include "pipeline/meshes/surface.h"
 #include "pipeline/parts/part_work.h"
-#include "pipeline/parts/parts_store.h"
 #include "pipeline/phantom/phantom.h"
-#include "pipeline/run/encode_into.h"
 #include "pipeline/run/run.h"
 
 namespace tagrid {

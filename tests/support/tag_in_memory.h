@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/tag/bricks.h"
 
 namespace tagrid {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/abandoned_files.h"
+#include "io/files/temporaries.h"
 
 namespace tagrid {
 

@@ -10,7 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 #include "tools/archive/encoding_pass.h"

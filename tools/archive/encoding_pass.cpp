@@ -6,11 +6,11 @@
 #include <memory>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
-#include "io/files/unchanged_files.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
-#include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/job/settle.h"

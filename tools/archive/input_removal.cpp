@@ -10,8 +10,8 @@
 
 #include "io/envelope/envelope.h"
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"

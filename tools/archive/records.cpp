@@ -12,7 +12,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/archive/manifest.h"
 
 namespace tagrid {

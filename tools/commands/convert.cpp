@@ -10,7 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
 #include "tools/archive/input_removal.h"

@@ -8,12 +8,10 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
-#include "io/files/unchanged_files.h"
-#include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/tag/whole_bricks.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
 #include "tools/commands/commands.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "io/errors/errors.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
 #include "tools/report/report.h"

@@ -10,7 +10,7 @@
 
 #include "io/programs/find.h"
 #include "io/sandbox/sandbox.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/commands/commands.h"
 
 namespace tagrid {

@@ -7,8 +7,8 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/lengths.h"
-#include "pipeline/meshes/grid_run.h"
-#include "pipeline/progress/finished.h"
+#include "pipeline/meshes/grid_input.h"
+#include "pipeline/progress/progress.h"
 #include "tools/options/output_options.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"

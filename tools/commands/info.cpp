@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/tag/bricks.h"
-#include "pipeline/verify/active_points.h"
+#include "pipeline/verify/verify.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/report.h"

@@ -8,7 +8,7 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
 

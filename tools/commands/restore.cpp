@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "io/errors/errors.h"
-#include "io/files/abandoned_files.h"
+#include "io/files/temporaries.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "tools/archive/removed_originals.h"
 #include "tools/commands/commands.h"

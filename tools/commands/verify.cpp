@@ -11,7 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/whole_bricks.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "io/volume/slice_run.h"
+#include "io/volume/sample_places.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {

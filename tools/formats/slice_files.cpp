@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/files/visible_files.h"
+#include "io/files/slice_files.h"
 #include "io/formats/vendors/sections.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"

@@ -4,8 +4,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/text/printable.h"
-#include "pipeline/raw/dims_order.h"
+#include "io/text/text.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
 #include "tools/report/words.h"

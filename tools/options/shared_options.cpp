@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/files/abandoned_files.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "tools/report/process.h"

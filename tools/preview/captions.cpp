@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/region.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/nrrd/slice_positions.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "tools/report/report.h"
 #include "tools/report/words.h"

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <utility>
 
-#include "io/text/printable.h"
+#include "io/text/text.h"
+#include "stages/picture/image.h"
 #include "stages/picture/panel.h"
-#include "stages/picture/text.h"
 
 namespace tagrid {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 

@@ -18,7 +18,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/temporaries.h"
-#include "io/text/printable.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "io/text/printable.h"
+#include "io/text/text.h"
 #include "tools/report/process.h"
 
 namespace tagrid {

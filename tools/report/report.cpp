@@ -8,12 +8,10 @@
 #include <map>
 
 #include "io/envelope/envelope.h"
-#include "io/formats/nrrd/doubts.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/line.h"
+#include "io/formats/nrrd/region.h"
 #include "io/formats/nrrd/rescale.h"
-#include "io/formats/nrrd/slice_positions.h"
-#include "io/text/printable.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "stages/grid/brick_run.h"
+#include "stages/grid/domain.h"
 
 namespace tagrid {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 
 namespace tagrid {
 

@@ -8,7 +8,7 @@
 #include "io/formats/metaimage/header.h"
 #include "io/formats/nrrd/text_header.h"
 #include "io/samples/file_samples.h"
-#include "io/volume/one_of_several.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 namespace {

@@ -4,11 +4,11 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
-#include "io/files/gzip_bytes.h"
+#include "io/files/compressed_bytes.h"
 #include "io/files/system_call.h"
 #include "io/formats/nifti/header.h"
 #include "io/samples/file_samples.h"
-#include "io/volume/one_of_several.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 namespace {

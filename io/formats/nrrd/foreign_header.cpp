@@ -11,9 +11,8 @@
 #include "io/formats/nrrd/axes.h"
 #include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/region.h"
-#include "io/text/foreign_numbers.h"
+#include "io/text/foreign_number.h"
 #include "io/text/text.h"
-#include "io/text/text_changes.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {

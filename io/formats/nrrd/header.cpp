@@ -9,12 +9,11 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/files/file_pattern.h"
+#include "io/files/slice_files.h"
 #include "io/formats/nrrd/axes.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/text.h"
-#include "io/text/text_changes.h"
-#include "io/volume/plain_form.h"
+#include "io/volume/sample_places.h"
 
 namespace tagrid {
 namespace {

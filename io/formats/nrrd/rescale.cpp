@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "io/formats/nrrd/geometry.h"
-#include "io/text/foreign_numbers.h"
+#include "io/text/foreign_number.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "io/errors/errors.h"
-#include "io/samples/data_file.h"
-#include "io/samples/joined.h"
+#include "io/samples/file_samples.h"
+#include "io/samples/slices_in_files.h"
 
 namespace tagrid {
 

@@ -7,7 +7,7 @@
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
-#include "io/volume/vtk_geometry.h"
+#include "io/volume/vtk.h"
 
 namespace tagrid {
 namespace {

@@ -12,7 +12,6 @@
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
 #include "io/samples/file_sink.h"
-#include "io/samples/gzip_sink.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -7,17 +7,17 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/compressed_bytes.h"
 #include "io/files/file_attributes.h"
-#include "io/files/gzip_bytes.h"
+#include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/files/visible_files.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
-#include "io/samples/placed.h"
+#include "io/samples/slices_in_files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 

@@ -11,7 +11,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/samples/file_samples.h"
-#include "io/samples/placed.h"
+#include "io/samples/slices_in_files.h"
 #include "io/text/foreign_number.h"
 #include "stages/sample/coding_parameters.h"
 

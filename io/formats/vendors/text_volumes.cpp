@@ -13,10 +13,9 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/sections.h"
 #include "io/formats/vendors/vendors.h"
-#include "io/samples/data_file.h"
 #include "io/samples/file_samples.h"
-#include "io/samples/placed.h"
-#include "io/text/foreign_numbers.h"
+#include "io/samples/slices_in_files.h"
+#include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
 

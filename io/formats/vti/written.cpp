@@ -7,8 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
-#include "io/volume/vtk_geometry.h"
-#include "io/volume/vtk_names.h"
+#include "io/volume/vtk.h"
 
 namespace tagrid {
 

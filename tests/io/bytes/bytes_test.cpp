@@ -6,7 +6,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
-#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 
 namespace tagrid {
 namespace {

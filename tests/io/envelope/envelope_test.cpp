@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/samples/placed.h"
+#include "io/samples/slices_in_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

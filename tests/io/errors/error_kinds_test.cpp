@@ -1,5 +1,5 @@
 // One place decides what an exception means, and the meaning survives being sent.
-#include "io/errors/error_kinds.h"
+#include "io/errors/errors.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "io/errors/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

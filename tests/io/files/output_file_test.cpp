@@ -8,7 +8,6 @@
 #include <cstring>
 
 #include "io/errors/errors.h"
-#include "io/files/abandoned_files.h"
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
 #include "io/files/temporaries.h"

@@ -8,9 +8,8 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/meshes/gmsh.h"
-#include "io/meshes/mesh_formats.h"
-#include "io/meshes/vtu.h"
+#include "io/meshes/formats.h"
+#include "io/meshes/mesh_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vtu_reader.h"
 

@@ -1,6 +1,6 @@
 // Programs that write a mesh as docs/readers.md says, and programs that do not.
 
-#include "io/meshes/vtkhdf.h"
+#include "io/meshes/mesh_files.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
 // Writers that do as docs/readers.md says, and writers that do not.
 
-#include "io/programs/program_sink.h"
+#include "io/programs/volumes.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

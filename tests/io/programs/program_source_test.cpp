@@ -1,6 +1,6 @@
 // Volumes that a program reads slice by slice, or whose places it tells.
 
-#include "io/programs/program_source.h"
+#include "io/programs/volumes.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

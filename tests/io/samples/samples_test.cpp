@@ -9,8 +9,8 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/samples/placed.h"
-#include "io/samples/spooled.h"
+#include "io/samples/file_samples.h"
+#include "io/samples/slices_in_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volume_in_memory.h"
 

@@ -13,8 +13,7 @@
 #include <array>
 
 #include "io/formats/nrrd/geometry.h"
-#include "io/programs/program_source.h"
-#include "io/sandbox/landlock.h"
+#include "io/programs/volumes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

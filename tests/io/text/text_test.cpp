@@ -7,10 +7,7 @@
 #include <random>
 
 #include "io/text/foreign_number.h"
-#include "io/text/foreign_numbers.h"
-#include "io/text/natural_order.h"
 #include "io/text/numbered_names.h"
-#include "io/text/printable.h"
 #include "io/text/text.h"
 
 namespace tagrid {

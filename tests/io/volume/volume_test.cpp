@@ -6,7 +6,7 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/lengths.h"
-#include "io/volume/rows_of_slices.h"
+#include "io/volume/volume_source.h"
 #include "tests/support/volume_in_memory.h"
 
 namespace tagrid {

@@ -1,5 +1,5 @@
 // Rows of bricks make the same volume whether they are written to their position or through a temporary file.
-#include "pipeline/decode/row_output.h"
+#include "pipeline/decode/decode_run.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include "io/formats/table/open_volume.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
-#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/plan.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
-#include "pipeline/memory/available_memory.h"
+#include "pipeline/memory/resources.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/temporary_folder.h"
 
@@ -135,8 +135,8 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
       plan_encoding(p, limited(3, 1), false, 0, Reading{false, 0});
     } catch (const MemoryLimit& error) {
       if (error.needed_with_spool()) {
-        EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false, 0,
-                                      Reading{false, 0}));
+        EXPECT_NO_THROW(
+            plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false, 0, Reading{false, 0}));
       }
     }
   });

@@ -5,9 +5,7 @@
 #include <random>
 #include <tuple>
 
-#include "pipeline/meshes/edge_ids.h"
 #include "pipeline/meshes/id_planes.h"
-#include "pipeline/meshes/point_ids.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/counted_heap.h"
 #include "tests/support/sanitized.h"

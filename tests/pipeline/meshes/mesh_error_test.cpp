@@ -9,7 +9,7 @@
 #include "io/files/output_file.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/verify/part_verifier.h"
+#include "pipeline/verify/verifier.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/runs.h"

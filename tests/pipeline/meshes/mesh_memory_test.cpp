@@ -3,9 +3,9 @@
 
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
-#include "pipeline/memory/of_bricks.h"
-#include "pipeline/meshes/coarsen_file.h"
-#include "pipeline/meshes/mesh_bricks.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/meshes/coarsened_grid.h"
+#include "pipeline/meshes/mesh_builder.h"
 #include "pipeline/meshes/surface_builder.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/brick_samples.h"

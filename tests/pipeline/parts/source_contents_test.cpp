@@ -1,5 +1,5 @@
 // The content of source files, looked at by several ranks: the same envelope as from one process.
-#include "pipeline/parts/source_contents.h"
+#include "pipeline/parts/work_orders.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tests/support/fake_ranks.h"

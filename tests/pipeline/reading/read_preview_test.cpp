@@ -8,7 +8,7 @@
 #include <set>
 
 #include "io/errors/errors.h"
-#include "pipeline/decode/block.h"
+#include "pipeline/decode/graph.h"
 #include "stages/mesh/tetrahedra.h"
 #include "tests/support/runs.h"
 #include "tests/support/tag_in_memory.h"

@@ -9,9 +9,8 @@
 #include <set>
 
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/tag/file.h"
-#include "pipeline/reading/decode_region.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/tag_in_memory.h"

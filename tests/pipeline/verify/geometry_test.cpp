@@ -1,6 +1,6 @@
 // What a file and an original say of the place and the meaning of samples: the same in other words is the same, and a
 // difference is named with both values.
-#include "pipeline/verify/geometry.h"
+#include "pipeline/verify/verify.h"
 
 #include <gtest/gtest.h>
 

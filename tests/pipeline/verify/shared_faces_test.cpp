@@ -1,6 +1,6 @@
 // Bricks that agree on their faces are accepted, and a point on which they disagree is found, wherever the
 // volume is cut into parts.
-#include "pipeline/verify/shared_faces.h"
+#include "pipeline/verify/verifier.h"
 #include "tests/support/points.h"
 
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/verify/part_verifier.h"
+#include "pipeline/verify/verifier.h"
 #include "tests/support/runs.h"
 #include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"

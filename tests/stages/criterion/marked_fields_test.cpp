@@ -8,7 +8,7 @@
 #include <array>
 #include <numbers>
 
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/encode_volume.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "stages/criterion/subdivide.h"
-#include "stages/grid/diamond.h"
+#include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
 #include "tests/support/conforming_activity.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "stages/grid/conformity.h"
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/oracle.h"
 #include "tests/support/points.h"

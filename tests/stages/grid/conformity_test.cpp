@@ -7,7 +7,6 @@
 
 #include "stages/grid/conformity.h"
 #include "stages/grid/lattice.h"
-#include "stages/grid/region_of_reference.h"
 #include "tests/support/points.h"
 
 namespace tagrid {

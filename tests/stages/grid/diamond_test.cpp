@@ -1,5 +1,5 @@
 // Diamonds against Eqs. 2-4 of the paper, against the three primitives, and against bisection itself.
-#include "stages/grid/diamond.h"
+#include "stages/grid/lattice.h"
 #include "tests/support/points.h"
 
 #include <gtest/gtest.h>

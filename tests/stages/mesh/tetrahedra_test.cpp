@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "stages/grid/conformity.h"
-#include "stages/mesh/leaf_at.h"
 #include "stages/mesh/tetrahedra.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/points.h"

@@ -10,7 +10,6 @@
 
 #include "stages/picture/image.h"
 #include "stages/picture/panel.h"
-#include "stages/picture/text.h"
 
 namespace tagrid {
 namespace {

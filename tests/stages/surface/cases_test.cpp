@@ -4,7 +4,7 @@
 #include <random>
 #include <set>
 
-#include "stages/grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
 #include "stages/surface/cases.h"
 #include "stages/surface/surface.h"
 #include "tests/support/counted_heap.h"

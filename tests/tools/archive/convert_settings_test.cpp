@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tests/support/conversions.h"
-#include "tools/options/encoding_rows.h"
+#include "tools/options/encoding_options.h"
 
 namespace tagrid {
 namespace {

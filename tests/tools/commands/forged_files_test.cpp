@@ -1,7 +1,7 @@
 // Files with right checksums and absurd sizes: an error, quickly, and with little memory.
 
-#include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/tag/file.h"
 #include "stages/activity/coding.h"

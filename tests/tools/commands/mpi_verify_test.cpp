@@ -6,7 +6,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/output_file.h"
 #include "io/tag/file.h"
-#include "pipeline/parts/parts.h"
+#include "pipeline/parts/part_work.h"
 #include "tests/support/mpi_runs.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/options/encoding_rows.h"
+#include "tools/options/encoding_options.h"
 #include "tools/options/numbers.h"
 
 namespace tagrid {

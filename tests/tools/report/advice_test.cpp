@@ -4,8 +4,8 @@
 #include "pipeline/job/options.h"
 #include "tests/support/command_line.h"
 #include "tools/commands/commands.h"
-#include "tools/options/command_line_error.h"
-#include "tools/report/advice.h"
+#include "tools/options/command_line.h"
+#include "tools/report/failure.h"
 #include "tools/report/progress.h"
 
 namespace tagrid {

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {

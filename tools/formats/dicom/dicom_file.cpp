@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/text/text.h"
 #include "tools/formats/dicom/attributes.h"
 #include "tools/formats/dicom/data_set.h"

@@ -8,10 +8,9 @@
 #include <set>
 
 #include "io/errors/errors.h"
+#include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/files/visible_files.h"
 #include "io/programs/serve_reader.h"
-#include "io/text/natural_order.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "tools/formats/common.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "tools/formats/dicom/dicom_file.h"
 
 namespace tagrid {

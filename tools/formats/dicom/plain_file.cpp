@@ -9,7 +9,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "tools/formats/common.h"
 #include "tools/formats/dicom/pixel_element.h"
 

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "io/errors/errors.h"
-#include "io/text/natural_order.h"
+#include "io/text/numbered_names.h"
 #include "tools/formats/common.h"
 #include "tools/formats/dicom/series_names.h"
 

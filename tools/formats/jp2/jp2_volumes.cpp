@@ -13,7 +13,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "tools/formats/codecs/jpeg2000.h"
 #include "tools/formats/common.h"
 #include "tools/formats/slice_files.h"

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/visible_files.h"
-#include "io/text/natural_order.h"
+#include "io/files/slice_files.h"
+#include "io/text/numbered_names.h"
 #include "io/text/text.h"
 
 namespace tagrid {

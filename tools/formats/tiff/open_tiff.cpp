@@ -11,7 +11,7 @@
 
 #include "io/errors/errors.h"
 #include "io/programs/serve_reader.h"
-#include "io/text/natural_order.h"
+#include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "tools/formats/slice_files.h"
 #include "tools/formats/tiff/tiff_volumes.h"

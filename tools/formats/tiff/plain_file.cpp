@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "tools/formats/tiff/directories.h"
 
 namespace tagrid {

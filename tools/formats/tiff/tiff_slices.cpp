@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
 #include "tools/formats/tiff/tiff_file.h"
 

@@ -3,7 +3,6 @@
 
 #include <map>
 
-#include "io/formats/nrrd/foreign_header.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
 #include "io/formats/nrrd/rescale.h"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "stages/entropy/rans_coder.h"
-#include "stages/values/best/mixed_residual_model.h"
 #include "stages/values/best/residual_model.h"
 #include "stages/values/best/running_least_squares.h"
 

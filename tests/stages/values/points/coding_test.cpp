@@ -6,7 +6,6 @@
 #include <random>
 
 #include "stages/values/points/coding.h"
-#include "stages/values/points/wide_coding.h"
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/sanitized.h"

@@ -1,4 +1,4 @@
-#include "stages/values/points/interpolation.h"
+#include "stages/values/points/field.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,4 +1,4 @@
-#include "stages/values/wide/narrow.h"
+#include "stages/values/wide/codec.h"
 
 #include <gtest/gtest.h>
 

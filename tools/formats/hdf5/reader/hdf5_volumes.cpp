@@ -9,7 +9,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"

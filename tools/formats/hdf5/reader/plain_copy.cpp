@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "io/programs/serve.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/memory_file.h"
