@@ -89,22 +89,27 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   if (!result.difference.empty()) return result;
   look_at_contents(source, file.parameters().is_exact(), threads);
   // The envelope of the original is compared with that in the file while it is made.
-  EnvelopeBytes kept_bytes(file.envelope());
+  const NextBlock next_block = file.envelope();
+  std::vector<std::byte> block;
+  std::span<const std::byte> kept_bytes;  // what follows in the file, if is_at_end() is false
+  const auto is_at_end = [&] {
+    while (kept_bytes.empty() && next_block(block)) kept_bytes = block;
+    return kept_bytes.empty();
+  };
   result.is_same = true;
   std::size_t different = 0;
   const auto compare = [&](std::span<const std::byte> bytes) {
     while (result.is_same && !bytes.empty()) {
-      const auto ahead = kept_bytes.ahead();
-      const std::size_t n = std::min(bytes.size(), ahead.size());
-      result.is_same = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
+      const std::size_t n = is_at_end() ? 0 : std::min(bytes.size(), kept_bytes.size());
+      result.is_same = n > 0 && std::ranges::equal(bytes.first(n), kept_bytes.first(n));
       bytes = bytes.subspan(n);
-      kept_bytes.skip(n);
+      kept_bytes = kept_bytes.subspan(n);
     }
   };
   write_envelope(source, compare, [&](std::size_t number) {
     if (result.is_same) different = number;
   });
-  result.is_same = result.is_same && kept_bytes.ahead().empty();
+  result.is_same = result.is_same && is_at_end();
   if (!result.is_same)
     result.difference = fmt::format("{} differs from the file that was encoded", source.names[different]);
   return result;
