@@ -9,8 +9,8 @@
 
 #include "stages/sample/instruction_sets.h"
 
-#ifndef TAGRID_STAGES_MARKS_ENDS_OF_ROW
-#define TAGRID_STAGES_MARKS_ENDS_OF_ROW
+#ifndef TAGRID_STAGES_CRITERION_ENDS_OF_ROW
+#define TAGRID_STAGES_CRITERION_ENDS_OF_ROW
 namespace tagrid {
 
 // The edges of points of a slice. Index 1 is for every second column, as diagonals alternate along x: the
@@ -37,11 +37,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR
-using Floats = hn::CappedTag<float, 1>;
-#else
 using Floats = hn::CappedTag<float, EdgeBatch::padding>;
-#endif
 using Numbers = hn::Rebind<std::uint32_t, Floats>;
 using Float = hn::Vec<Floats>;
 using Number = hn::Vec<Numbers>;

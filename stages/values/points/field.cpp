@@ -88,7 +88,6 @@ void interpolate(const LatticeBits& active, const Box& box, int cube_size, std::
 
 template void interpolate<std::int32_t>(const LatticeBits&, const Box&, int, std::span<std::int32_t>);
 template void interpolate<std::int64_t>(const LatticeBits&, const Box&, int, std::span<std::int64_t>);
-template void interpolate<float>(const LatticeBits&, const Box&, int, std::span<float>);
 template void interpolate<double>(const LatticeBits&, const Box&, int, std::span<double>);
 
 template <class T>

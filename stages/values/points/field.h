@@ -43,7 +43,7 @@ constexpr T from_fixed(Fixed value, int cube_size) {
 ///
 /// `values` holds box.count() numbers, x fastest; those of the active points are read, all others are
 /// written. Root corners count as active, whatever the bits say. Number is std::int32_t (fixed point, for
-/// samples of up to 16 bits), std::int64_t (up to 32 bits), float or double. For floats the mean is (left +
+/// samples of up to 16 bits), std::int64_t (up to 32 bits), or double. For floats the mean is (left +
 /// right) * 0.5, with each operation rounded, which is the same on every machine. If that sum is not finite
 /// but both ends are, it is left * 0.5 + right * 0.5; if only one end is finite, it is that end.
 ///

@@ -17,7 +17,6 @@ namespace tagrid {
 template <class T>
 struct Held {
   using Value = std::int16_t;
-  using Sum = std::int32_t;
   static constexpr std::int32_t offset = std::is_same_v<T, std::uint16_t> ? 32768 : 0;
   static Value from(T sample) { return static_cast<Value>(std::int32_t{sample} - offset); }
   static T to(std::int32_t value) { return static_cast<T>(value + offset); }
