@@ -202,8 +202,8 @@ class VdbOutput final : public ServedOutput {
 
 /// Begins a grid. Options, all of them texts:
 ///   grid        its name; by default that of the grid from which the volume came, or "density"
-///   background  the value of inactive voxels; by default the background of that grid, or the value of the first
-///               sample, which lies outside the body in most scans
+///   background  the value of inactive voxels; by default that of the grid, or the value of the first sample,
+///               which lies outside the body in most scans
 ///   tolerance   samples at most this far from the background become the background; 0 by default
 ///   type        float or int32: what samples of 8 and 16 bits are stored as; float by default
 ///   max-error   the largest error that the samples already have; absent if there is no bound
