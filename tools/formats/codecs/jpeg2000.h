@@ -18,11 +18,12 @@ struct Jpeg2000Image {
   std::vector<std::int32_t> samples;
 };
 
-/// Decodes a code stream or the content of a JP2 file. Throws BrokenInput if it is broken, has several components, or is not
-/// of the size that is expected.
+/// Decodes a code stream or the content of a JP2 file. Throws BrokenInput if it is broken, has several
+/// components, or is not of the size that is expected.
 Jpeg2000Image decode_jpeg2000(std::span<const std::byte> bytes, std::int64_t width, std::int64_t height);
 
-/// Reads only the header of a code stream, of which not more needs to be there: an image without samples. Throws BrokenInput.
+/// Reads only the header of a code stream, of which not more needs to be there: an image without samples.
+/// Throws BrokenInput.
 Jpeg2000Image jpeg2000_header(std::span<const std::byte> bytes);
 /// Reads only the header of a file: an image without samples. Throws BrokenInput as above, and WorldError.
 Jpeg2000Image jpeg2000_header(const std::string& path);

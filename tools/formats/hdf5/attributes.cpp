@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "io/text/text.h"
+#include "tools/formats/common.h"
 #include "tools/formats/hdf5/handle.h"
 
 namespace tagrid {
@@ -130,16 +131,8 @@ std::optional<StoredSamples> stored_samples_of(hid_t type) {
   }
   if (kind != H5T_INTEGER || H5Tget_precision(type) != 8 * size) return std::nullopt;
   const bool is_signed = H5Tget_sign(type) == H5T_SGN_2;
-  switch (size) {
-    case 1:
-      return StoredSamples{is_signed ? SampleType::int8 : SampleType::uint8, big};
-    case 2:
-      return StoredSamples{is_signed ? SampleType::int16 : SampleType::uint16, big};
-    case 4:
-      return StoredSamples{is_signed ? SampleType::int32 : SampleType::uint32, big};
-    default:
-      return std::nullopt;
-  }
+  const auto integer = integer_type(size, is_signed);
+  return integer ? std::optional(StoredSamples{*integer, big}) : std::nullopt;
 }
 
 std::string samples_in_words(hid_t type) {
@@ -201,13 +194,23 @@ std::vector<double> number_attribute(hid_t object, const std::string& name) {
   return numbers;
 }
 
-std::string attribute_in_words(hid_t object, const std::string& name) {
-  const Hdf5Handle attribute = opened(object, name);
-  if (!attribute) return "";
+namespace {
+
+/// Nothing if the attribute has neither.
+std::optional<std::string> texts_or_numbers(hid_t object, const std::string& name) {
   if (const auto texts = text_list_attribute(object, name); !texts.empty())
     return fmt::format("{}", fmt::join(texts, ", "));
   if (const auto numbers = number_attribute(object, name); !numbers.empty())
     return fmt::format("{}", fmt::join(numbers, " "));
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string attribute_in_words(hid_t object, const std::string& name) {
+  const Hdf5Handle attribute = opened(object, name);
+  if (!attribute) return "";
+  if (const auto words = texts_or_numbers(object, name)) return *words;
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
   return count_of(attribute.get()) == 0 ? "" : samples_in_words(type.get());
 }
@@ -233,13 +236,7 @@ AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::siz
 KeyValues all_attributes(hid_t object) {
   KeyValues all;
   const auto add = [](hid_t where, const char* name, const H5A_info_t*, void* user) -> herr_t {
-    std::string value;
-    if (const auto text = text_attribute(where, name))
-      value = *text;
-    else if (const auto texts = text_list_attribute(where, name); !texts.empty())
-      value = fmt::format("{}", fmt::join(texts, ", "));
-    else
-      value = fmt::format("{}", fmt::join(number_attribute(where, name), " "));
+    const std::string value = texts_or_numbers(where, name).value_or("");
     if (!value.empty()) static_cast<KeyValues*>(user)->emplace_back(name, value);
     return 0;
   };

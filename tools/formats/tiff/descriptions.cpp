@@ -3,10 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdint>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -22,13 +18,23 @@ bool is_no_length(std::string_view unit) {
   return unit.empty() || unit == "pixel" || unit == "pixels" || unit == "reference frame";
 }
 
+/// The lines "key=value".
+std::vector<std::pair<std::string_view, std::string_view>> fields_of(std::string_view description) {
+  std::vector<std::pair<std::string_view, std::string_view>> fields;
+  while (!description.empty()) {
+    const std::string_view line = take_line(description);
+    if (const std::size_t equal = line.find('='); equal != line.npos)
+      fields.emplace_back(line.substr(0, equal), line.substr(equal + 1));
+  }
+  return fields;
+}
+
 std::int64_t count_from(std::string_view text) {
-  std::int64_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
   constexpr std::int64_t most = std::int64_t{1} << 31;
-  if (error != std::errc() || end != text.data() + text.size() || count < 1 || count > most)
-    throw BrokenInput("TIFF file: ImageJ's description has the number " + quoted(text));
-  return count;
+  const auto count = whole_number_of(text);
+  if (!count || *count < 1 || *count > most)
+    throw BrokenInput("TIFF file: ImageJ's description has the number " + tagrid::quoted(text));
+  return *count;
 }
 
 /// Pixels in a unit, as a length.
@@ -47,7 +53,7 @@ std::string doubt_of_line(const ImageJCalibration& calibration) {
     if (number->is_absent()) return fmt::format("ImageJ's calibration has no coefficient {}{}", name, kept);
     if (number->is_unreadable())
       return fmt::format("ImageJ's calibration has the coefficient {} = {}, which is not a number{}", name,
-                         quoted(number->text), kept);
+                         tagrid::quoted(number->text), kept);
   }
   if (calibration.c1.value == 0)
     return fmt::format("ImageJ's calibration has the coefficients {} and {}{}", calibration.c0.text,
@@ -92,18 +98,20 @@ Geometry spacing_of(const std::array<GivenDistance, 3>& distances, TiffRemarks& 
     if (number.is_unreadable() || number.decimal_comma) remarks.warn(remark_on(number, name, unknown));
     if (!number.is_number()) continue;
     if (number.value <= 0) {
-      remarks.warn(fmt::format("{} is {}, which is no distance; {}", name, quoted(number.text), unknown));
+      remarks.warn(
+          fmt::format("{} is {}, which is no distance; {}", name, tagrid::quoted(number.text), unknown));
       continue;
     }
     if (is_no_length(unit)) {
-      remarks.warn(fmt::format("{} has the unit {}, which is no length; {}", name, quoted(unit), unknown));
+      remarks.warn(
+          fmt::format("{} has the unit {}, which is no length; {}", name, tagrid::quoted(unit), unknown));
       continue;
     }
     if (common.empty()) common = unit;
     const auto own = length_unit(unit), of_common = length_unit(common);
     if (unit != common && !(own && of_common)) {
       remarks.warn(fmt::format("{} has the unit {}, and another axis {}, which cannot be compared; {}", name,
-                               quoted(unit), quoted(common), unknown));
+                               tagrid::quoted(unit), tagrid::quoted(common), unknown));
       continue;
     }
     geometry.spacing[axis] = unit == common ? number.value : converted(number.value, *own, *of_common);
@@ -117,11 +125,7 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
   if (!description.starts_with("ImageJ=")) return std::nullopt;
   ImageJ found;
   bool has_slices = false;
-  while (!description.empty()) {
-    const std::string_view line = take_line(description);
-    const std::size_t equal = line.find('=');
-    if (equal == line.npos) continue;
-    const std::string_view key = line.substr(0, equal), value = line.substr(equal + 1);
+  for (const auto& [key, value] : fields_of(description)) {
     if (key == "images") found.images = count_from(value);
     if (key == "channels") found.channels = count_from(value);
     if (key == "frames") found.frames = count_from(value);
@@ -139,10 +143,9 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
   if (found.channels > found.images || found.frames > found.images || found.slices > found.images ||
       found.channels * found.frames > found.images ||
       found.channels * found.frames * found.slices != found.images)
-    throw BrokenInput("TIFF file: ImageJ's description says " + std::to_string(found.images) +
-                      " images, but " + std::to_string(found.channels) + " channels, " +
-                      std::to_string(found.slices) + " slices and " + std::to_string(found.frames) +
-                      " frames");
+    throw BrokenInput(fmt::format(
+        "TIFF file: ImageJ's description says {} images, but {} channels, {} slices and {} frames",
+        found.images, found.channels, found.slices, found.frames));
   return found;
 }
 
@@ -165,11 +168,7 @@ std::optional<ImageJCalibration> calibration_of(std::string_view description) {
   if (!description.starts_with("ImageJ=")) return std::nullopt;
   ImageJCalibration found;
   bool has_function = false;
-  while (!description.empty()) {
-    const std::string_view line = take_line(description);
-    const std::size_t equal = line.find('=');
-    if (equal == line.npos) continue;
-    const std::string_view key = line.substr(0, equal), value = line.substr(equal + 1);
+  for (const auto& [key, value] : fields_of(description)) {
     if (key == "cf") found.function = std::string(trimmed(value));
     if (key == "cf") has_function = true;
     if (key == "c0") found.c0 = foreign_number(value);
@@ -191,7 +190,7 @@ CalibratedSamples calibrated(const ImageJCalibration& calibration, SampleType ty
   if (!function) {
     samples.scale_doubt =
         fmt::format("the function of ImageJ's calibration is {}; numbers are kept as they are",
-                    quoted(calibration.function));
+                    tagrid::quoted(calibration.function));
     return samples;
   }
   if (*function != 0) {
@@ -239,7 +238,7 @@ TiffShape shape_in(std::string_view description) {
     if (++long_axes > 1 || is_other) shape.is_of_slices = false;
     shape.text += (shape.text.empty() ? "" : " x ") + std::to_string(size);
   }
-  if (!names.empty()) shape.text += fmt::format(" ({})", quoted(names));
+  if (!names.empty()) shape.text += fmt::format(" ({})", tagrid::quoted(names));
   shape.is_truncated = description.find("\"truncated\": true") != description.npos;
   return shape;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "io/bytes/memory_size.h"
@@ -17,25 +18,13 @@ constexpr std::array<std::uint8_t, 19> bytes_of_type = {0, 1, 1, 2, 4, 8, 1, 1, 
 
 }  // namespace
 
-void TiffLayout::put(std::string& bytes, std::uint64_t value, std::size_t count) const {
-  for (std::size_t i = 0; i < count; ++i)
-    bytes += static_cast<char>(value >> (8 * (big_endian ? count - 1 - i : i)) & 0xFF);
-}
-
-std::uint64_t TiffLayout::number(std::span<const std::byte> bytes) const {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    value = value << 8 | std::to_integer<std::uint64_t>(bytes[big_endian ? i : bytes.size() - 1 - i]);
-  return value;
-}
-
 std::size_t TiffField::value_bytes() const { return type < bytes_of_type.size() ? bytes_of_type[type] : 0; }
 std::uint64_t TiffField::bytes() const { return count * value_bytes(); }
 
 TiffDirectories::TiffDirectories(const std::string& path) : file_(path) {
   const std::string begin = bytes(0, 4);
   if (begin.substr(0, 2) != "II" && begin.substr(0, 2) != "MM")
-    throw NoPlainTiff{"it does not begin as TIFF"};
+    throw NoPlainForm{"it does not begin as TIFF"};
   layout_.big_endian = begin[0] == 'M';
   constexpr std::uint64_t big_version = 43;
   layout_.is_big = number(2, 2) == big_version;
@@ -43,7 +32,7 @@ TiffDirectories::TiffDirectories(const std::string& path) : file_(path) {
 }
 
 std::string TiffDirectories::bytes(std::uint64_t position, std::uint64_t count) const {
-  if (position > size() || count > size() - position) throw NoPlainTiff{"a field lies beyond its end"};
+  if (position > size() || count > size() - position) throw NoPlainForm{"a field lies beyond its end"};
   std::string bytes(memory_size(count), '\0');
   file_.read_at(position, std::as_writable_bytes(std::span(bytes)));
   return bytes;
@@ -58,7 +47,7 @@ TiffDirectory TiffDirectories::at(std::uint64_t place) const {
   const std::size_t place_bytes = layout_.place_bytes(), count_bytes = layout_.is_big ? 8 : 2;
   const std::size_t entry = 4 + 2 * place_bytes;
   const std::uint64_t count = number(place, count_bytes);
-  if (count > most_values) throw NoPlainTiff{fmt::format("a directory has {} fields", count)};
+  if (count > most_values) throw NoPlainForm{fmt::format("a directory has {} fields", count)};
   const std::string entries = bytes(place + count_bytes, count * entry + place_bytes);
   TiffDirectory directory;
   const auto number_at = [&](std::uint64_t position, std::size_t size) {
@@ -70,13 +59,13 @@ TiffDirectory TiffDirectories::at(std::uint64_t place) const {
     field.type = static_cast<std::uint16_t>(number_at(i * entry + 2, 2));
     field.count = number_at(i * entry + 4, place_bytes);
     if (field.value_bytes() == 0)
-      throw NoPlainTiff{fmt::format("tag {} has values of the unknown type {}", field.tag, field.type)};
-    if (field.count > size()) throw NoPlainTiff{fmt::format("tag {} lies beyond its end", field.tag)};
+      throw NoPlainForm{fmt::format("tag {} has values of the unknown type {}", field.tag, field.type)};
+    if (field.count > size()) throw NoPlainForm{fmt::format("tag {} lies beyond its end", field.tag)};
     const std::uint64_t in_entry = i * entry + 4 + place_bytes;
     field.at =
         field.bytes() <= place_bytes ? place + count_bytes + in_entry : number_at(in_entry, place_bytes);
     if (field.at > size() || field.bytes() > size() - field.at)
-      throw NoPlainTiff{fmt::format("tag {} lies beyond its end", field.tag)};
+      throw NoPlainForm{fmt::format("tag {} lies beyond its end", field.tag)};
     directory.fields.push_back(field);
   }
   directory.next = number_at(count * entry, place_bytes);
@@ -86,12 +75,18 @@ TiffDirectory TiffDirectories::at(std::uint64_t place) const {
 std::vector<std::uint64_t> TiffDirectories::numbers(const TiffField& field) const {
   const std::size_t size = field.value_bytes();
   if (field.count > most_values)
-    throw NoPlainTiff{fmt::format("tag {} has {} values", field.tag, field.count)};
+    throw NoPlainForm{fmt::format("tag {} has {} values", field.tag, field.count)};
   const std::string values = bytes(field.at, field.bytes());
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t i = 0; i < field.count; ++i)
     numbers.push_back(layout_.number(std::as_bytes(std::span(values)).subspan(i * size, size)));
   return numbers;
+}
+
+std::uint64_t TiffDirectories::number_of(const TiffDirectory& directory, std::uint16_t tag,
+                                         std::uint64_t otherwise) const {
+  const auto field = std::ranges::find(directory.fields, tag, &TiffField::tag);
+  return field == directory.fields.end() || field->count != 1 ? otherwise : numbers(*field).front();
 }
 
 }  // namespace tagrid

@@ -1,5 +1,5 @@
-// The directories of a TIFF file as they are stored: all fields, also those that no library knows. The format: Adobe, TIFF
-// Revision 6.0, and https://libtiff.gitlab.io/libtiff/specification/bigtiff.html
+// The directories of a TIFF file as they are stored: all fields, also those that no library knows. The
+// format: Adobe, TIFF Revision 6.0, and https://libtiff.gitlab.io/libtiff/specification/bigtiff.html
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "io/files/file_bytes.h"
+#include "io/files/byte_source.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
-
-/// Thrown if a file has no plain form; the reason is a sentence.
-struct NoPlainTiff {
-  std::string why;
-};
 
 /// How numbers lie in a file.
 struct TiffLayout {
@@ -23,11 +19,12 @@ struct TiffLayout {
   bool is_big = false;  ///< BigTIFF: places have 8 bytes instead of 4
 
   std::size_t place_bytes() const { return is_big ? 8 : 4; }
-  std::size_t header_bytes() const { return is_big ? 16 : 8; }
   /// Appends the low `count` bytes of a number.
-  void put(std::string& bytes, std::uint64_t value, std::size_t count) const;
-  /// The number in some bytes.
-  std::uint64_t number(std::span<const std::byte> bytes) const;
+  void put(std::string& bytes, std::uint64_t value, std::size_t count) const {
+    for (std::size_t i = 0; i < count; ++i)
+      bytes += static_cast<char>(value >> (8 * (big_endian ? count - 1 - i : i)) & 0xFF);
+  }
+  std::uint64_t number(std::span<const std::byte> bytes) const { return number_in(bytes, big_endian); }
 };
 
 struct TiffField {
@@ -44,8 +41,8 @@ struct TiffDirectory {
   std::uint64_t next = 0;  ///< place of the next directory; 0: there is none
 };
 
-/// Reads what it is asked for, and believes nothing: every value lies in the file. All functions throw NoPlainTiff and
-/// WorldError.
+/// Reads what it is asked for, and believes nothing: every value lies in the file. All functions throw
+/// NoPlainForm and WorldError.
 class TiffDirectories {
  public:
   explicit TiffDirectories(const std::string& path);
@@ -57,6 +54,8 @@ class TiffDirectories {
   std::string bytes(std::uint64_t position, std::uint64_t count) const;
   /// The values of a field of whole numbers.
   std::vector<std::uint64_t> numbers(const TiffField& field) const;
+  /// The value of a field with one whole number; `otherwise` if there is no such field.
+  std::uint64_t number_of(const TiffDirectory& directory, std::uint16_t tag, std::uint64_t otherwise) const;
 
  private:
   std::uint64_t number(std::uint64_t position, std::size_t count) const;

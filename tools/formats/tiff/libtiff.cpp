@@ -11,6 +11,58 @@
 namespace tagrid {
 namespace {
 
+/// What decoding gives.
+enum class Use : std::uint8_t {
+  lossless,        ///< the numbers that were stored
+  with_predictor,  ///< the same; differences of samples may be stored, too
+  other            ///< other numbers, or none
+};
+struct Scheme {
+  std::uint16_t number;
+  const char* name;
+  Use use = Use::other;
+};
+constexpr std::array schemes = {Scheme{COMPRESSION_NONE, "none", Use::lossless},
+                                Scheme{COMPRESSION_LZW, "LZW", Use::with_predictor},
+                                Scheme{COMPRESSION_ADOBE_DEFLATE, "deflate", Use::with_predictor},
+                                Scheme{COMPRESSION_DEFLATE, "deflate", Use::with_predictor},
+                                Scheme{COMPRESSION_PACKBITS, "PackBits", Use::lossless},
+                                Scheme{COMPRESSION_LZMA, "LZMA", Use::with_predictor},
+                                Scheme{COMPRESSION_ZSTD, "zstd", Use::with_predictor},
+                                Scheme{COMPRESSION_CCITTRLE, "CCITT fax", Use::lossless},
+                                Scheme{COMPRESSION_CCITTRLEW, "CCITT fax", Use::lossless},
+                                Scheme{COMPRESSION_CCITTFAX3, "CCITT fax", Use::lossless},
+                                Scheme{COMPRESSION_CCITTFAX4, "CCITT fax", Use::lossless},
+                                Scheme{COMPRESSION_JPEG, "JPEG"},
+                                Scheme{COMPRESSION_OJPEG, "the JPEG of old TIFF files"},
+                                Scheme{COMPRESSION_LERC, "LERC"},
+                                Scheme{COMPRESSION_WEBP, "WebP"},
+                                Scheme{COMPRESSION_JXL, "JPEG XL"},
+                                Scheme{33003, "JPEG 2000"},
+                                Scheme{33005, "JPEG 2000"},
+                                Scheme{COMPRESSION_JP2000, "JPEG 2000"}};
+
+Use use_of(std::uint16_t scheme) {
+  const auto* const known = std::ranges::find(schemes, scheme, &Scheme::number);
+  return known == schemes.end() ? Use::other : known->use;
+}
+
+struct Meaning {
+  std::uint16_t number;
+  const char* name;
+};
+constexpr std::array meanings = {Meaning{PHOTOMETRIC_RGB, "colors (RGB)"},
+                                 Meaning{PHOTOMETRIC_PALETTE, "colors of a palette"},
+                                 Meaning{PHOTOMETRIC_MASK, "a mask of transparency"},
+                                 Meaning{PHOTOMETRIC_SEPARATED, "colors (CMYK)"},
+                                 Meaning{PHOTOMETRIC_YCBCR, "colors (YCbCr)"},
+                                 Meaning{PHOTOMETRIC_CIELAB, "colors (Lab)"},
+                                 Meaning{PHOTOMETRIC_ICCLAB, "colors (Lab)"},
+                                 Meaning{PHOTOMETRIC_ITULAB, "colors (Lab)"},
+                                 Meaning{PHOTOMETRIC_CFA, "those of a camera's color filter"},
+                                 Meaning{PHOTOMETRIC_LOGL, "logarithms (LogL)"},
+                                 Meaning{PHOTOMETRIC_LOGLUV, "colors (LogLuv)"}};
+
 std::string text_of(const char* format, va_list values) {
   std::array<char, 500> text = {};
   std::vsnprintf(text.data(), text.size(), format, values);
@@ -49,89 +101,29 @@ void listen_to_libtiff() {
 }
 
 std::string name_of_compression(std::uint16_t scheme) {
-  switch (scheme) {
-    case COMPRESSION_OJPEG:
-      return "the JPEG of old TIFF files";
-    case COMPRESSION_LERC:
-      return "LERC";
-    case COMPRESSION_WEBP:
-      return "WebP";
-    case COMPRESSION_JXL:
-      return "JPEG XL";
-    case 33003:
-    case 33005:
-    case COMPRESSION_JP2000:
-      return "JPEG 2000";
-    default:
-      return fmt::format("scheme {}", scheme);
-  }
+  const auto* const known = std::ranges::find(schemes, scheme, &Scheme::number);
+  return known == schemes.end() ? fmt::format("scheme {}", scheme) : known->name;
 }
 
 std::string name_of_meaning(std::uint16_t photometric) {
-  switch (photometric) {
-    case PHOTOMETRIC_RGB:
-      return "colors (RGB)";
-    case PHOTOMETRIC_PALETTE:
-      return "colors of a palette";
-    case PHOTOMETRIC_MASK:
-      return "a mask of transparency";
-    case PHOTOMETRIC_SEPARATED:
-      return "colors (CMYK)";
-    case PHOTOMETRIC_YCBCR:
-      return "colors (YCbCr)";
-    case PHOTOMETRIC_CIELAB:
-    case PHOTOMETRIC_ICCLAB:
-    case PHOTOMETRIC_ITULAB:
-      return "colors (Lab)";
-    case PHOTOMETRIC_CFA:
-      return "those of a camera's color filter";
-    case PHOTOMETRIC_LOGL:
-      return "logarithms (LogL)";
-    case PHOTOMETRIC_LOGLUV:
-      return "colors (LogLuv)";
-    default:
-      return fmt::format("of an unknown kind (PhotometricInterpretation {})", photometric);
-  }
+  const auto* const known = std::ranges::find(meanings, photometric, &Meaning::number);
+  return known == meanings.end()
+             ? fmt::format("of an unknown kind (PhotometricInterpretation {})", photometric)
+             : known->name;
 }
 
 std::string name_of_storage(TIFF* tiff, const TiffPage& page) {
-  const int packed_bits = page.packed_bits;
   const auto scheme = value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-  switch (scheme) {
-    case COMPRESSION_NONE:
-      if (packed_bits != 0) return fmt::format("packed samples of {} bits", packed_bits);
-      if (page.unwritten > 0) return "strips or tiles that were never written";
-      return TIFFIsTiled(tiff) != 0 ? "tiles" : "scattered strips";
-    case COMPRESSION_LZW:
-      return "LZW";
-    case COMPRESSION_ADOBE_DEFLATE:
-    case COMPRESSION_DEFLATE:
-      return "deflate";
-    case COMPRESSION_PACKBITS:
-      return "PackBits";
-    case COMPRESSION_LZMA:
-      return "LZMA";
-    case COMPRESSION_ZSTD:
-      return "zstd";
-    case COMPRESSION_JPEG:
-      return "JPEG";
-    default:
-      return "CCITT fax";
-  }
+  if (scheme != COMPRESSION_NONE) return name_of_compression(scheme);
+  if (page.packed_bits != 0) return fmt::format("packed samples of {} bits", page.packed_bits);
+  if (page.unwritten > 0) return "strips or tiles that were never written";
+  return TIFFIsTiled(tiff) != 0 ? "tiles" : "scattered strips";
 }
 
-bool may_have_predictor(std::uint16_t scheme) {
-  constexpr std::array schemes = {COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_DEFLATE,
-                                  COMPRESSION_ZSTD, COMPRESSION_LZMA};
-  return std::ranges::find(schemes, scheme) != schemes.end();
-}
+bool may_have_predictor(std::uint16_t scheme) { return use_of(scheme) == Use::with_predictor; }
 
 bool is_lossless(std::uint16_t scheme) {
-  constexpr std::array schemes = {COMPRESSION_NONE,      COMPRESSION_LZW,      COMPRESSION_ADOBE_DEFLATE,
-                                  COMPRESSION_DEFLATE,   COMPRESSION_PACKBITS, COMPRESSION_LZMA,
-                                  COMPRESSION_ZSTD,      COMPRESSION_CCITTRLE, COMPRESSION_CCITTRLEW,
-                                  COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4};
-  return std::ranges::find(schemes, scheme) != schemes.end();
+  return use_of(scheme) == Use::lossless || use_of(scheme) == Use::with_predictor;
 }
 
 }  // namespace tagrid

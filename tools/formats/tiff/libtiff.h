@@ -26,7 +26,7 @@ T value_of(TIFF* tiff, std::uint32_t tag, T otherwise) {
   return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
 }
 
-/// Of a scheme that is not read.
+/// Of a scheme of compression.
 std::string name_of_compression(std::uint16_t scheme);
 /// What pixels are if they are not single numbers.
 std::string name_of_meaning(std::uint16_t photometric);

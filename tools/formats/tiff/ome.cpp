@@ -33,7 +33,8 @@ std::optional<std::int64_t> count_of(const pugi::xml_node& node, const char* nam
   const auto count = whole_number_of(trimmed(attribute.as_string()));
   constexpr std::int64_t most = std::int64_t{1} << 31;
   if (!count || *count < 0 || *count > most)
-    fail(fmt::format("{} is {}, which is no count", name, quoted(std::string_view(attribute.as_string()))));
+    fail(fmt::format("{} is {}, which is no count", name,
+                     tagrid::quoted(std::string_view(attribute.as_string()))));
   return count;
 }
 
@@ -68,7 +69,7 @@ OmeData data_of(const pugi::xml_node& node, const OmeImage& image) {
 void check_order(const std::string& order) {
   std::string axes = order.size() == 5 && order.starts_with("XY") ? order.substr(2) : "";
   std::ranges::sort(axes);
-  if (axes != "CTZ") fail(fmt::format("DimensionOrder is {}", quoted(std::string_view(order))));
+  if (axes != "CTZ") fail(fmt::format("DimensionOrder is {}", tagrid::quoted(std::string_view(order))));
 }
 
 OmeImage image_of(const pugi::xml_node& node) {

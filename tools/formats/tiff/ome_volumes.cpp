@@ -1,7 +1,5 @@
-#include "tools/formats/tiff/ome_volumes.h"
-
+// The volumes of OME-TIFF files, of which several may be one set.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,6 +12,8 @@
 #include "io/files/slice_files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
+#include "tools/formats/common.h"
+#include "tools/formats/tiff/tiff_volumes.h"
 
 namespace tagrid {
 namespace {
@@ -23,14 +23,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t most_named = 10;
 
 std::string quoted_name(const std::string& name) { return tagrid::quoted(std::string_view(name)); }
-
-/// The first ones of some numbers, for messages.
-std::string some_of(const std::vector<std::int64_t>& numbers) {
-  const std::size_t some = std::min(numbers.size(), most_named);
-  return fmt::format("{}{}",
-                     fmt::join(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(some), ", "),
-                     numbers.size() > some ? fmt::format(" and {} more", numbers.size() - some) : "");
-}
 
 /// A file of a set.
 struct SetFile {
@@ -133,16 +125,13 @@ class MissingSlices {
     if (const std::set<std::string>& files = set.missing(); !files.empty()) {
       std::vector<std::string> names(files.begin(), files.end());
       std::ranges::sort(names, comes_before);
-      const std::size_t more = names.size() - std::min(names.size(), most_named);
-      names.resize(names.size() - more);
       for (std::string& name : names) name = quoted_name(name);
-      return fmt::format("OME-XML names {} that {} missing: {}{}",
+      return fmt::format("OME-XML names {} that {} missing: {}",
                          files.size() == 1 ? "a file" : fmt::format("{} files", files.size()),
-                         files.size() == 1 ? "is" : "are", fmt::join(names, ", "),
-                         more == 0 ? "" : fmt::format(" and {} more", more));
+                         files.size() == 1 ? "is" : "are", listed(names, most_named));
     }
     const auto& [volume, slices] = *slices_.begin();
-    return fmt::format("OME-XML gives no page to slice {} of {}", some_of(slices),
+    return fmt::format("OME-XML gives no page to slice {} of {}", listed(slices, most_named),
                        volume.empty() ? "the image" : volume);
   }
 
@@ -183,7 +172,8 @@ TiffVolume volume_of(const OmeImage& image, std::span<const OmePlane> planes, Se
   }
   if (!missing.empty()) {
     volume.geometry.spacing[2] = Geometry::unknown;
-    volume.remarks.warn(fmt::format("slices that are left out, as they have no page: {}", some_of(missing)));
+    volume.remarks.warn(
+        fmt::format("slices that are left out, as they have no page: {}", listed(missing, most_named)));
   }
   if (!volume.planes.empty()) compare(image, volume.planes.front().page, volume.remarks);
   return volume;

@@ -1,17 +1,18 @@
-#include "tools/formats/tiff/other_tags.h"
-
+// Tags of other programs that change which samples there are in a TIFF file, or what they mean.
 #include <fmt/format.h>
+#include <tiffio.h>
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <pugixml.hpp>
 #include <string_view>
-#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
+#include "tools/formats/tiff/directories.h"
+#include "tools/formats/tiff/tiff_file.h"
 
 namespace tagrid {
 namespace {
@@ -79,7 +80,7 @@ void read_scale(const std::string& text, TiffPage& page, TiffRemarks& remarks) {
     if (number.decimal_comma)
       remarks.warn(remark_on(number, name, ""));
     else if (!is_good)
-      remarks.doubt(fmt::format("{} is {}, which is none", name, quoted(content)));
+      remarks.doubt(fmt::format("{} is {}, which is none", name, tagrid::quoted(content)));
     if (is_good) (role == "scale" ? page.rescale.slope : page.rescale.intercept) = number.value;
   }
 }
@@ -100,21 +101,17 @@ void read_no_data(const std::string& text, TiffPage& page, TiffRemarks& remarks)
   const ForeignNumber number = foreign_number(text);
   const std::optional<double> value = number.is_number() ? number.value : number_of(trimmed(text));
   if (!value)
-    return remarks.miss(fmt::format(
-        "GDAL_NODATA is {}, which is not a number; which samples mean no data is not known", quoted(text)));
+    return remarks.miss(
+        fmt::format("GDAL_NODATA is {}, which is not a number; which samples mean no data is not known",
+                    tagrid::quoted(text)));
   if (!is_sample(*value, page.type)) return;  // No sample is meant then.
   page.fill = *value;
   remarks.miss(fmt::format(
       "samples of {} mean that there are no data (GDAL_NODATA); they are read as samples", trimmed(text)));
 }
 
-}  // namespace
-
-void look_at_values(TIFF* tiff, TiffPage& page, TiffRemarks& remarks) {
-  if (const auto text = text_of(tiff, TIFFTAG_GDAL_METADATA)) read_scale(*text, page, remarks);
-  if (const auto text = text_of(tiff, TIFFTAG_GDAL_NODATA)) read_no_data(*text, page, remarks);
-}
-
+/// Reports what the tags of other programs may change, and the tags that libtiff ignores. Throws BrokenInput,
+/// without the name of a file, if samples would be left out.
 void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRemarks& remarks) {
   for (const TiffField& field : directory.fields) {
     for (const OwnOrder& one : own_orders)
@@ -126,8 +123,7 @@ void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRema
     if (field.tag == tag_of_stk && field.count > 1)
       throw BrokenInput(
           fmt::format("is a stack of MetaMorph (STK) with {} slices in one page, which is not read; save it "
-                      "as a TIFF file "
-                      "with a page for each slice",
+                      "as a TIFF file with a page for each slice",
                       field.count));
     // Without such a compression, some programs undo a predictor, and others do not.
     if (field.tag == TIFFTAG_PREDICTOR && !page.may_have_predictor)
@@ -135,6 +131,26 @@ void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRema
           "it has a Predictor, but no compression to which one belongs; samples are read as they are");
     if (field.tag == tag_of_pixel_scale || field.tag == tag_of_transformation)
       remarks.warn("its place on the Earth (GeoTIFF) is not read, and gives no spacing");
+  }
+}
+
+}  // namespace
+
+/// Of GDAL (https://gdal.org/drivers/raster/gtiff.html): a scale of values, and the sample that stands for
+/// none.
+void TiffFile::look_at_values(TiffPage& page) {
+  if (const auto text = text_of(tiff_.get(), TIFFTAG_GDAL_METADATA)) read_scale(*text, page, remarks_);
+  if (const auto text = text_of(tiff_.get(), TIFFTAG_GDAL_NODATA)) read_no_data(*text, page, remarks_);
+}
+
+/// The pages have the same kinds of tags, so the first one is enough.
+void TiffFile::look_at_tags(TiffPage& first) {
+  try {
+    look_at_other_tags(TiffDirectories(path_).at(first.directory), first, remarks_);
+  } catch (const NoPlainForm& broken) {
+    remarks_.miss(fmt::format("a tag of it cannot be read ({})", broken.why));
+  } catch (const BrokenInput& left_out) {
+    fail(left_out.what());
   }
 }
 

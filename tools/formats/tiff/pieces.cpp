@@ -5,7 +5,6 @@
 #include <array>
 #include <cassert>
 #include <cstring>
-#include <limits>
 
 #include "io/bytes/memory_size.h"
 #include "tools/formats/tiff/directories.h"
@@ -86,7 +85,7 @@ std::vector<std::uint64_t> TiffFile::replaced_counts(const TiffPage& page) const
     const TiffDirectories file(path_);
     for (const TiffField& field : file.at(page.directory).fields)
       if (field.tag == TIFFTAG_STRIPBYTECOUNTS && field.count == page.pieces) return file.numbers(field);
-  } catch (const NoPlainTiff&) {
+  } catch (const NoPlainForm&) {
   }
   return {};
 }
@@ -100,7 +99,7 @@ void TiffFile::require_all_places(const TiffPage& page) const {
       if (std::ranges::find(tags, field.tag) != tags.end() && field.count < page.pieces)
         fail(fmt::format("an image has {} strips or tiles, but tag {} has {} numbers", page.pieces, field.tag,
                          field.count));
-  } catch (const NoPlainTiff& broken) {
+  } catch (const NoPlainForm& broken) {
     fail(broken.why);
   }
 }

@@ -7,7 +7,6 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -62,7 +61,7 @@ class NewFile {
 
   std::uint64_t size() const { return size_; }
   void give(const std::string& bytes) {
-    if (given_ + bytes.size() > most_given) throw NoPlainTiff{"its pages have too many tags"};
+    if (given_ + bytes.size() > most_given) throw NoPlainForm{"its pages have too many tags"};
     if (pieces_.empty() || pieces_.back().kind != PlainPiece::Kind::given)
       pieces_.push_back(PlainPiece::given(""));
     pieces_.back().bytes += bytes;
@@ -73,7 +72,7 @@ class NewFile {
     if (count == 0) return;
     pieces_.push_back(PlainPiece::stretch(number_, from, from + count));
     given_ += 4 * sizeof(PlainPiece);  // and its description
-    if (given_ > most_given) throw NoPlainTiff{"its pages have too many strips"};
+    if (given_ > most_given) throw NoPlainForm{"its pages have too many strips"};
     size_ += count;
   }
   void samples(std::uint64_t count) {
@@ -122,7 +121,7 @@ class PlainTiff {
       : old_(path), new_(layout_of(old_, pages), number) {
     for (const TiffPage* page : pages)
       if (!slices_.emplace(page->directory, PlainPage{0, page}).second)
-        throw NoPlainTiff{"a page of it is two slices"};
+        throw NoPlainForm{"a page of it is two slices"};
     const TiffLayout& layout = new_.layout();
     std::string begin = layout.big_endian ? "MM" : "II";
     layout.put(begin, layout.is_big ? 43 : 42, 2);
@@ -140,7 +139,7 @@ class PlainTiff {
     }
     new_.samples(bytes);
     new_.set(first, copy_chain(old_.first(), 0));
-    if (seen_slices_ != slices_.size()) throw NoPlainTiff{"its pages cannot be found"};
+    if (seen_slices_ != slices_.size()) throw NoPlainForm{"its pages cannot be found"};
   }
 
   std::uint64_t samples_at() const { return samples_at_; }
@@ -162,19 +161,19 @@ class PlainTiff {
     return layout;
   }
 
-  /// Copies a directory and those that follow it. Returns the place of the first one in the new file. Some programs chain
-  /// directories that a list names, too: what was copied before is linked to.
+  /// Copies a directory and those that follow it. Returns the place of the first one in the new file. Some
+  /// programs chain directories that a list names, too: what was copied before is linked to.
   std::uint64_t copy_chain(std::uint64_t place, int depth) {
     std::uint64_t first = 0;
     std::optional<NewFile::Later> link;
     for (std::set<std::uint64_t> chain; place != 0;) {
       if (depth > deepest || !chain.insert(place).second)
-        throw NoPlainTiff{"its directories lead in circles"};
+        throw NoPlainForm{"its directories lead in circles"};
       const auto known = copies_.find(place);
       std::uint64_t copy = known == copies_.end() ? 0 : known->second, next = 0;
       std::optional<NewFile::Later> next_link;
       if (copy == 0) {
-        if (!begun_.insert(place).second) throw NoPlainTiff{"its directories lead in circles"};
+        if (!begun_.insert(place).second) throw NoPlainForm{"its directories lead in circles"};
         const TiffDirectory old = old_.at(place);
         const std::vector<Entry> entries = entries_of(old, place, depth);
         new_.align();
@@ -198,7 +197,7 @@ class PlainTiff {
     std::vector<Entry> entries;
     for (const TiffField& field : old.fields) {
       if (is_one_of(tags_with_places, field.tag))
-        throw NoPlainTiff{fmt::format("its tag {} holds places in the file", field.tag)};
+        throw NoPlainForm{fmt::format("its tag {} holds places in the file", field.tag)};
       if (is_one_of(tags_of_free_space, field.tag) || (is_slice && is_one_of(tags_of_storage, field.tag)))
         continue;
       if (field.tag == TIFFTAG_STRIPOFFSETS || field.tag == TIFFTAG_TILEOFFSETS)
@@ -218,13 +217,10 @@ class PlainTiff {
 
   /// Many programs take the compression of the first page for that of all.
   void require_plain_or_small(const TiffDirectory& page) const {
-    const auto number = [&](std::uint16_t tag, std::uint64_t otherwise) {
-      const auto field = std::ranges::find(page.fields, tag, &TiffField::tag);
-      return field == page.fields.end() || field->count != 1 ? otherwise : old_.numbers(*field).front();
-    };
-    const bool is_small = (number(TIFFTAG_SUBFILETYPE, 0) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) != 0;
-    if (!is_small && number(TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE)
-      throw NoPlainTiff{"it has samples of other volumes, which are compressed"};
+    constexpr std::uint64_t not_full = FILETYPE_REDUCEDIMAGE | FILETYPE_MASK;
+    if ((old_.number_of(page, TIFFTAG_SUBFILETYPE, 0) & not_full) == 0 &&
+        old_.number_of(page, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE)
+      throw NoPlainForm{"it has samples of other volumes, which are compressed"};
   }
 
   std::uint16_t type_of_places() const { return new_.layout().is_big ? type_long8 : type_long; }
@@ -283,12 +279,12 @@ class PlainTiff {
         offsets.tag == TIFFTAG_STRIPOFFSETS ? TIFFTAG_STRIPBYTECOUNTS : TIFFTAG_TILEBYTECOUNTS;
     const auto counts = std::ranges::find(directory.fields, of_counts, &TiffField::tag);
     if (counts == directory.fields.end() || counts->count != offsets.count)
-      throw NoPlainTiff{"a page of it does not say where it ends"};
+      throw NoPlainForm{"a page of it does not say where it ends"};
     const std::vector<std::uint64_t> from = old_.numbers(offsets), bytes = old_.numbers(*counts);
     std::vector<std::uint64_t> places;
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (bytes[i] > old_.size() || from[i] > old_.size() - bytes[i])
-        throw NoPlainTiff{"a page of it lies beyond its end"};
+        throw NoPlainForm{"a page of it lies beyond its end"};
       if (bytes[i] > 0) new_.align();
       places.push_back(bytes[i] > 0 ? new_.size() : 0);
       new_.copy(from[i], bytes[i]);
@@ -345,7 +341,7 @@ ReaderPlainFile plain_tiff_file(const std::string& path, std::size_t number,
     PlainTiff tiff(path, number, pages);
     samples_at = tiff.samples_at();
     plain.pieces = tiff.pieces();
-  } catch (const NoPlainTiff& none) {
+  } catch (const NoPlainForm& none) {
     plain.why_not = none.why;
   }
   return plain;

@@ -15,7 +15,6 @@
 #include "io/errors/errors.h"
 #include "tools/formats/tiff/directories.h"
 #include "tools/formats/tiff/libtiff.h"
-#include "tools/formats/tiff/other_tags.h"
 
 namespace tagrid {
 namespace {
@@ -103,13 +102,10 @@ bool TiffFile::is_preview_or_mask(const TiffPage& page, const std::vector<TiffPa
   // libtiff ignores the older tag.
   try {
     const TiffDirectories file(path_);
-    for (const TiffField& field : file.at(page.directory).fields)
-      if (field.tag == TIFFTAG_OSUBFILETYPE && field.count == 1)
-        return file.numbers(field).front() == OFILETYPE_REDUCEDIMAGE;
-  } catch (const NoPlainTiff&) {
-    // It is an image, or is refused as one.
+    return file.number_of(file.at(page.directory), TIFFTAG_OSUBFILETYPE, 0) == OFILETYPE_REDUCEDIMAGE;
+  } catch (const NoPlainForm&) {
+    return false;  // it is an image, or is refused as one
   }
-  return false;
 }
 
 /// Previews and masks are smaller than slices. Full-size ones may be slices with a wrong mark.
@@ -124,17 +120,6 @@ void TiffFile::look_at_left_out(const std::vector<TiffPage>& pages, const std::v
         full));
 }
 
-/// The pages have the same kinds of tags, so the first one is enough.
-void TiffFile::look_at_tags(TiffPage& first) {
-  try {
-    look_at_other_tags(TiffDirectories(path_).at(first.directory), first, remarks_);
-  } catch (const NoPlainTiff& broken) {
-    remarks_.miss(fmt::format("a tag of it cannot be read ({})", broken.why));
-  } catch (const BrokenInput& left_out) {
-    fail(left_out.what());
-  }
-}
-
 /// Most images below a page are smaller copies of it.
 void TiffFile::look_at_sub_images(const TiffPage& page) {
   std::uint16_t count = 0;
@@ -144,15 +129,13 @@ void TiffFile::look_at_sub_images(const TiffPage& page) {
     const TiffDirectories file(path_);
     for (std::uint16_t i = 0; i < count; ++i) {
       const TiffDirectory below = file.at(places[i]);
-      const auto size = [&](std::uint16_t tag) -> std::uint64_t {
-        const auto field = std::ranges::find(below.fields, tag, &TiffField::tag);
-        return field == below.fields.end() || field->count != 1 ? 0 : file.numbers(*field).front();
-      };
-      if (size(TIFFTAG_IMAGEWIDTH) < page.width || size(TIFFTAG_IMAGELENGTH) < page.height) continue;
+      if (file.number_of(below, TIFFTAG_IMAGEWIDTH, 0) < page.width ||
+          file.number_of(below, TIFFTAG_IMAGELENGTH, 0) < page.height)
+        continue;
       remarks_.miss(
           "there are images below its pages (SubIFDs) that are no smaller copies; they are not read");
     }
-  } catch (const NoPlainTiff& broken) {
+  } catch (const NoPlainForm& broken) {
     remarks_.miss("the images below its pages (SubIFDs) cannot be read: " + broken.why);
   }
 }
@@ -175,7 +158,7 @@ TiffPage TiffFile::current_page() {
   page.description = description();
   if (float x = 0; TIFFGetField(tiff, TIFFTAG_XRESOLUTION, &x) == 1) page.x_resolution = x;
   if (float y = 0; TIFFGetField(tiff, TIFFTAG_YRESOLUTION, &y) == 1) page.y_resolution = y;
-  look_at_values(tiff, page, remarks_);
+  look_at_values(page);
   look_at_sub_images(page);
   page.plain = plain_place(page);
   page.big_endian = TIFFIsBigEndian(tiff) != 0;
@@ -224,14 +207,10 @@ TiffFile::Samples TiffFile::kind_of_samples() {
   if (format == SAMPLEFORMAT_VOID)
     remarks_.miss(
         "SampleFormat says that nothing is known of its samples; they are read as unsigned integers");
-  if (is_unsigned && bits == 8) return {SampleType::uint8};
-  if (is_unsigned && bits == 16) return {SampleType::uint16};
-  if (is_unsigned && bits == 32) return {SampleType::uint32};
+  const auto integer = bits % 8 == 0 ? integer_type(bits / 8, !is_unsigned) : std::nullopt;
+  if (integer && (is_unsigned || format == SAMPLEFORMAT_INT)) return {*integer};
   if (is_unsigned && bits >= 1 && bits <= 15)
     return {bits < 8 ? SampleType::uint8 : SampleType::uint16, static_cast<int>(bits)};
-  if (format == SAMPLEFORMAT_INT && bits == 8) return {SampleType::int8};
-  if (format == SAMPLEFORMAT_INT && bits == 16) return {SampleType::int16};
-  if (format == SAMPLEFORMAT_INT && bits == 32) return {SampleType::int32};
   if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return {SampleType::float32};
   if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return {SampleType::float64};
   const char* kind = is_unsigned                     ? "unsigned integers"
@@ -242,8 +221,7 @@ TiffFile::Samples TiffFile::kind_of_samples() {
                          : "of an unknown SampleFormat and";
   fail(
       fmt::format("samples are {} of {} bits; integers of 8, 16 and 32 bits, unsigned ones of 1 to 15, and "
-                  "floats of 32 and 64 can be "
-                  "read",
+                  "floats of 32 and 64 can be read",
                   kind, bits));
 }
 

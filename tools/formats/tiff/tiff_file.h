@@ -1,4 +1,5 @@
-// One TIFF file: its pages, their samples, and its plain form. On libtiff (https://libtiff.gitlab.io/libtiff/).
+// One TIFF file: its pages, their samples, and its plain form. On libtiff
+// (https://libtiff.gitlab.io/libtiff/).
 #pragma once
 
 #include <tiffio.h>
@@ -49,6 +50,7 @@ class TiffFile {
   std::vector<std::uint64_t> replaced_counts(const TiffPage& page) const;
   void require_all_places(const TiffPage& page) const;
   void look_at_tags(TiffPage& first);
+  void look_at_values(TiffPage& page);
   void look_at_sub_images(const TiffPage& page);
   void look_at_left_out(const std::vector<TiffPage>& pages, const std::vector<TiffPage>& left_out);
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
@@ -67,12 +69,13 @@ class TiffFile {
   std::unique_ptr<TIFF, Close> tiff_;
 };
 
-/// The plain form of the file at `path`, which is number `number` among those of its volume; `pages` are those of its
-/// pages that are slices, in the order of the volume. Their samples lie one after the other from `samples_at` on, and all
-/// directories come after them. Pages keep all tags but those that say how samples are stored: they become uncompressed, in
-/// one strip each, and packed samples get 8 or 16 bits. Pages that are not slices of the volume keep their strips as they are; but if they are compressed and of full size, there is no
-/// plain form.
-/// The file is BigTIFF if it was, or if it would be too large otherwise. Without a plain form, `why_not` is given. Throws WorldError.
+/// The plain form of the file at `path`, which is number `number` among those of its volume; `pages` are
+/// those of its pages that are slices, in the order of the volume. Their samples lie one after the other from
+/// `samples_at` on, and all directories come after them. Pages keep all tags but those that say how samples
+/// are stored: they become uncompressed, in one strip each, and packed samples get 8 or 16 bits. Pages that
+/// are not slices of the volume keep their strips as they are; but if they are compressed and of full size,
+/// there is no plain form. The file is BigTIFF if it was, or if it would be too large otherwise. Without a
+/// plain form, `why_not` is given. Throws WorldError.
 ReaderPlainFile plain_tiff_file(const std::string& path, std::size_t number,
                                 const std::vector<const TiffPage*>& pages, std::uint64_t& samples_at);
 

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
-#include "tools/formats/tiff/tiff_file.h"
+#include "tools/formats/common.h"
 
 namespace tagrid {
 namespace {
@@ -22,11 +21,8 @@ std::vector<SliceRun> places_of(const std::vector<TiffPlane>& planes) {
     SliceRun* last = runs.empty() ? nullptr : &runs.back();
     if (last != nullptr && last->file == plane.file && last->slices == 1 && offset > last->offset)
       last->step = offset - last->offset;
-    if (last != nullptr && last->file == plane.file &&
-        offset == last->offset + static_cast<std::uint64_t>(last->slices) * last->step)
-      ++last->slices;
-    else
-      runs.push_back({plane.file, offset, 1, bytes, plane.page.big_endian});
+    const SliceRun run{plane.file, offset, 1, bytes, plane.page.big_endian};
+    if (last == nullptr || !joins(*last, run)) runs.push_back(run);
   }
   return runs;
 }
@@ -113,15 +109,8 @@ class TiffSlices final : public ServedVolume {
                  std::vector<NumberedRun>& runs) const {
     SliceRun run{0, offset, 1, page.bytes(), page.big_endian, stored_};
     run.stored.bits = page.packed_bits;
-    if (!runs.empty()) {
-      auto& [first, last] = runs.back();
-      if (z == first + last.slices && last.stored == run.stored &&
-          offset == last.offset + static_cast<std::uint64_t>(last.slices) * last.step) {
-        ++last.slices;
-        return;
-      }
-    }
-    runs.push_back({z, run});
+    const bool is_next = !runs.empty() && z == runs.back().first + runs.back().run.slices;
+    if (!is_next || !joins(runs.back().run, run)) runs.push_back({z, run});
   }
 
   void add_unwritten(TiffRemarks& remarks) const {

@@ -9,8 +9,6 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/text/text.h"
-#include "tools/formats/tiff/descriptions.h"
-#include "tools/formats/tiff/ome_volumes.h"
 
 namespace tagrid {
 

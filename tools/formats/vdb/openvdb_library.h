@@ -25,7 +25,8 @@ namespace tagrid {
 class OpenVdbLibrary {
  public:
   OpenVdbLibrary() {
-    // Leaves are read when they are needed, and files say where these are, whatever the user's environment says.
+    // Leaves are read when they are needed, and files say where these are, whatever the user's environment
+    // says.
     unsetenv("OPENVDB_DISABLE_DELAYED_LOAD");
     openvdb::initialize();
   }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "io/text/text.h"
+#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 
@@ -21,12 +22,6 @@ std::vector<double> steps_of(const std::vector<double>& places) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < places.size(); ++i) steps.push_back(places[i] - places[i - 1]);
   return steps;
-}
-
-double median(std::vector<double> numbers) {
-  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
-  std::ranges::nth_element(numbers, middle);
-  return *middle;
 }
 
 /// Why the data set is no list of numbers of its own; "" if it is one.

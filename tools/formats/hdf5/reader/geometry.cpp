@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "io/text/text.h"
@@ -119,61 +120,8 @@ Hdf5Handle opened_root(hid_t file) {
 /// Paths may be given without the first slash.
 std::string absolute(const std::string& name) { return name.starts_with('/') ? name : "/" + name; }
 
-
-}  // namespace
-
-DatasetDescription description_of_dataset(hid_t file, const std::string& path, const std::string& name,
-                                          const Index3& dims) {
-  const Hdf5Handle dataset = opened_dataset(file, name);
-  ScaleOfDataset scale = scale_of_dataset(file, path, name);
-  DatasetDescription description = {.nrrd = "",
-                                    .rescale = scale.rescale,
-                                    .scale_doubt = std::move(scale.doubt),
-                                    .warnings = std::move(scale.warnings),
-                                    .not_understood = std::move(scale.not_understood)};
-  const auto warn = [&](const std::vector<std::string>& warnings) {
-    description.warnings.insert(description.warnings.end(), warnings.begin(), warnings.end());
-  };
-  std::vector<std::string> known;
-  if (const auto header = header_of(dataset.get(), known)) {
-    known.insert(known.end(), scale.attributes.begin(), scale.attributes.end());
-    KeyValues pairs = other_attributes(dataset.get(), known);
-    if (text_of_key(*header, "rescale_slope").empty()) add_rescale(description.rescale, pairs);
-    description.nrrd =
-        *header + (header->empty() || header->ends_with('\n') ? "" : "\n") + nrrd_fields_of({}, pairs);
-    return description;
-  }
-  Fields fields(dataset.get(), fmt::format("{}: HDF5 file: {}", path, name));
-  Geometry geometry = geometry_of_attributes(fields);
-  convert_units(path, geometry, fields.warnings);
-  warn(fields.warnings);
-  KeyValues pairs = {{"hdf5_dataset", name}};
-  if (!geometry.has_spacing && !geometry.has_directions) {
-    if (const auto image = geometry_of_image_data(file, path, name, dims, description.warnings)) {
-      geometry = *image;
-    } else if (auto places = nexus_places(file, path, name, dims_of(dataset.get()))) {
-      geometry = places->geometry;
-      pairs.insert(pairs.end(), places->pairs.begin(), places->pairs.end());
-      warn(places->warnings);
-    }
-  }
-  const auto companions = nexus_companions(file, path, name);
-  description.not_understood.insert(description.not_understood.end(), companions.begin(), companions.end());
-  for (auto& pair : other_attributes(dataset.get(), scale.attributes)) pairs.push_back(std::move(pair));
-  add_rescale(description.rescale, pairs);
-  description.nrrd = nrrd_fields_of(geometry, pairs);
-  return description;
-}
-
-std::string vtkhdf_type(hid_t file) {
-  const Hdf5Handle group = opened_root(file);
-  return group ? text_attribute(group.get(), "Type").value_or("") : "";
-}
-
-bool is_vtkhdf_array(const std::string& name) {
-  return absolute(name).starts_with(point_data) || absolute(name).starts_with(cell_data);
-}
-
+/// The geometry of the array at this path, if it is a volume of these dimensions in image data. Attributes
+/// that cannot be read give none, and warnings. `path` is that of the file.
 std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& path, const std::string& name,
                                                const Index3& dims, std::vector<std::string>& warnings) {
   if (!is_vtkhdf_array(name) || vtkhdf_type(file) != "ImageData") return std::nullopt;
@@ -216,6 +164,53 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
   geometry.has_directions = direction != none;
   geometry.has_spacing = geometry.has_origin = true;
   return geometry;
+}
+
+}  // namespace
+
+void describe_dataset(hid_t file, const std::string& path, const std::string& name, ServedVolume& volume) {
+  const Hdf5Handle dataset = opened_dataset(file, name);
+  const std::vector<std::string> of_scale = set_scale(file, path, name, volume);
+  const auto warn = [&](const std::vector<std::string>& warnings) {
+    volume.warnings.insert(volume.warnings.end(), warnings.begin(), warnings.end());
+  };
+  std::vector<std::string> known;
+  if (const auto header = header_of(dataset.get(), known)) {
+    known.insert(known.end(), of_scale.begin(), of_scale.end());
+    KeyValues pairs = other_attributes(dataset.get(), known);
+    if (text_of_key(*header, "rescale_slope").empty()) add_rescale(volume.rescale, pairs);
+    volume.nrrd =
+        *header + (header->empty() || header->ends_with('\n') ? "" : "\n") + nrrd_fields_of({}, pairs);
+    return;
+  }
+  Fields fields(dataset.get(), fmt::format("{}: HDF5 file: {}", path, name));
+  Geometry geometry = geometry_of_attributes(fields);
+  convert_units(path, geometry, fields.warnings);
+  warn(fields.warnings);
+  KeyValues pairs = {{"hdf5_dataset", name}};
+  if (!geometry.has_spacing && !geometry.has_directions) {
+    if (const auto image = geometry_of_image_data(file, path, name, volume.dims, volume.warnings)) {
+      geometry = *image;
+    } else if (auto places = nexus_places(file, path, name, dims_of(dataset.get()))) {
+      geometry = places->geometry;
+      pairs.insert(pairs.end(), places->pairs.begin(), places->pairs.end());
+      warn(places->warnings);
+    }
+  }
+  for (std::string& sentence : nexus_companions(file, path, name))
+    volume.not_understood.push_back(std::move(sentence));
+  for (auto& pair : other_attributes(dataset.get(), of_scale)) pairs.push_back(std::move(pair));
+  add_rescale(volume.rescale, pairs);
+  volume.nrrd = nrrd_fields_of(geometry, pairs);
+}
+
+std::string vtkhdf_type(hid_t file) {
+  const Hdf5Handle group = opened_root(file);
+  return group ? text_attribute(group.get(), "Type").value_or("") : "";
+}
+
+bool is_vtkhdf_array(const std::string& name) {
+  return absolute(name).starts_with(point_data) || absolute(name).starts_with(cell_data);
 }
 
 }  // namespace tagrid

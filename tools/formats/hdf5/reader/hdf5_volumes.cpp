@@ -13,6 +13,7 @@
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
+#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
@@ -51,13 +52,8 @@ class Hdf5Volume final : public ServedVolume {
                         other));
       files.push_back(other);
     }
-    DatasetDescription description = description_of_dataset(file_.get(), path, name, dims);
-    nrrd = std::move(description.nrrd);
-    rescale = std::move(description.rescale);
-    scale_doubt = std::move(description.scale_doubt);
-    not_understood = std::move(description.not_understood);
     warnings = remarks;
-    warnings.insert(warnings.end(), description.warnings.begin(), description.warnings.end());
+    describe_dataset(file_.get(), path, name, *this);
     big_endian_ = stored->big_endian;
     look_at_layout(name);
     has_plain_form = places.empty();
@@ -128,7 +124,7 @@ class Hdf5Volume final : public ServedVolume {
     }
     look_for_unwritten(properties.get(), name);
     memory += static_cast<std::uint64_t>(slab_) * slice + slice;
-    // The plain form: as the library has it, as bytes, and as it is said.
+    // The plain form: as the library has it, as bytes, and as the answer.
     const std::uint64_t stored = H5Dget_storage_size(dataset_.get()), all = FileSource(files.back()).size();
     memory += 8 * std::min(all - std::min(stored, all), most_around_samples);
   }
@@ -172,12 +168,11 @@ class Hdf5Volume final : public ServedVolume {
   std::vector<std::byte> slices_;
 };
 
-/// Opens a data set of three axes (z, y, x): the one that the option "dataset" names, otherwise the default one of NeXus,
-/// otherwise the only one.
+/// Opens a data set of three axes (z, y, x): the one that the option "dataset" names, otherwise the default
+/// one of NeXus, otherwise the only one.
 std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOptions& options) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const auto wanted = options.find("dataset");
-  return std::make_unique<Hdf5Volume>(path, wanted == options.end() ? "" : wanted->second);
+  return std::make_unique<Hdf5Volume>(path, option(options, "dataset"));
 }
 
 }  // namespace

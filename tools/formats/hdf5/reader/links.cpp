@@ -39,8 +39,8 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// True if the file that a link names is there, but in another folder than the file with the link. Nothing is read from
-/// there, and the sandbox hides what such a file holds, but not that it is there.
+/// True if the file that a link names is there, but in another folder than the file with the link. Nothing is
+/// read from there, and the sandbox hides what such a file holds, but not that it is there.
 bool is_elsewhere(hid_t file, const std::string& named) {
   namespace fs = std::filesystem;
   if (named.empty()) return false;

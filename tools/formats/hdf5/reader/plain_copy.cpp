@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <cstring>
 #include <map>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "io/files/file_bytes.h"
 #include "io/programs/serve.h"
+#include "tools/formats/common.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/memory_file.h"
 
@@ -21,18 +21,14 @@ namespace {
 /// Groups in groups: links are untrusted input.
 constexpr int deepest_group = 64;
 
-struct NoPlainCopy {
-  std::string why;
-};
-
 /// A handle of what the library has opened or made.
 Hdf5Handle made(hid_t id, herr_t (*closes)(hid_t), const char* what) {
-  if (id < 0) throw NoPlainCopy{fmt::format("{} cannot be copied", what)};
+  if (id < 0) throw NoPlainForm{fmt::format("{} cannot be copied", what)};
   return {id, closes};
 }
 
 void require(bool done, const char* what) {
-  if (!done) throw NoPlainCopy{fmt::format("{} cannot be copied", what)};
+  if (!done) throw NoPlainForm{fmt::format("{} cannot be copied", what)};
 }
 
 haddr_t known_address(hid_t object) {
@@ -91,7 +87,7 @@ class AttributeValues {
     size_ = H5Tget_size(type_.get());
     std::uint64_t bytes = 0;
     if (__builtin_mul_overflow(static_cast<std::uint64_t>(count), size_, &bytes) || bytes > most)
-      throw NoPlainCopy{"an attribute of it is too large"};
+      throw NoPlainForm{"an attribute of it is too large"};
     values_.resize(bytes);
     if (!values_.empty()) require(H5Aread(attribute, type_.get(), values_.data()) >= 0, "an attribute of it");
   }
@@ -126,7 +122,7 @@ class Copy {
     copies_[known_address(root.get())] = "/";
     objects_.emplace_back(known_address(root.get()), "/");
     copy_group(root.get(), new_root.get(), "/", 0);
-    if (!found_) throw NoPlainCopy{"the data set is not linked to in it"};
+    if (!found_) throw NoPlainForm{"the data set is not linked to in it"};
     // References can lead to what was copied later.
     for (const auto& [address, name] : objects_) copy_attributes(address, name);
   }
@@ -144,17 +140,17 @@ class Copy {
   /// What programs that know nothing of HDF5 put in front.
   std::string user_block() const {
     std::string bytes(user_block_, '\0');
-    if (old_file_.size() < user_block_) throw NoPlainCopy{"it ends too soon"};
+    if (old_file_.size() < user_block_) throw NoPlainForm{"it ends too soon"};
     old_file_.read_at(0, std::as_writable_bytes(std::span(bytes)));
     return bytes;
   }
   const MemoryFile& file() const { return memory_; }
 
-  /// What may still be copied. Throws NoPlainCopy if that is not even `wanted`.
+  /// What may still be copied. Throws NoPlainForm if that is not even `wanted`.
   std::uint64_t room_for(std::uint64_t wanted) const {
     const std::uint64_t taken = memory_.memory();
     if (taken + wanted > most_around_samples)
-      throw NoPlainCopy{
+      throw NoPlainForm{
           fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)};
     return most_around_samples - taken;
   }
@@ -182,7 +178,7 @@ class Copy {
 
   /// Copies all links of a group, whose copy is named `name`, and what they lead to.
   void copy_group(hid_t group, hid_t copy, const std::string& name, int depth) {
-    if (depth > deepest_group) throw NoPlainCopy{"its groups are too deep"};
+    if (depth > deepest_group) throw NoPlainForm{"its groups are too deep"};
     const Hdf5Handle properties = made(H5Gget_create_plist(group), H5Pclose, "a group of it");
     unsigned order = 0;
     H5Pget_link_creation_order(properties.get(), &order);
@@ -203,7 +199,7 @@ class Copy {
 
   void copy_link(hid_t group, hid_t copy, const std::string& link, const H5L_info_t& info, hid_t properties) {
     if (info.type != H5L_TYPE_SOFT && info.type != H5L_TYPE_EXTERNAL)
-      throw NoPlainCopy{"it has links of an unknown kind"};
+      throw NoPlainForm{"it has links of an unknown kind"};
     room_for(info.u.val_size);
     std::vector<char> value(info.u.val_size + 1);
     require(H5Lget_val(group, link.c_str(), value.data(), info.u.val_size, H5P_DEFAULT) >= 0, "a link of it");
@@ -245,7 +241,7 @@ class Copy {
   void copy_whole(hid_t object, hid_t group, hid_t copy, const std::string& link, hid_t links) {
     if (H5Iget_type(object) == H5I_DATASET) {
       const Hdf5Handle type = made(H5Dget_type(object), H5Tclose, "a data set of it");
-      if (H5Tdetect_class(type.get(), H5T_REFERENCE) > 0) throw NoPlainCopy{"it has data sets of references"};
+      if (H5Tdetect_class(type.get(), H5T_REFERENCE) > 0) throw NoPlainForm{"it has data sets of references"};
       room_for(H5Dget_storage_size(object));
     }
     const Hdf5Handle options = made(H5Pcreate(H5P_OBJECT_COPY), H5Pclose, "an object of it");
@@ -309,7 +305,7 @@ class Copy {
     if (H5Tdetect_class(type, H5T_REFERENCE) <= 0) return;
     switch (H5Tget_class(type)) {
       case H5T_REFERENCE:
-        if (H5Tequal(type, H5T_STD_REF_OBJ) <= 0) throw NoPlainCopy{"it has references to regions"};
+        if (H5Tequal(type, H5T_STD_REF_OBJ) <= 0) throw NoPlainForm{"it has references to regions"};
         lead_to_copy(value);
         return;
       case H5T_COMPOUND:
@@ -330,7 +326,7 @@ class Copy {
         return;
       }
       default:
-        throw NoPlainCopy{"it has references of an unknown kind"};
+        throw NoPlainForm{"it has references of an unknown kind"};
     }
   }
   void lead_all_to_copies(hid_t type_of_list, std::byte* values, std::size_t count) {
@@ -373,13 +369,13 @@ PlainHdf5 plain_copy(const std::string& path, hid_t dataset, std::uint64_t sampl
     const std::uint64_t begin = copy.finish(), end = begin + sample_bytes;
     copy.close();
     const std::uint64_t size = copy.file().size();
-    if (end > size) throw NoPlainCopy{"the data set cannot be copied"};
+    if (end > size) throw NoPlainForm{"the data set cannot be copied"};
     if (size - sample_bytes > most_around_samples) copy.room_for(most_around_samples + 1);
     plain.before = copy.file().bytes(0, begin);
     const std::string user_block = copy.user_block();
     plain.before.replace(0, user_block.size(), user_block);
     plain.behind = copy.file().bytes(end, size);
-  } catch (const NoPlainCopy& none) {
+  } catch (const NoPlainForm& none) {
     plain.why_not = none.why;
   }
   return plain;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
 #include <string_view>
 
 #include "io/text/text.h"
@@ -30,28 +29,29 @@ bool is_slope(const std::vector<double>& numbers) { return std::isfinite(numbers
 
 class Scale {
  public:
-  Scale(hid_t file, const std::string& path, const std::string& name)
-      : file_(file),
+  Scale(hid_t file, const std::string& path, const std::string& name, ServedVolume& volume)
+      : volume_(volume),
+        file_(file),
         name_(name),
         path_(path),
         dataset_(opened_dataset(file, name)),
         object_name_(fmt::format("{}: HDF5 file: {}", path, name)) {}
 
-  ScaleOfDataset take() {
+  std::vector<std::string> take() {
     Fields fields(dataset_.get(), object_name_);
     use(attributes(fields, "rescale_slope", "rescale_intercept"), fields);
     use(attributes(fields, "scale_factor", "add_offset"), fields);
     if (is_nexus_signal(file_, name_))
       for (const std::string& prefix : {name_ + "_", name_.substr(0, name_.rfind('/') + 1)})
         use(fields_of_group(prefix), fields);
-    if (found_.rescale != Rescale{}) found_.rescale.units = units(fields);
+    if (volume_.rescale != Rescale{}) volume_.rescale.units = units(fields);
     look_at_signs(fields);
     look_at_minc();
     look_at_missing("_FillValue");
     look_at_missing("missing_value");
-    if (found_.rescale == Rescale{}) found_.attributes.clear();
-    found_.warnings = std::move(fields.warnings);
-    return std::move(found_);
+    if (volume_.rescale == Rescale{}) attributes_.clear();
+    volume_.warnings.insert(volume_.warnings.end(), fields.warnings.begin(), fields.warnings.end());
+    return std::move(attributes_);
   }
 
  private:
@@ -107,24 +107,24 @@ class Scale {
       return doubt(fmt::format("{}: {} is {} and {} is {}, and NeXus does not say which comes first; {}",
                                object_name_, scale.slope_name, rescale.slope, scale.intercept_name,
                                rescale.intercept, unknown_values));
-    if (has_scale_ && rescale != found_.rescale)
+    if (has_scale_ && rescale != volume_.rescale)
       return doubt(fmt::format("{}: {} and {} say another scale than its other fields; {}", object_name_,
                                scale.slope_name, scale.intercept_name, unknown_values));
     has_scale_ = true;
-    found_.rescale = rescale;
+    volume_.rescale = rescale;
     for (const std::string& name : {scale.slope_name, scale.intercept_name})
-      if (!name.starts_with('/')) found_.attributes.push_back(name);
+      if (!name.starts_with('/')) attributes_.push_back(name);
   }
 
   void doubt(std::string sentence) {
-    if (found_.doubt.empty()) found_.doubt = std::move(sentence);
-    found_.rescale = {};
-    found_.attributes.clear();
+    if (volume_.scale_doubt.empty()) volume_.scale_doubt = std::move(sentence);
+    volume_.rescale = {};
+    attributes_.clear();
     has_scale_ = true;
   }
 
   std::string units(Fields& fields) {
-    if (fields.has("rescale_units")) found_.attributes.emplace_back("rescale_units");
+    if (fields.has("rescale_units")) attributes_.emplace_back("rescale_units");
     const std::string units = fields.text("rescale_units", "the unit of values is not known");
     return units.empty() ? fields.text("units", "the unit of values is not known") : units;
   }
@@ -155,25 +155,26 @@ class Scale {
     const AttributeNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
     // No program takes NaN for a value.
     if (missing.is_absent() || missing.text == "nan") return;
-    found_.not_understood.push_back(fmt::format(
+    volume_.not_understood.push_back(fmt::format(
         "{}: samples that are {}, if there are any, stand for missing ones ({}); they are encoded like all "
-        "others, "
-        "so that an error makes other numbers of them, which nobody can tell from measurements",
+        "others, so that an error makes other numbers of them, which nobody can tell from measurements",
         object_name_, missing.text.empty() ? "a certain number" : tagrid::quoted(missing.text), attribute));
   }
 
+  ServedVolume& volume_;
   hid_t file_;
   std::string name_, path_;
   Hdf5Handle dataset_;
   std::string object_name_;
-  ScaleOfDataset found_ = {};
+  std::vector<std::string> attributes_ = {};
   bool has_scale_ = false;
 };
 
 }  // namespace
 
-ScaleOfDataset scale_of_dataset(hid_t file, const std::string& path, const std::string& name) {
-  return Scale(file, path, inside("/", name)).take();
+std::vector<std::string> set_scale(hid_t file, const std::string& path, const std::string& name,
+                                   ServedVolume& volume) {
+  return Scale(file, path, inside("/", name), volume).take();
 }
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// How the samples of a data set are stored, which of them are missing, and the file as it would be if they lay plainly in it.
+// How the samples of a data set are stored, which of them are missing, and the file as it would be if they
+// lay plainly in it.
 #pragma once
 
 #include <hdf5.h>
@@ -34,9 +35,10 @@ struct PlainHdf5 {
 /// The limit on the bytes, other than samples, that are copied.
 inline constexpr std::uint64_t most_around_samples = std::uint64_t{2} << 20;
 
-/// Copies all objects, links and attributes of the file at `path` to a file in memory, with the library, and makes `dataset`,
-/// which is one of its data sets, contiguous there. Its samples, of `sample_bytes` bytes, take no memory. The copy is the same
-/// every time. References to objects in attributes lead to their copies. Throws WorldError.
+/// Copies all objects, links and attributes of the file at `path` to a file in memory, with the library, and
+/// makes `dataset`, which is one of its data sets, contiguous there. Its samples, of `sample_bytes` bytes,
+/// take no memory. The copy is the same every time. References to objects in attributes lead to their copies.
+/// Throws WorldError.
 PlainHdf5 plain_copy(const std::string& path, hid_t dataset, std::uint64_t sample_bytes);
 
 }  // namespace tagrid

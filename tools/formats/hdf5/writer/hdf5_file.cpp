@@ -18,7 +18,8 @@ struct Reason {
   std::string words;     ///< of the library, about the call that failed first
 };
 
-/// Why the last call, which has failed just now, did so. The library tells the system's error number in words only.
+/// Why the last call, which has failed just now, did so. The library tells the system's error number in words
+/// only.
 Reason last_reason() {
   Reason reason;
   const auto look = [](unsigned, const H5E_error2_t* error, void* user) -> herr_t {

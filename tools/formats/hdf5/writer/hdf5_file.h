@@ -16,8 +16,8 @@ namespace tagrid {
 /// The library's caches, and what it needs for the largest of small things.
 inline constexpr std::uint64_t memory_of_hdf5_library = std::uint64_t{16} << 20;
 
-/// Equal calls give equal bytes. Programs with version 1.8 of the library can read the file. All functions throw
-/// WorldError.
+/// Equal calls give equal bytes. Programs with version 1.8 of the library can read the file. All functions
+/// throw WorldError.
 class Hdf5File {
  public:
   /// Writes into the file at `path`, which messages call `name`.
@@ -25,8 +25,8 @@ class Hdf5File {
 
   /// The group at this path. Groups above it must exist.
   Hdf5Handle make_group(const std::string& path) const;
-  /// The data set at this path, with its numbers in one piece of the file. `type`: little endian. `dims`: the slowest axis
-  /// first.
+  /// The data set at this path, with its numbers in one piece of the file. `type`: little endian. `dims`: the
+  /// slowest axis first.
   Hdf5Handle make_dataset(const std::string& path, hid_t type, const std::vector<hsize_t>& dims) const;
   /// Writes `count` entries of the slowest axis from entry `first` on. `numbers`: all of them, of this type.
   void write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t count,

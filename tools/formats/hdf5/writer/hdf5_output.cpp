@@ -1,5 +1,6 @@
-// tagrid-write-hdf5: writes volumes as data sets of HDF5 and VTKHDF files, and meshes as VTKHDF files, as unstructured grids.
-// VTKHDF, of version 1.0: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
+// tagrid-write-hdf5: writes volumes as data sets of HDF5 and VTKHDF files, and meshes as VTKHDF files, as
+// unstructured grids. VTKHDF, of version 1.0:
+// https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
 
 #include <fmt/format.h>
 #include <hdf5.h>
@@ -14,7 +15,8 @@
 #include "io/programs/serve.h"
 #include "io/programs/serve_writer.h"
 #include "io/text/text.h"
-#include "io/volume/vtk.h"
+#include "io/volume/vtk_geometry.h"
+#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/writer/hdf5_file.h"
@@ -143,7 +145,8 @@ class Hdf5Mesh final : public ServedMesh {
       make("CellData/" + name, hdf5_type_of(type), {size(mesh_.tetrahedra)});
   }
 
-  /// What the values and the coordinates mean, where files of volumes have it: at the first data set of points.
+  /// What the values and the coordinates mean, where files of volumes have it: at the first data set of
+  /// points.
   void add_notes(const WriterOptions& options) {
     if (mesh_.point_data.empty()) return;
     const hid_t values = arrays_[2].dataset.get();
@@ -182,12 +185,12 @@ class Hdf5Mesh final : public ServedMesh {
   std::vector<Array> arrays_;  // closed before the file
 };
 
-/// Begins a file: of VTKHDF if the option "format" is "vtkhdf", otherwise with the data set /volume. The samples (z, y, x) are
-/// in one piece of the file, so that they can be read in place. The data set has the attributes of description.h.
+/// Begins a file: of VTKHDF if the option "format" is "vtkhdf", otherwise with the data set /volume. The
+/// samples (z, y, x) are in one piece of the file, so that they can be read in place. The data set has the
+/// attributes of description.h.
 std::unique_ptr<ServedOutput> begin_hdf5(const WriteRequest& request) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const auto format = request.options.find("format");
-  return std::make_unique<Hdf5Output>(request, format != request.options.end() && format->second == "vtkhdf");
+  return std::make_unique<Hdf5Output>(request, option(request.options, "format") == "vtkhdf");
 }
 
 /// Begins the file. Throws UsageError if it should have another format, and WorldError.

@@ -1,4 +1,5 @@
-// The grids of an OpenVDB file, and a strict look at one of them: the library itself does not notice if a file ends early.
+// The grids of an OpenVDB file, and a strict look at one of them: the library itself does not notice if a
+// file ends early.
 #pragma once
 
 #include <memory>
@@ -24,8 +25,9 @@ constexpr GridKind kind_of_grid = {[](const openvdb::GridBase& grid) {
                                      return static_cast<double>(static_cast<const G&>(grid).background());
                                    },
                                    [](openvdb::GridBase& grid, std::istream& stream) {
-                                     // Leaf by leaf, in the order of the file: the grid's own function to read no voxels also fills all nodes with their
-                                     // background, which takes minutes where damage made nodes of leaves.
+                                     // Leaf by leaf, in the order of the file: the grid's own function to
+                                     // read no voxels also fills all nodes with their background, which takes
+                                     // minutes where damage made nodes of leaves.
                                      for (auto leaf = static_cast<G&>(grid).tree().beginLeaf(); leaf; ++leaf)
                                        leaf->readBuffers(stream, openvdb::CoordBBox(),
                                                          grid.saveFloatAsHalf());

@@ -12,8 +12,8 @@
 
 namespace tagrid {
 
-/// G is the type of the grid. In memory are the tree without the values of its leaves, and 8 slices: those that a layer of
-/// leaves has.
+/// G is the type of the grid. In memory are the tree without the values of its leaves, and 8 slices: those
+/// that a layer of leaves has.
 template <class G>
 class GridSlices {
  public:

@@ -13,6 +13,7 @@
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
+#include "tools/formats/common.h"
 #include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
 #include "tools/formats/vdb/reader/grid_file.h"
@@ -199,15 +200,14 @@ std::unique_ptr<ServedVolume> open_grid(const std::string& path, GridFile& file,
                     path, tagrid::quoted(std::string_view(grid.gridName())), grid.gridType()));
 }
 
-/// Opens a grid of floats, halves, doubles, 32-bit integers, or bits: the one that the option "grid" names, otherwise the
-/// only one. The volume is the box of the active voxels or, if tagrid wrote the file, the original volume. An inactive
-/// voxel has the value that the tree has there. The type is that of the grid, or the original type that tagrid recorded
-/// when it wrote the grid; a value that does not fit this type is BrokenInput.
+/// Opens a grid of floats, halves, doubles, 32-bit integers, or bits: the one that the option "grid" names,
+/// otherwise the only one. The volume is the box of the active voxels or, if tagrid wrote the file, the
+/// original volume. An inactive voxel has the value that the tree has there. The type is that of the grid, or
+/// the original type that tagrid recorded when it wrote the grid; a value that does not fit this type is
+/// BrokenInput.
 std::unique_ptr<ServedVolume> open_vdb(const std::string& path, const ReaderOptions& options) try {
   GridFile file(path);
-  const auto wanted = options.find("grid");
-  const std::size_t number =
-      chosen(path, "grid", wanted == options.end() ? "" : wanted->second, choices_of(file.grids()));
+  const std::size_t number = chosen(path, "grid", option(options, "grid"), choices_of(file.grids()));
   return open_grid<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid, openvdb::BoolGrid,
                    openvdb::MaskGrid>(path, file, file.grids()[number]);
 } catch (const openvdb::Exception& error) {

@@ -17,6 +17,7 @@
 #include "io/programs/serve_writer.h"
 #include "io/text/text.h"
 #include "stages/sample/value_rule.h"
+#include "tools/formats/common.h"
 #include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
 #include "tools/formats/vdb/writer/grid_builder.h"
@@ -69,8 +70,9 @@ std::string identifier_of(std::uint64_t content) {
 // After the magic number, the versions of the format and of the library, and a flag.
 constexpr std::streamoff place_of_identifier = 21;
 
-/// Writes the grid to the existing file at `path`, compressed by Blosc, without inactive values. The file's identifier,
-/// which the library makes at random, follows from `content` instead. Throws WorldError, which calls the file `name`.
+/// Writes the grid to the existing file at `path`, compressed by Blosc, without inactive values. The file's
+/// identifier, which the library makes at random, follows from `content` instead. Throws WorldError, which
+/// calls the file `name`.
 void write_grid(const openvdb::GridBase::Ptr& grid, std::uint64_t content, const std::string& path,
                 const std::string& name) {
   OutputBuffer buffer;
@@ -91,13 +93,8 @@ void write_grid(const openvdb::GridBase::Ptr& grid, std::uint64_t content, const
   if (buffer.close() == nullptr) throw world_error("cannot write", name, errno);
 }
 
-std::string option_in(const WriterOptions& options, const char* name) {
-  const auto found = options.find(name);
-  return found == options.end() ? "" : found->second;
-}
-
-std::optional<double> number_in(const WriterOptions& options, const char* name) {
-  const std::string text = option_in(options, name);
+std::optional<double> number_option(const WriterOptions& options, const char* name) {
+  const std::string text = option(options, name);
   if (text.empty()) return std::nullopt;
   const auto number = number_of(text);
   if (!number) throw UsageError(fmt::format("{} {}: is not a number", name, text));
@@ -119,10 +116,10 @@ class VdbOutput final : public ServedOutput {
   explicit VdbOutput(const WriteRequest& request)
       : request_(request), place_(vdb_place_of(request.info.nrrd_fields)) {
     const VolumeInfo& info = request.info;
-    tolerance_ = number_in(request.options, "tolerance").value_or(0);
-    max_error_ = number_in(request.options, "max-error");
+    tolerance_ = number_option(request.options, "tolerance").value_or(0);
+    max_error_ = number_option(request.options, "max-error");
     if (max_error_) *max_error_ += tolerance_;
-    if (const auto wanted = number_in(request.options, "background")) {
+    if (const auto wanted = number_option(request.options, "background")) {
       if (!is_value_of(info.type, *wanted))
         throw UsageError(fmt::format("{}: the background {} is not a value of type {}", request.name, *wanted,
                                      name_of(info.type)));
@@ -130,7 +127,7 @@ class VdbOutput final : public ServedOutput {
     } else if (place_.background && is_value_of(info.type, *place_.background)) {
       background_ = place_.background;
     }
-    const std::string name = option_in(request.options, "grid");
+    const std::string name = option(request.options, "grid");
     grid_ = !name.empty() ? name : !place_.grid.empty() ? place_.grid : "density";
     place_.low = low_of(info.dims, place_.low);
     box_ = {place_.low, place_.low + info.dims - Index3{1, 1, 1}};
@@ -205,7 +202,7 @@ class VdbOutput final : public ServedOutput {
 
 /// Begins a grid. Options, all of them texts:
 ///   grid        its name; by default that of the grid from which the volume came, or "density"
-///   background  the value of inactive voxels; by default the background of that grid, or the value of the first sample,
+///   background  the value of inactive voxels; by default that of the grid, or the value of the first sample,
 ///               which lies outside the body in most scans
 ///   tolerance   samples at most this far from the background become the background; 0 by default
 ///   type        float or int32: what samples of 8 and 16 bits are stored as; float by default
@@ -215,7 +212,7 @@ class VdbOutput final : public ServedOutput {
 std::unique_ptr<ServedOutput> begin_vdb(const WriteRequest& request) {
   const SampleType type = request.info.type;
   const bool is_short = size_of(type) <= 2;
-  const std::string wanted = option_in(request.options, "type");
+  const std::string wanted = option(request.options, "type");
   if (!wanted.empty() && wanted != "float" && wanted != "int32")
     throw UsageError(fmt::format("{}: the type of a grid is float or int32, not {}", request.name, wanted));
   const bool as_float = wanted == "float", as_int32 = wanted == "int32";
