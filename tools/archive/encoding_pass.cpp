@@ -18,7 +18,7 @@
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
-#include "tools/archive/output_names.h"
+#include "tools/archive/manifest.h"
 #include "tools/archive/settings_used.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"

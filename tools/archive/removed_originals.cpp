@@ -8,7 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
-#include "tools/archive/output_names.h"
+#include "tools/archive/manifest.h"
 #include "tools/archive/records.h"
 
 namespace tagrid {

@@ -14,7 +14,7 @@
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
 #include "tools/archive/input_removal.h"
-#include "tools/archive/output_names.h"
+#include "tools/archive/manifest.h"
 #include "tools/commands/commands.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"

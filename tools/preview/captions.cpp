@@ -19,16 +19,13 @@ std::string spacing_words(const Lengths& lengths) {
   const Geometry& g = lengths.geometry;
   if (!g.has_spacing) return "spacing unknown";
   const std::string unit = lengths.unit(0);
-  if (has_unknown_spacing(g) || lengths.unit(1) != unit || lengths.unit(2) != unit) {
-    std::string text = "spacing";
-    for (int axis = 0; axis < 3; ++axis)
-      text += fmt::format("{} {}{}{}", axis > 0 ? " x" : "", short_number(lengths.spacing(axis)),
-                          lengths.unit(axis).empty() ? "" : " ", lengths.unit(axis));
-    return text;
+  const bool one_unit = !has_unknown_spacing(g) && lengths.unit(1) == unit && lengths.unit(2) == unit;
+  std::string text = "spacing";
+  for (int axis = 0; axis < 3; ++axis) {
+    text += (axis > 0 ? " x " : " ") + short_number(lengths.spacing(axis));
+    if (!one_unit && !lengths.unit(axis).empty()) text += " " + lengths.unit(axis);
   }
-  return fmt::format("spacing {} x {} x {}{}{}", short_number(lengths.spacing(0)),
-                     short_number(lengths.spacing(1)), short_number(lengths.spacing(2)),
-                     unit.empty() ? " (no unit given)" : " ", unit);
+  return one_unit ? text + (unit.empty() ? " (no unit given)" : " " + unit) : text;
 }
 
 std::string error_words(const CodingParameters& p, const Statistics& total, const Rescale& rescale) {
