@@ -5,7 +5,7 @@ from __future__ import annotations
 import bisect
 import operator
 from itertools import accumulate, pairwise
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator
 
 import numpy as np
 import numpy.typing as npt

@@ -8,7 +8,7 @@ import os
 import re
 import stat
 import threading
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
@@ -116,6 +116,20 @@ def _is_on_disk(source: Any) -> bool:
     return type(raw) is io.FileIO and raw.readable() and stat.S_ISREG(os.fstat(raw.fileno()).st_mode)
 
 
+def _gathered(read: Callable[[int], Any], size: int) -> Any:
+    """Calls read() until it has returned `size` bytes, or the file ends. A raw file may return less than it has."""
+    parts: list[Any] = []
+    while size > 0:
+        data = read(size)
+        if isinstance(data, str):
+            raise TypeError("the file must be opened in binary mode")
+        if not data:
+            break
+        parts.append(data)
+        size -= len(data)
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
 class _DiskFile:
     """A file on disk, read at offsets. Its position stays, and is not needed. Forked processes share it."""
 
@@ -126,15 +140,10 @@ class _DiskFile:
         self.size = os.fstat(file.fileno()).st_size
 
     def read_at(self, offset: int, size: int) -> bytes:
-        parts: list[bytes] = []
-        while size > 0:
-            # Get the descriptor each time: if the file was closed, another one may have the number.
-            data = os.pread(self._file.fileno(), size, offset)
-            if not data:
-                break
-            parts.append(data)
-            offset, size = offset + len(data), size - len(data)
-        return parts[0] if len(parts) == 1 else b"".join(parts)
+        end = offset + size
+        # Get the descriptor each time: if the file was closed, another one may have the number.
+        data: bytes = _gathered(lambda missing: os.pread(self._file.fileno(), missing, end - missing), size)
+        return data
 
 
 class _FileObject:
@@ -150,17 +159,5 @@ class _FileObject:
     def read_at(self, offset: int, size: int) -> bytes:
         with self._turn:
             self._file.seek(offset)
-            data = self._file.read(size)
-            if isinstance(data, str):
-                raise TypeError("the file must be opened in binary mode")
-            if data is None or len(data) in (0, size):
-                return data or b""
-            # A raw file may return less than it has.
-            parts, missing = [data], size - len(data)
-            while missing > 0:
-                data = self._file.read(missing)
-                if not data:
-                    break
-                parts.append(data)
-                missing -= len(data)
-            return b"".join(parts)
+            data: bytes = _gathered(self._file.read, size)
+        return data

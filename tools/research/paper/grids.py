@@ -24,7 +24,8 @@ def add_to(report, study):
     report.figure("fig-11", "Fig. 11: the lobster", picture_of_samples(study, study.lobster), about_input(study.lobster))
     for level, name in ((6, "fig-12"), (9, "fig-13"), (12, "fig-14"), (15, "level-15")):
         title = f"Fig. {name[-2:]}: the grid of the lobster at level {level}" if level < 15 else "The grid of the lobster at level 15"
-        report.figure(name, title, drawing.three_views(study.tagrid.mesh(lobster[level].tag, padded=False), study.pixels(900) / study.lobster.dims[0]),
+        mesh = study.tagrid.mesh(lobster[level].tag, padded=False)
+        report.figure(name, title, drawing.three_views(mesh, study.pixels(900) / study.lobster.dims[0]),
                       f"All edges of the limited run's tetrahedra, projected on XY, YZ and ZX: {lobster[level].active:,} points." +
                       (" The paper has no picture of this level." if level == 15 else ""))
     report.figure("fig-15", "Fig. 15: the foot", picture_of_samples(study, study.foot), about_input(study.foot))
@@ -33,8 +34,9 @@ def add_to(report, study):
                   f"The isosurface {study.foot.iso:g} of the piecewise linear field on the complete grid: {triangles:,} "
                   "triangles, and a part of it with their edges.")
     for level, name in ((9, "fig-17"), (12, "fig-18")):
+        mesh = study.tagrid.mesh(foot[level].tag, padded=False)
         report.figure(name, f"Fig. {name[-2:]}: the grid of the foot at level {level}, projected on XY",
-                      drawing.projection(study.tagrid.mesh(foot[level].tag, padded=False), (0, 1), study.pixels(900) / study.foot.dims[1]),
+                      drawing.projection(mesh, (0, 1), study.pixels(900) / study.foot.dims[1]),
                       f"All edges of the limited run's tetrahedra: {foot[level].active:,} points.")
     claim_levels(report, study)
 
