@@ -1,4 +1,4 @@
-// Samples behind a source: placed on a lattice, and spooled.
+// Samples of a source: placed in its files, and spooled.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

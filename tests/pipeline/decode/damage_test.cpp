@@ -1,4 +1,4 @@
-// Damage: small and large.
+// Damaged files are found out: small files bit by bit, and large ones.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/resource.h>

@@ -79,8 +79,8 @@ struct FloatVolume : Padded<T> {
   }
 };
 
-// Calls use(p, weights, whole) for the samples of a volume in a tetrahedron: weights of its vertices, from volumes,
-// whose sum is `whole`.
+// Calls use(p, weights, whole) for the samples of a volume in a tetrahedron. The weights of its vertices are
+// volumes, and `whole` is their sum.
 template <class Use>
 void for_each_sample_in(const std::array<Index3, 4>& v, const Box& volume, Use use) {
   const std::int64_t whole = six_volumes(v), sign = whole < 0 ? -1 : 1;

@@ -1,4 +1,4 @@
-// Volumes that go there and back: every format, and wide types.
+// Volumes that go through .tag files and back: every format, and wide types.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
