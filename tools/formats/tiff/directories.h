@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 #include "tools/formats/common.h"
 
 namespace tagrid {

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "io/errors/errors.h"
-#include "io/files/byte_source.h"
+#include "io/files/file_bytes.h"
 
 namespace tagrid {
 

@@ -15,7 +15,7 @@
 #include "io/programs/serve.h"
 #include "io/programs/serve_writer.h"
 #include "io/text/text.h"
-#include "io/volume/vtk_geometry.h"
+#include "io/volume/vtk.h"
 #include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
