@@ -114,9 +114,9 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   if (size > longest_envelope_name) fail("a name is too long");
   const std::vector<std::byte> name = taken(size);
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
-  if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
+  if (!is_safe_name(file.name)) fail("the name of a file would leave the directory");
   if (!compares_names_) return;
-  // No two files, and no file and folder, have the same name.
+  // No two files, and no file and directory, have the same name.
   const auto below = names_.lower_bound(file.name + "/");
   bool is_taken =
       !names_.insert(file.name).second || (below != names_.end() && below->starts_with(file.name + "/"));

@@ -118,13 +118,13 @@ void RestoredFiles::check_target(std::size_t file) const {
   refuse_same_file(input_, path(file));
 }
 
-/// Makes the folders of a file in folder_. None of them may be a link: it could lead anywhere.
+/// Makes the directories of a file in folder_. None of them may be a link: it could lead anywhere.
 void RestoredFiles::make_folders(const std::string& name) {
   for (std::size_t end = name.find('/'); end != name.npos; end = name.find('/', end + 1)) {
     const std::string folder = folder_ + "/" + name.substr(0, end);
     const auto status = status_of_name(folder);
     if (status && !S_ISDIR(status->st_mode))
-      throw UsageError(folder + ": is not a folder, but source files belong in a folder of this name");
+      throw UsageError(folder + ": is not a directory, but source files belong in a directory of this name");
     if (!status) staging_->make(folder);
   }
 }

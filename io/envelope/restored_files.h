@@ -19,12 +19,12 @@
 
 namespace tagrid {
 
-/// Makes the files in a hidden folder beside their final places. publish() gives them their names: all of
+/// Makes the files in a hidden directory beside their final places. publish() gives them their names: all of
 /// them, or none. Takes decoded samples in any order. Every failure to write is a WorldError.
 class RestoredFiles : public VolumeSink {
  public:
   /// `input` is the .tag file, which is never written to. Creates `folder` and its parents if they do not
-  /// exist. Throws UsageError if `folder` is not a folder.
+  /// exist. Throws UsageError if `folder` is not a directory.
   RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 

@@ -16,15 +16,15 @@ std::string_view advice(int error_number) {
   switch (error_number) {
     case ENOENT:
     case ENOTDIR:
-      return "; check the name, and that its folder exists";
+      return "; check the name, and that its directory exists";
     case EACCES:
     case EPERM:
-      return "; check the permissions of the file and its folder";
+      return "; check the permissions of the file and its directory";
     case EROFS:
-      return "; choose another folder, or make this one writable";
+      return "; choose another directory, or make this one writable";
     case ENOSPC:
     case EDQUOT:
-      return "; free some space or choose another folder";
+      return "; free some space or choose another directory";
     case EMFILE:
     case ENFILE:
       return "; raise the limit on open files (ulimit -n)";

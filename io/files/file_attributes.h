@@ -33,10 +33,10 @@ void set_times(int descriptor, const FileAttributes& attributes);
 /// True if `path` is a regular file, or "-" and the standard input is one. FileSource reads it in any order.
 bool is_regular_input(const std::string& path);
 
-/// True if `path` is a folder; throws if that cannot be known.
+/// True if `path` is a directory; throws if that cannot be known.
 bool is_folder(const std::string& path);
 
-/// True if `path` is a regular file or a folder: something that can be opened again and gives the same.
+/// True if `path` is a regular file or a directory: something that can be opened again and gives the same.
 bool is_file_or_folder(const std::string& path);
 
 /// True if `path` is, or would become, a regular file: not "-", a device or a pipe.

@@ -23,7 +23,7 @@ struct Extent {
   std::uint64_t base, size;
 };
 
-/// Throws WorldError for a folder. Returns nothing if the file is not a regular one.
+/// Throws WorldError for a directory. Returns nothing if the file is not a regular one.
 std::optional<Extent> extent_of(int descriptor, const std::string& name) {
   struct stat status = {};
   off_t base = 0;

@@ -60,7 +60,7 @@ void check_output(const std::string& path, bool overwrite) {
   if (path == "-") return;
   const auto status = status_of_name(path);
   if (!status || is_special(path)) return;
-  if (S_ISDIR(status->st_mode)) throw UsageError(path + ": is a folder; give the name of a file");
+  if (S_ISDIR(status->st_mode)) throw UsageError(path + ": is a directory; give the name of a file");
   if (!overwrite) throw exists_already(path);
 }
 
@@ -204,7 +204,7 @@ void OutputFile::publish() {
   try {
     give_name();
     if (const int error = sync_folder(folder_of(path_)); error != 0)
-      throw world_error("cannot sync its folder", name_, error);
+      throw world_error("cannot sync its directory", name_, error);
   } catch (...) {
     take_back();
     throw;

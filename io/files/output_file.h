@@ -27,7 +27,7 @@ struct OutputFileOptions {
   std::optional<FileAttributes> like = std::nullopt;
   /// Other processes of this user can open temporary() until sync(), whatever the permissions of `like` are.
   bool others_write = false;
-  /// The folder of temporary(), on the file system of the target; if empty, the target's own folder.
+  /// The directory of temporary(), on the file system of the target; if empty, the target's own directory.
   std::string temporaries = "";
 };
 
@@ -37,7 +37,7 @@ struct OutputFileOptions {
 class OutputFile : public ByteSink {
  public:
   /// Begins a file that will be `path`. For "-", devices and pipes, it writes straight to them. Throws
-  /// UsageError if `path` exists and `overwrite` is false, or if it is a folder.
+  /// UsageError if `path` exists and `overwrite` is false, or if it is a directory.
   OutputFile(const std::string& path, bool overwrite, OutputFileOptions options = {});
   ~OutputFile() override;
   OutputFile(const OutputFile&) = delete;
@@ -98,8 +98,8 @@ void check_output(const std::string& path, bool overwrite);
 /// Renames a file without overwriting another one. Returns 0 or an errno.
 int rename_to_new(const std::string& from, const std::string& to);
 
-/// Makes the names in a folder survive a crash of the machine. Returns 0 or an errno. It is not a failure if
-/// folders cannot be opened or synced, as on some file systems.
+/// Makes the names in a directory survive a crash of the machine. Returns 0 or an errno. It is not a failure
+/// if folders cannot be opened or synced, as on some file systems.
 int sync_folder(const std::string& folder);
 
 /// A file that is written at any position. Every failure is a WorldError that names `name`.

@@ -1,4 +1,5 @@
-// The files that hold the slices of a volume: those of a folder, or those that a header names by a pattern.
+// The files that hold the slices of a volume: those of a directory, or those that a header names by a
+// pattern.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,8 @@
 
 namespace tagrid {
 
-/// The regular files of a folder in natural order: without hidden ones and those of deeper folders. Links to
-/// files count, and so do those that lead nowhere: a lost slice must not look as if it had never existed.
+/// The regular files of a directory in natural order: without hidden ones and those of deeper folders. Links
+/// to files count, and so do those that lead nowhere: a lost slice must not look as if it had never existed.
 /// Throws WorldError.
 std::vector<std::string> visible_files(const std::string& folder);
 

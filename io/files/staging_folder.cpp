@@ -15,7 +15,7 @@ namespace {
 
 constexpr int most_attempts = 100;
 
-/// The folder and those around it that do not exist, from the outermost one on.
+/// The directory and those around it that do not exist, from the outermost one on.
 std::vector<std::string> missing_folders(const std::string& folder) {
   std::vector<std::string> missing;
   for (std::size_t end = folder.find('/', 1);; end = folder.find('/', end + 1)) {
@@ -31,7 +31,7 @@ StagingFolder::StagingFolder(std::string folder, const std::string& name) : fold
   while (folder_.size() > 1 && folder_.ends_with('/')) folder_.pop_back();
   const auto status = status_of(folder_);
   if (status && !S_ISDIR(status->st_mode))
-    throw UsageError(folder_ + ": is not a folder; give the folder for the files");
+    throw UsageError(folder_ + ": is not a directory; give the directory for the files");
   const std::vector<std::string> missing = status ? std::vector<std::string>() : missing_folders(folder_);
   const std::string outermost = missing.empty() ? "" : missing.front();
   try {
@@ -42,7 +42,7 @@ StagingFolder::StagingFolder(std::string folder, const std::string& name) : fold
       if (attempt == 1)
         for (const std::string& path : missing) make(path);
       if (!make_hidden(candidate) && attempt == most_attempts)
-        throw world_error("cannot create a folder in", folder_, EEXIST);
+        throw world_error("cannot create a directory in", folder_, EEXIST);
     }
   } catch (...) {
     let_go();
@@ -70,21 +70,21 @@ void StagingFolder::make(const std::string& folder) {
   const int error = errno;
   // Somebody else may have made it in the meantime.
   const auto status = status_of(folder);
-  if (!status || !S_ISDIR(status->st_mode)) throw world_error("cannot create the folder", folder, error);
+  if (!status || !S_ISDIR(status->st_mode)) throw world_error("cannot create the directory", folder, error);
 }
 
-/// Makes the hidden folder, and holds it, so that nobody takes it for abandoned. Returns false if the name is
-/// taken, or if somebody has just removed it.
+/// Makes the hidden directory, and holds it, so that nobody takes it for abandoned. Returns false if the name
+/// is taken, or if somebody has just removed it.
 bool StagingFolder::make_hidden(const std::string& candidate) {
   if (mkdir(candidate.c_str(), 0700) != 0) {
     if (errno == EEXIST) return false;
-    throw world_error("cannot create a folder in", folder_, errno);
+    throw world_error("cannot create a directory in", folder_, errno);
   }
   descriptor_ = uninterrupted([&] { return open(candidate.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (descriptor_ < 0 && errno != ENOENT) {
     const int error = errno;
     rmdir(candidate.c_str());
-    throw world_error("cannot open a new folder in", folder_, error);
+    throw world_error("cannot open a new directory in", folder_, error);
   }
   if (descriptor_ >= 0 && hold_temporary(descriptor_)) {
     path_ = candidate;
@@ -95,7 +95,7 @@ bool StagingFolder::make_hidden(const std::string& candidate) {
 }
 
 bool StagingFolder::remove(const std::vector<std::string>& files) {
-  // By their names, since the folder may not be readable just now.
+  // By their names, since the directory may not be readable just now.
   for (const std::string& file : files) unlink(file.c_str());
   const bool is_gone = rmdir(path_.c_str()) == 0 || remove_folder(path_.c_str());
   path_.clear();

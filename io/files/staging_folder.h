@@ -1,4 +1,4 @@
-// A hidden folder for files that get their names together.
+// A hidden directory for files that get their names together.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// A `.NAME.part*` in a folder, until remove(). The destructor, or a signal that ends the program, removes it
-/// and its files; after a crash, remove_abandoned_folders() does. Folders that were created for it are
+/// A `.NAME.part*` in a directory, until remove(). The destructor, or a signal that ends the program, removes
+/// it and its files; after a crash, remove_abandoned_folders() does. Folders that were created for it are
 /// removed too, if they are empty and keep() was not called. Every failure is a WorldError that names a
 /// folder.
 class StagingFolder {
@@ -22,11 +22,11 @@ class StagingFolder {
   const std::string& path() const { return path_; }
   /// All folders that were made, each after those around it.
   const std::vector<std::string>& made() const { return made_; }
-  /// Makes another folder.
+  /// Makes another directory.
   void make(const std::string& folder);
   /// From now on, made folders stay.
   void keep() { kept_ = true; }
-  /// Removes the hidden folder. `files` are all that may be in it. Returns false if it cannot be removed.
+  /// Removes the hidden directory. `files` are all that may be in it. Returns false if it cannot be removed.
   bool remove(const std::vector<std::string>& files);
 
  private:

@@ -73,8 +73,8 @@ std::optional<std::string_view> target_of(std::string_view name, std::string_vie
   return name.substr(1, name.size() - end_size - 1);
 }
 
-// Reads the folder once and removes its files; returns how many. It does not use readdir(), which allocates:
-// a signal handler must not.
+// Reads the directory once and removes its files; returns how many. It does not use readdir(), which
+// allocates: a signal handler must not.
 int remove_files_in(int folder) noexcept {
   alignas(8) char entries[4096];
   int removed = 0;
@@ -99,8 +99,8 @@ bool has_type(int descriptor, mode_t type) {
   return fstat(descriptor, &status) == 0 && (status.st_mode & S_IFMT) == type;
 }
 
-/// Removes a folder of files that were to get their names. An older file that was set aside is not removed:
-/// it may be the only copy.
+/// Removes a directory of files that were to get their names. An older file that was set aside is not
+/// removed: it may be the only copy.
 bool remove_new_files(const std::string& folder) {
   std::error_code error;
   std::vector<fs::path> files;
@@ -111,7 +111,7 @@ bool remove_new_files(const std::string& folder) {
   return rmdir(folder.c_str()) == 0;
 }
 
-/// Removes a file, or with `folders` a folder, if no process holds it.
+/// Removes a file, or with `folders` a directory, if no process holds it.
 bool remove_if_abandoned(const std::string& path, bool folders) {
   const Descriptor descriptor =
       uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
@@ -140,7 +140,7 @@ std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folde
   return removed;
 }
 
-/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
+/// Removes the empty directories around `path`, from the innermost to `outermost`. Async-signal-safe.
 void remove_folders_around(const char* path, const char* outermost) noexcept {
   const std::size_t least = std::strlen(outermost);
   std::size_t size = std::strlen(path);

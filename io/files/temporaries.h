@@ -17,8 +17,8 @@ namespace tagrid {
 /// older file of that name, which gets its name back.
 int register_temporary(const std::string& path, const std::string& original = "");
 void forget_temporary(int slot);
-/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it
-/// are removed, too, up to this one, as far as they are empty.
+/// The same for a directory, which is removed with all its files. With `outermost`: then the directories
+/// around it are removed, too, up to this one, as far as they are empty.
 int register_temporary_folder(const std::string& path, const std::string& outermost = "");
 
 /// Six random letters that make a name unique.
@@ -36,7 +36,7 @@ std::optional<std::string_view> target_of_older(std::string_view name);
 /// Removes registered temporary files and gives older files their names back. Async-signal-safe.
 void unlink_temporaries() noexcept;
 
-/// Removes a folder and its files. Returns false if any of them stay. Async-signal-safe.
+/// Removes a directory and its files. Returns false if any of them stay. Async-signal-safe.
 bool remove_folder(const char* path) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
@@ -57,7 +57,7 @@ void end_signals_with(int code, const std::string& message);
 int code_after_signal() noexcept;
 void write_message_after_signal() noexcept;
 
-/// True if an open file or folder is on a local file system.
+/// True if an open file or directory is on a local file system.
 bool is_local(int descriptor);
 
 /// Holds a new temporary file until its descriptor is closed. Returns false if another process has just taken
@@ -65,9 +65,9 @@ bool is_local(int descriptor);
 bool hold_temporary(int descriptor);
 
 /// Removes the files with a temporary_name() beside each of `outputs` that would have become that output and
-/// that no process holds. Searches each folder once. Returns the number of removed files.
+/// that no process holds. Searches each directory once. Returns the number of removed files.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
-/// The same for hidden folders; see StagingFolder. Older files in them are left.
+/// The same for hidden directories; see StagingFolder. Older files in them are left.
 std::size_t remove_abandoned_folders(const std::vector<std::string>& outputs);
 
 }  // namespace tagrid

@@ -35,7 +35,7 @@ std::vector<std::string> names_in(const std::string& folder) {
 /// A file that was not completed, or one that had its name before.
 bool is_unfinished(std::string_view name) { return target_of_temporary(name) || target_of_older(name); }
 
-/// A part, record, lock or temporary. Other files in the folder do not belong to a run.
+/// A part, record, lock or temporary. Other files in the directory do not belong to a run.
 bool is_of_run(std::string_view name) {
   const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
   return is_part || name == "run" || name == "lock" || is_unfinished(name);
@@ -63,7 +63,7 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
   if (mkdir(path_.c_str(), 0700) != 0 && !(resumable && errno == EEXIST)) {
     const int error = errno;
     forget_temporary(std::exchange(slot_, -1));
-    throw world_error("cannot create the folder for the parts of the run", path_, error);
+    throw world_error("cannot create the directory for the parts of the run", path_, error);
   }
   if (!resumable) return;
   require_own();
@@ -90,9 +90,9 @@ void PartFolder::require_own() const {
   const auto status = status_of_name(path_);
   if (!status) return;  // removed at the end of another run
   if (!S_ISDIR(status->st_mode))
-    throw UsageError(
-        path_ +
-        ": exists and is not a folder, but the run needs a folder of this name for its parts; move it away");
+    throw UsageError(path_ +
+                     ": exists and is not a directory, but the run needs a directory of this name for its "
+                     "parts; move it away");
   const auto beside = status_of(folder_of(path_));
   if (!beside || beside->st_dev != status->st_dev)
     throw UsageError(path_ + ": is on a different file system from the output; unmount it");

@@ -1,4 +1,4 @@
-// The folder of a run in parts: `.NAME.parts/` beside the output.
+// The directory of a run in parts: `.NAME.parts/` beside the output.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace tagrid {
 
-/// The place of the parts of a run while it lasts. Every failure is a WorldError that names the folder.
+/// The place of the parts of a run while it lasts. Every failure is a WorldError that names the directory.
 class PartFolder {
  public:
-  /// With `resumable`: the folder with that name, new or from an earlier run, locked until the end of this
+  /// With `resumable`: the directory with that name, new or from an earlier run, locked until the end of this
   /// process. Throws UsageError if another process holds it, or if something else has its name: a link, a
-  /// folder on another file system, or a folder with other files and no record. Otherwise: a new folder with
-  /// a unique name, which is removed with its parts by the destructor, and when a signal ends the process.
+  /// folder on another file system, or a directory with other files and no record. Otherwise: a new directory
+  /// with a unique name, which is removed with its parts by the destructor, and when a signal ends the
+  /// process.
   PartFolder(const std::string& output, bool resumable);
   ~PartFolder();
 
@@ -22,8 +23,8 @@ class PartFolder {
   std::string record() const { return path_ + "/run"; }
   static std::string part(const std::string& folder, std::int64_t number);
 
-  /// Removes the folder: its parts first, then the record and the lock, so that there is a record until the
-  /// end. Files that do not belong to a run stay, and then so does the folder.
+  /// Removes the directory: its parts first, then the record and the lock, so that there is a record until
+  /// the end. Files that do not belong to a run stay, and then so does the directory.
   void remove();
   /// Removes everything except the record and the lock: the result is complete.
   void remove_parts();
@@ -43,7 +44,7 @@ class PartFolder {
   Descriptor lock_;
 };
 
-/// The name of the folder of a run that can be continued.
+/// The name of the directory of a run that can be continued.
 std::string part_folder_of(const std::string& output);
 
 }  // namespace tagrid

@@ -23,7 +23,7 @@ class FilledFile {
 
   /// An empty file, for the program.
   const std::string& path() const { return path_; }
-  /// For messages: the name of the output, and the folder in which it waits, which may be full.
+  /// For messages: the name of the output, and the directory in which it waits, which may be full.
   const std::string& name() const { return name_; }
   /// To be called once, when the program has ended. Throws WorldError if it removed or replaced the file.
   /// Returns the bytes of the entire output.

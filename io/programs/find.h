@@ -15,8 +15,8 @@ struct FoundProgram {
   bool operator==(const FoundProgram&) const = default;
 };
 
-/// The folders in which programs are sought, in this order: those of the environment variable
-/// TAGRID_READER_PATH (absolute ones only), the folder of this program, and ../libexec/tagrid from there.
+/// The directories in which programs are sought, in this order: those of the environment variable
+/// TAGRID_READER_PATH (absolute ones only), the directory of this program, and ../libexec/tagrid from there.
 std::vector<std::string> program_folders();
 
 /// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first folder that

@@ -96,9 +96,9 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   }
   // Which of them is meant would depend on their order.
   if (const auto count = std::ranges::count(list, wanted, &Choice::name); count > 1)
-    throw UsageError(
-        fmt::format("{}: has {} volumes that are called {}; move the files of one of them to another folder",
-                    path, count, wanted));
+    throw UsageError(fmt::format(
+        "{}: has {} volumes that are called {}; move the files of one of them to another directory", path,
+        count, wanted));
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == wanted) return i;
   for (std::size_t i = 0; i < list.size(); ++i)

@@ -253,7 +253,7 @@ std::string path_of_data_file(const std::string& header_path, const std::string&
 std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
                                           const std::string& header_name, std::string_view format) {
   const auto status = status_of(path);
-  // Opening reports missing files and folders.
+  // Opening reports missing files and directories.
   const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
   if (data_file == "-" || !is_plain)
     throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",

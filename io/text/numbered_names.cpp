@@ -103,7 +103,8 @@ std::string gap_in_words(const NumberedFiles& files) {
 
 std::string same_in_words(const NumberedFiles& files) {
   return name_of_path(files.same->first) + " and " + name_of_path(files.same->second) +
-         " have the same number, so it is unclear which one is the slice; move one of them to another folder";
+         " have the same number, so it is unclear which one is the slice; move one of them to another "
+         "directory";
 }
 
 std::string number_pattern(std::string_view name) { return with_numbers_as("#", pieces_of(name)); }

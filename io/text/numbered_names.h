@@ -21,10 +21,10 @@ struct NumberedFiles {
   std::string missing;  ///< all numbers that are missing by the same rule: "4, 7 to 9"
 };
 
-/// Sorts files of one folder into such series, which come in natural order of their patterns. A file without
-/// a number, or with a name of its own kind, is a series of one. If names differ in several numbers, the last
-/// one is that of the slice. Two series have the same pattern if a file has a # in its name: a#.tif beside
-/// a1.tif and a2.tif.
+/// Sorts files of one directory into such series, which come in natural order of their patterns. A file
+/// without a number, or with a name of its own kind, is a series of one. If names differ in several numbers,
+/// the last one is that of the slice. Two series have the same pattern if a file has a # in its name: a#.tif
+/// beside a1.tif and a2.tif.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
 /// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.

@@ -259,7 +259,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
       throw UsageError(
-          Sentence{"{}: its parts cannot be read in any order; give {}, a folder for a copy of it",
+          Sentence{"{}: its parts cannot be read in any order; give {}, a directory for a copy of it",
                    {source->name(), Setting{"spool", "a spool"}}});
     source = spooled(std::move(source), run.resources.spool);
   }

@@ -126,7 +126,7 @@ double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
   throw UsageError(Sentence{
       "{}: {} {}, which is not possible here; give {} a number, or {} for a copy",
-      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a folder"}}});
+      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a directory"}}});
 }
 
 FoundBound by_noise(VolumeSource& source, double times) {

@@ -178,9 +178,10 @@ void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress) 
   all_do(ranks, [&] {
     parts = std::make_unique<PartsOfRun>(order.folder, order.record);
     if (!status_of(order.folder))
-      throw WorldError(order.folder +
-                       ": does not exist on this machine; all ranks must see the folder of the output under "
-                       "the same name");
+      throw WorldError(
+          order.folder +
+          ": does not exist on this machine; all ranks must see the directory of the output under "
+          "the same name");
     encoder = std::make_unique<PartEncoder>(ranks, order, *parts);
   });
   SharedWork shared;

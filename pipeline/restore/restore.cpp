@@ -121,7 +121,7 @@ void require_same(const SourceComparison& found, const std::string& original) {
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
-  if (is_folder(run.input)) throw UsageError(run.input + ": is a folder; give a .tag file");
+  if (is_folder(run.input)) throw UsageError(run.input + ": is a directory; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
     throw UsageError(run.input +
                      ": source files are restored from a regular file only; write the pipe to one");

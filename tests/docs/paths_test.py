@@ -41,7 +41,7 @@ def wrong_names(text):
 
 
 def installed_documents():
-    """The files that CMakeLists.txt installs in the folder of the documents, where they have the same relative paths."""
+    """The files that CMakeLists.txt installs in the directory of the documents, where they have the same relative paths."""
     top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")]
     folders = [path for folder in ("docs", "tools/slurm", "examples/readers") for path in (ROOT / folder).rglob("*")]
     return {path for path in top + folders if path.name != "tagrid.1"}

@@ -1,7 +1,7 @@
-// A failing disk, to be preloaded into a program: it counts calls that touch files of one folder, and makes
-// one of them, or all, fail. Environment variables control it:
+// A failing disk, to be preloaded into a program: it counts calls that touch files of one directory, and
+// makes one of them, or all, fail. Environment variables control it:
 //
-//   TAGRID_FAULT_FOLDER   the folder; the paths below it are the ones that count
+//   TAGRID_FAULT_FOLDER   the directory; the paths below it are the ones that count
 //   TAGRID_FAULT_STREAMS  if set: the standard input and output count as well, whatever they are
 //   TAGRID_FAULT_LOG      a file: a line "name path" for every call that counts; not below the folder
 //   TAGRID_FAULT_AT       the number of the call that fails, from 1; 0: all of them
@@ -10,7 +10,8 @@
 //                         "SIGKILL", "SIGTERM", "SIGINT", "SIGSTOP": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
-//   TAGRID_FAULT_THREAD   number, from 1, of the first thread that cannot be made, nor any after it; no folder
+//   TAGRID_FAULT_THREAD   number, from 1, of the first thread that cannot be made, nor any after it; no
+//   directory
 //
 // A close() that fails has closed the file anyway, as on Linux.
 #include <dlfcn.h>

@@ -61,7 +61,7 @@ class MemoryPipe : public Descriptor {
   }
 };
 
-/// A folder for temporary files, removed at the end of the process.
+/// A directory for temporary files, removed at the end of the process.
 class Folder {
  public:
   Folder() {
@@ -77,7 +77,7 @@ class Folder {
     std::ofstream(path_ / name, std::ios::binary) << bytes;
     return (path_ / name).string();
   }
-  /// A name in the folder under which all written bytes are dropped.
+  /// A name in the directory under which all written bytes are dropped.
   std::string null_named(const char* name) const {
     std::error_code exists;
     std::filesystem::create_symlink("/dev/null", path_ / name, exists);

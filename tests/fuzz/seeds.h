@@ -10,7 +10,7 @@ namespace tagrid::fuzz {
 
 using Seeds = std::vector<std::vector<std::uint8_t>>;
 
-/// By the name of their target. `golden` is the folder of the golden files.
+/// By the name of their target. `golden` is the directory of the golden files.
 std::map<std::string, Seeds> make_seeds(const std::string& golden);
 
 }  // namespace tagrid::fuzz

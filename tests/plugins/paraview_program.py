@@ -8,7 +8,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def pvpython(unpacked):
-    """The program and "", or None and the reason why there is none. It is unpacked into a folder if it is not installed."""
+    """The program and "", or None and the reason why there is none. It is unpacked into a directory if it is not installed."""
     installed = shutil.which("pvpython")
     if installed:
         return installed, ""

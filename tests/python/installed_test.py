@@ -60,7 +60,7 @@ class Installed(unittest.TestCase):
         library = next(prefix.rglob("libtagrid.so")).parent
         where = {"PKG_CONFIG_PATH": str(library / "pkgconfig"), "CMAKE_PREFIX_PATH": str(prefix)}
         source = self.folder / "source"
-        # pip builds in the folder of the sources.
+        # pip builds in the directory of the sources.
         run("cp", "-r", ROOT / "python", source)
         run(sys.executable, "-m", "pip", "install", "--no-build-isolation", "--no-deps", "--no-index", "-q", "--target",
             self.folder / "pip", source, **where)

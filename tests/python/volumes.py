@@ -1,4 +1,4 @@
-"""What the tests of the Python package share: volumes, a folder, threads."""
+"""What the tests of the Python package share: volumes, a directory, threads."""
 
 import pathlib
 import tempfile
@@ -23,7 +23,7 @@ def blobs(shape, dtype="int16", seed=1):
 
 
 def temporary_folder(test):
-    """A folder that is removed at the end of the test, or of the class of tests."""
+    """A directory that is removed at the end of the test, or of the class of tests."""
     folder = tempfile.TemporaryDirectory()
     (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
     return pathlib.Path(folder.name)

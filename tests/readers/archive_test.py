@@ -123,7 +123,7 @@ class Archive(ReaderTest):
         gone = {path.relative_to(self.folder / "before") for path in (self.folder / "before").rglob("*") if path.is_file()
                 and not (self.folder / "archive" / path.relative_to(self.folder / "before")).exists()}
         self.assertGreater(len(gone), 20)
-        # What was removed is done, though its folder is still there.
+        # What was removed is done, though its directory is still there.
         for option in ("--skip-done", "--remove-verified"):
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", option)
             later = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()][-len(volumes):]
@@ -299,7 +299,7 @@ class Archive(ReaderTest):
     def test_what_cannot_be_searched_is_an_error(self):
         self.assert_refused(74, "nowhere", "convert", "--find", "nowhere")
         (self.folder / "file").write_text("x")
-        self.assert_refused(64, "file: is a file; --find takes a folder", "convert", "--find", "file")
+        self.assert_refused(64, "file: is a file; --find takes a directory", "convert", "--find", "file")
         self.assert_refused(64, "--manifest is required", "convert", "--output-dir", "out")
         self.assert_refused(64, "--output-dir is required", "convert", "--manifest", "file")
 

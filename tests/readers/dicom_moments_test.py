@@ -165,7 +165,7 @@ class DicomMoments(ReaderTest):
         truth = volume(shape=(3, 5, 6))
         self.write("s", truth[None], lambda m, z: {})
         self.encodes((truth[1:2] - 1024).astype("int16"), "s/0_1.dcm")
-        self.assertIn("s/0_1.dcm: is one image of a series, and 0_0.dcm is another one; give their folder to read all of them", self.messages)
+        self.assertIn("s/0_1.dcm: is one image of a series, and 0_0.dcm is another one; give their directory to read all of them", self.messages)
         self.encodes((truth - 1024).astype("int16"), "s")
         self.assertEqual(self.messages, "")
 

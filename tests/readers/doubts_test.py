@@ -210,10 +210,10 @@ class Doubts(ReaderTest):
         self.run_ok("encode", self.nrrd(), "-o", "a.tag")
         (self.folder / "d").mkdir()
         for arguments in (("verify", "d"), ("preview", "d", "-o", "x.png"), ("info", "d"), ("decode", "d", "-o", "x.nrrd"), ("mesh", "d", "-o", "x.vtu")):
-            self.assert_refused(64, "d: is a folder, not a .tag file; encode it first", *arguments)
+            self.assert_refused(64, "d: is a directory, not a .tag file; encode it first", *arguments)
         (self.folder / "p.mha").write_bytes(b"ObjectType = Image\nNDims = 3\n")
         self.assert_refused(65, "this is not a .tag file, but a MetaImage file; encode it first", "mesh", "p.mha", "-o", "x.vtu")
-        self.assert_refused(64, "a.nrrd: is a file; --find takes a folder", "convert", "--find", "a.nrrd")
+        self.assert_refused(64, "a.nrrd: is a file; --find takes a directory", "convert", "--find", "a.nrrd")
         with open(self.folder / "a.nii.xz", "wb") as file:
             subprocess.run(["xz", "-c", "a.nrrd"], cwd=self.folder, stdout=file, check=True)
         self.assert_refused(65, "a.nii.xz: is compressed (xz): `xzcat a.nii.xz | tagrid encode - -o a.tag`", "encode", "a.nii.xz", "-o", "x.tag")

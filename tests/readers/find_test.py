@@ -215,7 +215,7 @@ class Find(ReaderTest):
         self.convert("-q")
 
     def disk(self, *folders):
-        """A disk with a DICOMDIR and two series, whose images lie in folders by other means."""
+        """A disk with a DICOMDIR and two series, whose images lie in directories by other means."""
         shutil.rmtree(self.folder / "a" / "disk", ignore_errors=True)
         self.dicom("x", "1.2.3", 1)
         self.dicom("x", "1.2.4", 2)
@@ -259,7 +259,7 @@ class Find(ReaderTest):
         self.find()
         before = {path: path.read_bytes() for path in self.path("disk").rglob("*") if path.is_file()}
         self.convert("-q")
-        self.assert_refused_removal("a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the folders of its images instead")
+        self.assert_refused_removal("a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the directories of its images instead")
         # The advice works.
         folders = sorted({path.parent for path in before if path.name != "DICOMDIR"})
         (self.folder / "list.tsv").write_text("".join(f"{folder}\toutput={i}\n" for i, folder in enumerate(folders)))
@@ -293,7 +293,7 @@ class Find(ReaderTest):
                          ["# 11 x 9 x 5 int16, DICOM; slices are unequally spaced, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
 
     def test_volumes_of_one_series_are_told_apart(self):
-        """The same ones as of their folder, each once."""
+        """The same ones as of their directory, each once."""
         from dicom_test import data_set
 
         for echo, z in itertools.product((2, 5), range(3)):
@@ -316,8 +316,8 @@ class Find(ReaderTest):
         found, comments = self.find()
         self.assertEqual(set(found), {"a/1.2.3", "b/1.2.3"})
         self.assertEqual([line for line in comments if "DICOM" in line],
-                         ["# 11 x 9 x 2 int16, DICOM", "# 11 x 9 x 2 int16, DICOM; a also has images of this series: copies, or parts of one volume, which must then be in one folder"])
-        # In one folder, they are one volume.
+                         ["# 11 x 9 x 2 int16, DICOM", "# 11 x 9 x 2 int16, DICOM; a also has images of this series: copies, or parts of one volume, which must then be in one directory"])
+        # In one directory, they are one volume.
         for z in range(2):
             self.path(f"a/{z}.dcm").rename(self.path(f"b/{z}.dcm"))
         found, comments = self.find()
@@ -356,7 +356,7 @@ class Find(ReaderTest):
         found, comments = self.find()
         self.assertEqual(set(found), {"knee.nrrd", "b.nhdr"})
         text = "\n".join(comments) + "\n"
-        for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file", ".: x.nrrd.bz2: is compressed", ".: link: a link to a folder",
+        for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file", ".: x.nrrd.bz2: is compressed", ".: link: a link to a directory",
                      ".: dangling: not a file", "data: other.raw: perhaps samples without a header: a line needs the columns dims= and type=",
                      "many: 0.txt, 1.txt, 2.txt, 3.txt, 4.txt and 3 more: no known format"):
             self.assertIn(f"# passed over: {line}", text)

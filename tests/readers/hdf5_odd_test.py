@@ -348,7 +348,7 @@ class Odd(ReaderTest):
             def write(file):
                 file["link"] = h5py.ExternalLink(name, "/data")
             self.make(write, f"a{number}.h5")
-            self.assert_refused(65, "another folder, where nothing is read; give that file itself", "encode", f"a{number}.h5", "--dataset", "link")
+            self.assert_refused(65, "another directory, where nothing is read; give that file itself", "encode", f"a{number}.h5", "--dataset", "link")
         self.encodes(volume(), "far/b.h5", "--dataset", "data")
 
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):

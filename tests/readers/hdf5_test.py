@@ -152,7 +152,7 @@ class Hdf5(ReaderTest):
             file["far"] = h5py.ExternalLink("other/there.h5", "/data")
             file.create_virtual_dataset("virtual", layout, fillvalue=-7)
         self.assert_refused(65, "virtual data set", "encode", "a.h5", "--dataset", "virtual")
-        self.assert_refused(65, "in another folder", "encode", "a.h5", "--dataset", "far")
+        self.assert_refused(65, "in another directory", "encode", "a.h5", "--dataset", "far")
 
     def test_a_missing_filter_is_named(self):
         truth = volume()

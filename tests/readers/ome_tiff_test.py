@@ -183,10 +183,10 @@ class OmeTiff(ReaderTest):
         for name in ("../secret.tif", str(self.folder / "secret.tif"), "..", "sub/../../secret.tif"):
             planes = [("p0.ome.tif", 0, 0, 0), (name, 0, 1, 0)]
             self.write("set/p0.ome.tif", [truth[0, 0]], f'<OME {SCHEMA} UUID="{uuid_of("p0.ome.tif")}">{image(planes, (1, 2, 16, 24))}</OME>')
-            self.assert_refused(65, "which is not in its folder", "encode", "set/p0.ome.tif")
-            self.assert_refused(65, "which is not in its folder", "encode", "set")
+            self.assert_refused(65, "which is not in its directory", "encode", "set/p0.ome.tif")
+            self.assert_refused(65, "which is not in its directory", "encode", "set")
             self.write("set/p0.ome.tif", [truth[0, 0]], f'<OME {SCHEMA}><BinaryOnly MetadataFile="{name}" UUID="urn:uuid:1"/></OME>')
-            self.assert_refused(65, "which is not in its folder", "encode", "set/p0.ome.tif")
+            self.assert_refused(65, "which is not in its directory", "encode", "set/p0.ome.tif")
 
     def one_file(self, pixels=None, more="", shape=(1, 2, 16, 24), pages=None):
         truth = self.volume(shape)

@@ -27,7 +27,7 @@ class PlainForms(ReaderTest):
         return numpy.random.default_rng(seed).integers(0, 4000 if type != "uint8" else 200, shape).astype(type)
 
     def back(self, path, compression, *options):
-        """Encodes a file or folder, and restores it below back/. That tagrid reads the same volume again, encoded() has shown."""
+        """Encodes a file or directory, and restores it below back/. That tagrid reads the same volume again, encoded() has shown."""
         samples, info = self.encoded(path, *options)
         self.assertEqual((info["restorable"], info["compression"]), (False, compression), path)
         shutil.rmtree(self.folder / "back", ignore_errors=True)

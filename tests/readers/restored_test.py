@@ -150,7 +150,7 @@ class Restored(ReaderTest):
         self.ok("encode", "a.nrrd", "-o", "a.tag")
         self.assert_refused(64, "give -o DIR", "restore", "a.tag")
         self.assert_refused(64, "-o -", "restore", "a.tag", "-o", "-")
-        self.assert_refused(64, "is not a folder", "restore", "a.tag", "-o", "a.nrrd")
+        self.assert_refused(64, "is not a directory", "restore", "a.tag", "-o", "a.nrrd")
         self.assert_refused(64, "regular file", "restore", "-", "-o", "r")
         self.assert_refused(74, "none.tag", "restore", "none.tag", "-o", "r")
         self.assert_refused(65, "a.nrrd", "restore", "a.nrrd", "-o", "r")
@@ -193,9 +193,9 @@ class Restored(ReaderTest):
         before = self.files()
         self.write("b.tag", self.bytes("a.tag")[:-1])
         self.assert_refused(65, "b.tag", "restore", "b.tag", "-o", "k/l/m")
-        self.assert_refused(64, "a.tag: is not a folder", "restore", "a.tag", "-o", "a.tag")
+        self.assert_refused(64, "a.tag: is not a directory", "restore", "a.tag", "-o", "a.tag")
         self.assert_refused(74, "a.tag", "restore", "a.tag", "-o", "a.tag/b")
-        self.assert_refused(64, "a/b: is a folder; give a .tag file", "restore", "a/b", "-o", "k")
+        self.assert_refused(64, "a/b: is a directory; give a .tag file", "restore", "a/b", "-o", "k")
         self.assertEqual(self.files(), before | {"b.tag"})
 
     def test_a_source_that_changes_within_the_bound_is_not_removed(self):

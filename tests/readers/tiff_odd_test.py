@@ -246,7 +246,7 @@ class OddTiff(ReaderTest):
         for options in ((), ("--gaps-ok",)):
             message = self.assert_refused(65, "a01.tif and a1.tif have the same number", "encode", "s", *options)
             self.assertNotIn("--gaps-ok", message)
-        self.assertIn("move one of them to another folder", message)
+        self.assertIn("move one of them to another directory", message)
         run = self.tagrid("convert", "--find", "s")
         self.assertIn("# not listed: ", run.stdout)
         (self.folder / "t").mkdir()

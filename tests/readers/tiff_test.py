@@ -222,7 +222,7 @@ class Tiff(ReaderTest):
         self.write_packed("a.tif", truth, 4, "<", meaning=0)
         self.assert_same(self.encoded("a.tif")[0][0], truth)
         self.assertIn("WhiteIsZero", self.messages)
-        # Of a folder, messages about all of it name the folder.
+        # Of a directory, messages about all of it name the directory.
         (self.folder / "s").mkdir()
         for z in range(3):
             self.write_packed(f"s/{z}.tif", truth, 4, "<", meaning=0)
@@ -277,7 +277,7 @@ class Tiff(ReaderTest):
         self.encodes(truth, "b.tif")
         info = self.encodes(truth, self.image_j("c.tif", truth, signed))
         self.assertFalse([key for key in info["source"]["pairs"] if key.startswith("rescale")])
-        # And in a folder of slices.
+        # And in a directory of slices.
         (self.folder / "s").mkdir()
         for z, slice in enumerate(truth):
             self.image_j(f"s/{z}.tif", (slice.astype("int32") + 32768).astype("uint16")[None], signed)

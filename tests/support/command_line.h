@@ -1,4 +1,4 @@
-// A folder with a volume, and calls of the program in it.
+// A directory with a volume, and calls of the program in it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,12 +29,12 @@ class CommandLine : public TemporaryFolder {
  protected:
   using Arguments = std::vector<std::string>;
 
-  /// Runs tagrid in the folder, with `input` on its standard input.
+  /// Runs tagrid in the directory, with `input` on its standard input.
   Ending tagrid(Arguments arguments, std::string_view input = {}) const {
     arguments.insert(arguments.begin(), program_under_test());
     return Process(arguments, folder_.string()).finish(input);
   }
-  /// Runs a bash script in the folder; $TAGRID is the program. The code is that of the first command of a
+  /// Runs a bash script in the directory; $TAGRID is the program. The code is that of the first command of a
   /// pipeline that fails.
   Ending script(const std::string& text) const {
     const std::string preamble = "set -o pipefail; TAGRID='" + program_under_test() + "'; ";
@@ -54,7 +54,7 @@ class CommandLine : public TemporaryFolder {
     EXPECT_EQ(ending.err, "");
   }
 
-  /// Makes a phantom in the folder, in the format of its name; by default 52 x 40 x 36 samples.
+  /// Makes a phantom in the directory, in the format of its name; by default 52 x 40 x 36 samples.
   void phantom(const std::string& name, const Arguments& more = {}) const {
     Arguments arguments = {"phantom", "--dims", "52,40,36", "-o", name, "-q"};
     arguments.insert(arguments.end(), more.begin(), more.end());

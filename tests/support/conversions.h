@@ -1,4 +1,4 @@
-// A folder with volumes and a list of them for `convert`.
+// A directory with volumes and a list of them for `convert`.
 #pragma once
 
 #include <xxhash.h>

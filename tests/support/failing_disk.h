@@ -9,8 +9,8 @@
 
 namespace tagrid {
 
-// Every call takes minutes, so it is every seventh one, unless TAGRID_LONG is set. With sanitizers, that would still take
-// too long.
+// Every call takes minutes, so it is every seventh one, unless TAGRID_LONG is set. With sanitizers, that
+// would still take too long.
 inline const std::size_t stride = program_is_sanitized() ? 31 : std::getenv("TAGRID_LONG") != nullptr ? 1 : 7;
 
 /// A number that the environment may give.
@@ -105,7 +105,7 @@ class FailingDisk : public CommandLine {
     if (call.path.find("pipe:") == 0) return "standard ";
     const std::string name = std::filesystem::path(call.path).filename().string();
     if (c.arguments[0] == "restore") {
-      // The folder of the files is also that of the report: the message is about one of them.
+      // The directory of the files is also that of the report: the message is about one of them.
       if (name == "." || call.path == folder_.string()) return ": cannot ";
       if (name.starts_with(".restored.part")) return ".: ";
     }
@@ -122,7 +122,7 @@ class FailingDisk : public CommandLine {
   /// killed runs left if possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
-    // What cannot be removed by its name is removed with its folder, and the other way round.
+    // What cannot be removed by its name is removed with its directory, and the other way round.
     if (call.is_one_of({"unlink", "rmdir"}) && call.path.find(".restored.part") != call.path.npos)
       return true;
     // Unnamed files: another way exists. Pipes: they are not certain to be files.

@@ -40,7 +40,7 @@ class MpiRuns : public ResumedRuns {
     ending.err = std::regex_replace(ending.err, std::regex("-+\nprterun detected [\\s\\S]*?\n-+\n"), "");
     return ending;
   }
-  /// Whether a process works in the folder.
+  /// Whether a process works in the directory.
   bool is_somebody_here() const {
     std::error_code gone;  // processes that end while we look have no links
     const std::filesystem::path here = std::filesystem::canonical(folder_);

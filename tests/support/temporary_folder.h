@@ -1,4 +1,4 @@
-// A folder for the files of one test, removed at its end.
+// A directory for the files of one test, removed at its end.
 #pragma once
 
 #include <fcntl.h>
@@ -44,7 +44,7 @@ class TemporaryFolder : public ::testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
-  /// The names in the folder, sorted.
+  /// The names in the directory, sorted.
   std::vector<std::string> names() const { return names_in(""); }
   std::vector<std::string> names_in(std::string_view folder) const {
     std::vector<std::string> result;

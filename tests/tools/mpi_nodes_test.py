@@ -164,12 +164,12 @@ class TwoNodes(unittest.TestCase):
         self.assertEqual(process.err.count(f"tagrid: on n2: {local}/"), len(failed), process.err)
         # The other node has them.
         self.assertLess(len(failed), len(names))
-        # A folder of outputs that each node has for itself is refused, as they would be scattered.
+        # A directory of outputs that each node has for itself is refused, as they would be scattered.
         shutil.rmtree(self.folder / "out")
         (self.folder / "out").mkdir()
         process = self.by_four(*CONVERT, TAGRID_MISSING_ON_n2=str(self.folder / "out"))
         self.assertEqual(process.returncode, WORLD, process.err)
-        self.assertIn("tagrid: rank 2 on n2: out: is not the same folder on this machine", process.err)
+        self.assertIn("tagrid: rank 2 on n2: out: is not the same directory on this machine", process.err)
         self.assertEqual([path.name for path in (self.folder / "out").iterdir()], ["results.jsonl"])
 
     def test_volumes_are_converted_as_by_one_process_also_after_a_rank_was_killed(self):

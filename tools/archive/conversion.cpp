@@ -122,10 +122,10 @@ struct DoneLine {
 };
 TAGRID_MEMBERS(DoneLine, index, record, error)
 
-/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none.
+/// Collective. Throws WorldError if a rank on another machine sees another directory of this name, or none.
 void require_shared_folder(Ranks& ranks, const std::string& folder) {
   if (ranks.machine().empty()) return;
-  std::unique_ptr<OutputFile> seen;  // no other folder has its temporary name
+  std::unique_ptr<OutputFile> seen;  // no other directory has its temporary name
   std::string name;
   all_do(ranks, [&] {
     if (ranks.rank() > 0) return;
@@ -137,7 +137,7 @@ void require_shared_folder(Ranks& ranks, const std::string& folder) {
   all_do(ranks, [&] {
     if (!status_of(unpacked_order<std::string>(bytes)))
       throw WorldError(folder +
-                       ": is not the same folder on this machine; all ranks must see the folder of the "
+                       ": is not the same directory on this machine; all ranks must see the directory of the "
                        "outputs under the same name");
   });
 }

@@ -75,8 +75,8 @@ class Finder {
       else if (entry->is_regular_file(unknown))
         files.push_back(entry->path());
       else
-        lines_.pass_over(entry->path(),
-                         entry->is_directory(unknown) ? "a link to a folder" : "not a file that can be read");
+        lines_.pass_over(entry->path(), entry->is_directory(unknown) ? "a link to a directory"
+                                                                     : "not a file that can be read");
     }
     if (error) throw world_error("cannot read", folder.string(), error.value());
     std::ranges::sort(files, comes_before);
@@ -91,7 +91,7 @@ class Finder {
     }
   }
 
-  /// True if the search also meets the target of a link: if it is below the root and in no hidden folder.
+  /// True if the search also meets the target of a link: if it is below the root and in no hidden directory.
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
@@ -215,7 +215,7 @@ class Finder {
       if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
-        options.emplace("series", name);  // another one may come into the folder
+        options.emplace("series", name);  // another one may come into the directory
       std::string text =
           fmt::format("{}, {}{}{}", described(info.dims, info.type), format.help, details, oddity_of(info));
       if (format.name == "dicom") text += about_other_folder(path, info);
@@ -258,7 +258,7 @@ class Finder {
     return false;
   }
 
-  /// Says that a series has images in a folder that came before.
+  /// Says that a series has images in a directory that came before.
   std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
     const std::string uid = text_of_key(info.nrrd_fields, "dicom_SeriesInstanceUID"),
                       folder = path.lexically_relative(root_).string();
@@ -319,7 +319,7 @@ class Finder {
   std::set<std::string> listed_images_;                   // those of all DICOMDIRs
   std::set<std::string>* images_ = nullptr;               // those of the DICOMDIR that is being looked at
   std::set<std::string>* used_images_ =
-      nullptr;  // names of those in series of the folder that is being looked at
+      nullptr;  // names of those in series of the directory that is being looked at
 };
 
 }  // namespace
@@ -327,7 +327,7 @@ class Finder {
 void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use) {
   if (status_of(root) && !is_folder(root))
-    throw UsageError(root + ": is a file; --find takes a folder; tagrid encode takes a file");
+    throw UsageError(root + ": is a file; --find takes a directory; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
   Finder(root, gaps_ok, run, use).search_all();
 }

@@ -1,4 +1,4 @@
-// All volumes below a folder.
+// All volumes below a directory.
 #pragma once
 
 #include <functional>
@@ -8,28 +8,28 @@
 
 namespace tagrid {
 
-/// A line for a list of volumes, or a file or folder that is not listed.
+/// A line for a list of volumes, or a file or directory that is not listed.
 struct FoundVolume {
   enum class Kind {
     volume,
     broken,      ///< It looks like a volume and cannot be read.
-    passed_over  ///< files that are not volumes: one entry for those of a folder that are alike
+    passed_over  ///< files that are not volumes: one entry for those of a directory that are alike
   };
 
   std::string path;     ///< absolute
   OptionTexts options;  ///< that are needed to read it: {"series", "1.2.3"}
-  std::string output;   ///< its place below the folder that was searched; no other output has it
+  std::string output;   ///< its place below the directory that was searched; no other output has it
   std::string text;     ///< "512 x 512 x 300 int16, DICOM"; or what is wrong; or which files, and why
   Kind kind = Kind::volume;
   std::size_t files = 1;  ///< that are passed over
 };
 
-/// Calls use() for every volume in `root` and the folders below it, in natural order, and at the end for what
-/// was passed over. Slices are found as a folder and a series in it, the images of a DICOMDIR as series of
-/// the DICOMDIR. An output is named after path and series alone, so that it stays when other volumes come.
-/// Hidden files and folders are skipped. Throws WorldError if `root` cannot be read. `gaps_ok`: folders in
-/// which slices are missing are volumes. `run` limits the memory of readers; what is passed over is not
-/// reported if it is quiet.
+/// Calls use() for every volume in `root` and the directories below it, in natural order, and at the end for
+/// what was passed over. Slices are found as a directory and a series in it, the images of a DICOMDIR as
+/// series of the DICOMDIR. An output is named after path and series alone, so that it stays when other
+/// volumes come. Hidden files and directories are skipped. Throws WorldError if `root` cannot be read.
+/// `gaps_ok`: folders in which slices are missing are volumes. `run` limits the memory of readers; what is
+/// passed over is not reported if it is quiet.
 void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use);
 

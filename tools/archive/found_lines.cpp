@@ -50,7 +50,7 @@ std::string step_of(std::string_view text) {
   for (const char c : text) {
     const bool is_plain = static_cast<unsigned char>(c) >= ' ' && c != '\x7f' && c != '%' &&
                           not_in_names.find(c) == not_in_names.npos;
-    // Not a hidden file, and not the folder above.
+    // Not a hidden file, and not the directory above.
     if (is_plain && !(c == '.' && step.empty()))
       step += c;
     else
@@ -59,14 +59,14 @@ std::string step_of(std::string_view text) {
   return step;
 }
 
-/// The place of an output: `relative`, the path of the file or folder of the volume, and below it the series
-/// or data set that `options` choose. It depends on nothing else, and different volumes have different ones.
-/// What a path cannot have, here or on Windows, is written as %2F.
+/// The place of an output: `relative`, the path of the file or directory of the volume, and below it the
+/// series or data set that `options` choose. It depends on nothing else, and different volumes have different
+/// ones. What a path cannot have, here or on Windows, is written as %2F.
 std::string output_name_of(const std::string& relative, const OptionTexts& options) {
   fs::path name = relative == "." ? fs::path() : fs::path(relative);
   if (const auto series = options.find("series"); series != options.end()) name /= step_of(series->second);
   if (const auto dataset = options.find("dataset"); dataset != options.end())
-    // The path of a data set is one of folders, too.
+    // The path of a data set is one of directories, too.
     for (const fs::path& step : fs::path(dataset->second).relative_path())
       if (!step.empty()) name /= step_of(step.string());
   if (const auto grid = options.find("vdb-grid"); grid != options.end()) name /= step_of(grid->second);
@@ -89,13 +89,13 @@ void FoundLines::give(const fs::path& path, const OptionTexts& options, const st
 }
 
 void FoundLines::give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
-  // An image that a DICOMDIR names is looked at again in its folder if it cannot be read.
+  // An image that a DICOMDIR names is looked at again in its directory if it cannot be read.
   const std::string text = words_of(error);
   if (broken_.insert(text).second) use_({path, options, "", text, Kind::broken});
 }
 
 std::string FoundLines::output_of(const fs::path& path, const OptionTexts& options) {
-  // The images of a DICOMDIR are those of its folder.
+  // The images of a DICOMDIR are those of its directory.
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
   std::string name = output_name_of(place.lexically_relative(root_).string(), options);
   if (name.empty()) name = root_.filename();

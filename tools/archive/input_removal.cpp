@@ -128,10 +128,10 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
   for (const std::string& file : volume->files()) {
     require_removable(file, advice);
-    // A header is untrusted input. It must not choose files in other folders for removal, by any path.
+    // A header is untrusted input. It must not choose files in other directories for removal, by any path.
     const auto from_there = fs::path(file).lexically_relative(folder);
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
-      refuse(file, "it may be in a different folder than its header", advice);
+      refuse(file, "it may be in a different directory than its header", advice);
   }
   return volume->files();
 }

@@ -13,7 +13,7 @@
 namespace tagrid {
 
 /// Throws UsageError if `source` chooses one of several volumes by a number that changes when files come or
-/// go: one in the list of a folder, or of a set of files. The message says the name of that volume.
+/// go: one in the list of a directory, or of a set of files. The message says the name of that volume.
 void require_lasting_choice(const std::string& input, const SourceDescription& source);
 
 /// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is

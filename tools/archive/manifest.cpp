@@ -28,11 +28,11 @@ bool goes_up(const fs::path& path) {
   return std::ranges::any_of(path, [](const fs::path& step) { return step == ".."; });
 }
 
-/// Such a folder would be mistaken for records, or would block their names.
+/// Such a directory would be mistaken for records, or would block their names.
 void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   if (first.starts_with("results") && first.ends_with(".jsonl"))
-    throw usage_error("{}: {} is a name for a file of records; choose another name for the folder", given,
+    throw usage_error("{}: {} is a name for a file of records; choose another name for the directory", given,
                       first);
 }
 
@@ -43,15 +43,16 @@ void for_each_folder(const std::string& root, const std::string& output, Use use
   for (const fs::path& step : fs::path(output).parent_path()) use((folder /= step).string());
 }
 
-/// Returns true if the folder exists.
+/// Returns true if the directory exists.
 bool is_own_folder(const std::string& folder) {
   const auto status = status_of_name(folder);
   if (status && S_ISLNK(status->st_mode))
-    throw UsageError(folder +
-                     ": is a symbolic link, but outputs must stay inside the output folder; put a folder "
-                     "there, or choose another output");
+    throw UsageError(
+        folder +
+        ": is a symbolic link, but outputs must stay inside the output directory; put a directory "
+        "there, or choose another output");
   if (status && !S_ISDIR(status->st_mode))
-    throw UsageError(folder + ": is not a folder; choose another output");
+    throw UsageError(folder + ": is not a directory; choose another output");
   return status.has_value();
 }
 
@@ -59,7 +60,7 @@ constexpr std::size_t longest_line = std::size_t{1} << 16;
 /// Some editors write this at the beginning of a file.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
-/// The outputs of a list so far. No two may be the same file, and none may be a folder of another.
+/// The outputs of a list so far. No two may be the same file, and none may be a directory of another.
 class TakenOutputs {
  public:
   /// `advice` ends every message.
@@ -71,12 +72,12 @@ class TakenOutputs {
     if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
       throw usage_error("{} would also be the output of line {}; {}", output, file->second, advice_);
     if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-      throw usage_error("{} would also be a folder of the output of line {}; {}", output, folder->second,
+      throw usage_error("{} would also be a directory of the output of line {}; {}", output, folder->second,
                         advice_);
     for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
       if (const auto file = files_.find(folder.string()); file != files_.end())
-        throw usage_error("{} is impossible, because {} is the output of line {}, not a folder; {}", output,
-                          folder.string(), file->second, advice_);
+        throw usage_error("{} is impossible, because {} is the output of line {}, not a directory; {}",
+                          output, folder.string(), file->second, advice_);
       folders_.emplace(folder.string(), line);
     }
   }
@@ -110,7 +111,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
-    throw usage_error("{}: is not the name of a file or a folder", columns[0]);
+    throw usage_error("{}: is not the name of a file or a directory", columns[0]);
   line.input = absolute_name(path);
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
@@ -132,7 +133,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     else
       line.options[name] = value;
   }
-  // A folder may have dots in its name.
+  // A directory may have dots in its name.
   const bool has_suffix = !is_folder(path);
   if (line.output.empty())
     line.output = keep_folders ? output_mirroring(listed, !has_suffix)
@@ -144,7 +145,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
 
 std::string output_called(const std::string& name) {
   const fs::path path = name;
-  if (path.is_absolute()) throw usage_error("output={}: must be a path inside the output folder", name);
+  if (path.is_absolute()) throw usage_error("output={}: must be a path inside the output directory", name);
   if (goes_up(path)) throw usage_error("output={}: must not contain ..", name);
   fs::path output = path.lexically_normal();
   if (output.filename().empty() || output == ".")
@@ -174,19 +175,19 @@ void require_own_folders(const std::string& root, const std::string& output) {
 
 void make_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, [](const std::string& folder) {
-    // Another process may create the folder at the same time. It is durable when either process returns.
+    // Another process may create the directory at the same time. It is durable when either process returns.
     if (!is_own_folder(folder) && mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
-      throw world_error("cannot create the folder", folder, errno);
+      throw world_error("cannot create the directory", folder, errno);
     is_own_folder(folder);
     if (const int error = sync_folder(folder_of(folder)); error != 0)
-      throw world_error("cannot sync its parent folder", folder, error);
+      throw world_error("cannot sync its parent directory", folder, error);
   });
 }
 
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
                                         bool keep_folders) {
   FileBytes file(path);
-  // Relative paths cannot start at the folder of a pipe: the pipe of <(...) in a shell is in /dev.
+  // Relative paths cannot start at the directory of a pipe: the pipe of <(...) in a shell is in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
@@ -194,7 +195,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
   TakenOutputs taken(keep_folders
                          ? "give it another name in a column output=NAME"
                          : "give it another name in a column output=NAME; --keep-folders keeps volumes of "
-                           "different folders apart");
+                           "different directories apart");
   std::set<OptionTexts> seen;
   std::string text;
   for (std::size_t number = 1;; ++number, text.clear()) {

@@ -1,5 +1,5 @@
 // The list of volumes that `convert` encodes. Each line has a path and tab-separated columns option=value.
-// The outputs are paths below one folder that never lead out of it.
+// The outputs are paths below one directory that never lead out of it.
 #pragma once
 
 #include <cstddef>
@@ -13,28 +13,28 @@ namespace tagrid {
 struct ManifestLine {
   std::size_t number = 0;  ///< in the file, from 1
   std::string input;       ///< absolute
-  std::string output;      ///< its path below the folder of the outputs: STEM.tag, or as requested
+  std::string output;      ///< its path below the directory of the outputs: STEM.tag, or as requested
   OptionTexts options;     ///< those for all lines, overridden by those of this line
 };
 
 /// Reads the manifest at `path`, or from standard input for "-". Empty lines and lines that begin with '#'
-/// are skipped. Relative paths start at the folder of the manifest, or at the current folder if it comes from
-/// standard input. Without a column for it, the output of 2019/knee.nhdr is knee.tag, or 2019/knee.tag with
-/// `keep_folders`. `given` holds the options for all lines. Throws UsageError if a line has an invalid option
-/// or output, if two lines have the same output, and if there is no volume; also throws WorldError.
+/// are skipped. Relative paths start at the directory of the manifest, or at the current folder if it comes
+/// from standard input. Without a column for it, the output of 2019/knee.nhdr is knee.tag, or 2019/knee.tag
+/// with `keep_folders`. `given` holds the options for all lines. Throws UsageError if a line has an invalid
+/// option or output, if two lines have the same output, and if there is no volume; also throws WorldError.
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given, bool keep_folders);
 
 /// The output for output=NAME: a path below the folder of the outputs, without "." and empty steps, and with
 /// .tag at its end. Throws UsageError if the name is absolute, contains "..", names a folder, or leads
-/// through a folder with the name of a file of records.
+/// through a directory with the name of a file of records.
 std::string output_called(const std::string& name);
 
-/// The output that keeps the folders of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr, and
-/// 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".
+/// The output that keeps the directories of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr,
+/// and 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".
 std::string output_mirroring(const std::string& listed, bool is_folder);
 
-/// Throws UsageError if a folder of `output` below `root` is a symbolic link or not a folder: outputs would
-/// leave `root`, or have a second name there. Folders may be missing.
+/// Throws UsageError if a directory of `output` below `root` is a symbolic link or not a directory: outputs
+/// would leave `root`, or have a second name there. Folders may be missing.
 void require_own_folders(const std::string& root, const std::string& output);
 
 /// Creates the missing folders of `output` below `root`. They are durable when it returns. Throws as

@@ -76,7 +76,7 @@ bool replaces(const KnownOutput& record, const KnownOutput& newest) {
   return record.time >= newest.time;
 }
 
-/// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
+/// True if a volume is at `input`. A directory from which files were removed may still be there, with others.
 bool is_there(const KnownOutput& known, const std::string& input, const RunOptions& run) {
   if (!status_of_name(input)) return false;
   if (!is_folder(input)) return true;
@@ -98,7 +98,7 @@ void require_file_or_folder(const std::string& path) {
   const auto status = status_of(path);
   if (!status) throw world_error("cannot open", path, ENOENT);
   if (!S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode))
-    throw UsageError(path + ": is neither a file nor a folder");
+    throw UsageError(path + ": is neither a file nor a directory");
 }
 
 std::vector<InputFile> look_at(const std::vector<std::string>& files) {

@@ -25,7 +25,7 @@ struct InputFile {
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
-/// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a folder.
+/// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a directory.
 void require_file_or_folder(const std::string& path);
 
 /// Names in records are those of text_of_name(); in memory they are the names themselves.
@@ -82,21 +82,21 @@ void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, nlohmann::ordered_json& record);
 
-/// The outputs in all records of a folder, whatever their number of shards.
+/// The outputs in all records of a directory, whatever their number of shards.
 class KnownOutputs {
  public:
   /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
   explicit KnownOutputs(const std::string& folder);
 
-  /// `output` is a name in the folder; returns nullptr if nothing is known of it.
+  /// `output` is a name in the directory; returns nullptr if nothing is known of it.
   const KnownOutput* find(const std::string& output) const;
-  /// All of them, by their names in the folder.
+  /// All of them, by their names in the directory.
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
-  /// How many files of records the folder has.
+  /// How many files of records the directory has.
   std::size_t files() const { return files_; }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }

@@ -30,7 +30,7 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
-/// All files below a folder that can be seen.
+/// All files below a directory that can be seen.
 std::vector<std::string> files_below(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code error;

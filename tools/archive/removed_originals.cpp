@@ -37,7 +37,7 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
     if (output_called(output) != output || ends_early(output))
       return fmt::format("{}: is in a record, but convert gives no output this name", output);
   } catch (const UsageError&) {
-    return fmt::format("{}: is in a record, and leads out of the folder", output);
+    return fmt::format("{}: is in a record, and leads out of the directory", output);
   }
   if (known.input_files.empty()) return "its record names no files";
   for (const InputFile& file : known.input_files)
@@ -45,7 +45,7 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
   return "";
 }
 
-/// The names of all .tag files in a folder and in the folders below it, sorted.
+/// The names of all .tag files in a directory and in the directories below it, sorted.
 std::vector<std::string> tag_files_in(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -80,7 +80,7 @@ RemovedOriginals removed_originals(const std::string& output_dir) {
   const KnownOutputs known(output_dir);
   if (known.files() == 0)
     throw BrokenInput(output_dir +
-                      ": has no records of convert (results.jsonl); give the folder of its outputs");
+                      ": has no records of convert (results.jsonl); give the directory of its outputs");
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
     if (one.state != KnownOutput::State::removed) continue;

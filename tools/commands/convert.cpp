@@ -63,7 +63,7 @@ struct ConvertCommand {
     const std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
-    // The report may be the first file in the folder of the outputs.
+    // The report may be the first file in the directory of the outputs.
     if (!remove_verified && fs::path(options.run.json).parent_path() == fs::path(options.output_dir))
       make_output_dir();
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
@@ -73,7 +73,7 @@ struct ConvertCommand {
     else if (!status_of(options.output_dir))
       throw WorldError(options.output_dir + ": does not exist; nothing has been converted to it yet");
     if (!is_folder(options.output_dir))
-      throw UsageError(options.output_dir + ": is not a folder; give the folder for the outputs");
+      throw UsageError(options.output_dir + ": is not a directory; give the directory for the outputs");
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
     if (!remove_verified) remove_abandoned_of(own);
@@ -193,7 +193,7 @@ struct ConvertCommand {
     remove_abandoned(options.run, inputs, outputs);
   }
 
-  /// If this is false, the line fails later. Nothing outside the folder is removed before that.
+  /// If this is false, the line fails later. Nothing outside the directory is removed before that.
   bool is_below_output_dir(const ManifestLine& line) const {
     try {
       require_own_folders(options.output_dir, line.output);
@@ -222,7 +222,7 @@ struct ConvertCommand {
 
   void make_output_dir() const {
     if (mkdir(options.output_dir.c_str(), 0777) != 0 && errno != EEXIST)
-      throw world_error("cannot create the folder", options.output_dir, errno);
+      throw world_error("cannot create the directory", options.output_dir, errno);
   }
 };
 

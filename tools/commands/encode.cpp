@@ -85,7 +85,7 @@ struct EncodeCommand {
     while (input.size() > 1 && input.ends_with('/')) input.pop_back();
     if (const fs::path name = fs::path(input).filename();
         name == "." || name == ".." || name == "/" || name.empty())
-      throw UsageError(input + ": is a folder without a name of its own; give -o FILE");
+      throw UsageError(input + ": is a directory without a name of its own; give -o FILE");
     return input + ".tag";
   }
 
@@ -136,13 +136,13 @@ struct EncodeCommand {
     warn(run, "{}: is the record of an unfinished run; give --resume to continue it", part_folder_of(path));
   }
 
-  // The run makes, checks and removes the folder of its parts. A report in its place would stop the run.
+  // The run makes, checks and removes the directory of its parts. A report in its place would stop the run.
   void keep_report_apart(const std::string& parts) const {
     if (run.json.empty() || run.json == "-") return;
     const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
     const fs::path folder = canonical(parts), report = canonical(run.json);
     if (std::ranges::mismatch(folder, report).in1 == folder.end())
-      throw usage_error("--json {}: {} is the folder for the parts of the run; choose a file outside it",
+      throw usage_error("--json {}: {} is the directory for the parts of the run; choose a file outside it",
                         run.json, parts);
   }
 
@@ -151,7 +151,7 @@ struct EncodeCommand {
     if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
     // If the input does not exist, opening it gives the message.
     if (input == "-" || (status_of(input) && !is_file_or_folder(input)))
-      throw UsageError("--resume: the input must be a file or a folder, which can be read again");
+      throw UsageError("--resume: the input must be a file or a directory, which can be read again");
     keep_report_apart(part_folder_of(path));
     end_signals_with(exit_resumable,
                      run.quiet ? "" : "tagrid: interrupted; the same command continues from here\n");

@@ -67,7 +67,7 @@ struct PreviewCommand {
   }
 
   void refuse_pipe() const {
-    // Opening a file that is missing, or a folder, gives a better message.
+    // Opening a file that is missing, or a directory, gives a better message.
     const bool is_pipe =
         input == "-" ? !is_regular_input(input) : !is_regular_output(input) && !is_folder(input);
     if (is_pipe) throw UsageError(input + ": a preview needs a file, not a pipe; save it to one first");

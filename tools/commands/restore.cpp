@@ -30,12 +30,12 @@ struct RestoreCommand {
     run.obey_memory_limit();
     if (!records.empty()) return restore_all(ranks);
     if (input.empty()) throw UsageError("give a .tag file, or --records DIR");
-    if (output.path.empty()) throw UsageError("give -o DIR, the folder for the files");
-    if (output.path == "-") throw UsageError("-o -: files are restored into a folder; give -o DIR");
+    if (output.path.empty()) throw UsageError("give -o DIR, the directory for the files");
+    if (output.path == "-") throw UsageError("-o -: files are restored into a directory; give -o DIR");
     refuse_terminal_input(input);
     remove_abandoned(run, {input}, {});
     if (remove_abandoned_folders({output.path + "/restored"}) > 0 && run.is_watched())
-      say_line("tagrid: removed the hidden folder of a killed run");
+      say_line("tagrid: removed the hidden directory of a killed run");
     RunReport report(run.json, run.thread_count(), output.overwrite, "restore", input, output.path);
     Finished<RestoreResult> restored = restore(ranks);
     const RestoreResult& result = restored.result;
@@ -53,7 +53,8 @@ struct RestoreCommand {
   void restore_all(Ranks& ranks) const {
     if (!input.empty())
       throw UsageError("--records: restores all originals of a directory; leave out " + input);
-    if (!output.path.empty()) throw UsageError("--records: files go back to their own folders; leave out -o");
+    if (!output.path.empty())
+      throw UsageError("--records: files go back to their own directories; leave out -o");
     if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
     const auto [originals, unknown] = removed_originals(records);
     std::size_t restored = 0, there = 0, failed = 0;

@@ -27,7 +27,7 @@ std::vector<std::string> files_in(const std::string& folder, const std::vector<s
   if (std::ranges::any_of(files, [](const std::string& path) { return !is_preview(path); }))
     std::erase_if(files, is_preview);
   if (files.empty())
-    throw BrokenInput(fmt::format("{}: is a folder without files whose names end in {}", folder,
+    throw BrokenInput(fmt::format("{}: is a directory without files whose names end in {}", folder,
                                   fmt::join(extensions, ", ")));
   return files;
 }

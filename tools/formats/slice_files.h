@@ -13,8 +13,8 @@
 
 namespace tagrid {
 
-/// The files in a folder as series by the numbers in their names. Only names with one of the extensions (in
-/// lower case: ".tif") count, none that begins with a dot, and not the preview beside a SkyScan
+/// The files in a directory as series by the numbers in their names. Only names with one of the extensions
+/// (in lower case: ".tif") count, none that begins with a dot, and not the preview beside a SkyScan
 /// reconstruction. Throws BrokenInput if there are no such files; WorldError.
 std::vector<NumberedFiles> series_of_slices(const std::string& folder,
                                             const std::vector<std::string>& extensions);
@@ -25,12 +25,12 @@ Choice choice_of(const NumberedFiles& files);
 /// Throws BrokenInput if numbers are missing, without the option "gaps-ok".
 void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options);
 
-/// The files of one series in a folder, in the order of their numbers; of several series, that which the
+/// The files of one series in a directory, in the order of their numbers; of several series, that which the
 /// option "series" chooses. Throws as the functions above; SeveralVolumes, UsageError.
 NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
                           const ReaderOptions& options);
 
-/// Says which numbers are missing in a folder that is read all the same.
+/// Says which numbers are missing in a directory that is read all the same.
 void add_warning_of_gaps(const std::string& folder, const NumberedFiles& files,
                          std::vector<std::string>& warnings);
 
@@ -42,8 +42,8 @@ struct BytesAfter {
 /// Reports that they are not part of the volume, for all files at once.
 void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
 
-/// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as
-/// pairs.
+/// What a SkyScan (Bruker) log in the directory of the slices says: the size of a voxel, and all its fields
+/// as pairs.
 struct SliceLog {
   std::string path;  ///< "" if there is none
   Geometry geometry;
@@ -60,7 +60,7 @@ void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::st
 /// What the names of the files say, as a pair for VolumeInfo.
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files);
 
-/// Opens a folder of slices in the order of their numbers, or a file as a volume of one slice; see
+/// Opens a directory of slices in the order of their numbers, or a file as a volume of one slice; see
 /// slice_files(). Volume is a ServedVolume that is made of the paths of its slices.
 template <class Volume>
 std::unique_ptr<ServedVolume> open_slices(const std::string& path, const std::vector<std::string>& extensions,

@@ -135,7 +135,7 @@ void refuse_terminal_input(const std::string& input) {
 void require_tag_input(const std::string& input) {
   refuse_terminal_input(input);
   if (input != "-" && is_folder(input))
-    throw UsageError(input + ": is a folder, not a .tag file; encode it first");
+    throw UsageError(input + ": is a directory, not a .tag file; encode it first");
 }
 
 void warn(const RunOptions& options, const std::string& message) {

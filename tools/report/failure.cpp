@@ -15,7 +15,8 @@ std::string memory_advice(const std::vector<std::uint64_t>& needed) {
   const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
   const std::string limit = fmt::format("; give -M {}M", mebibytes(needed[0]));
   if (needed.size() < 3) return limit;
-  return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[2]));
+  return fmt::format("{}, or --spool DIR, a directory for the samples, and -M {}M", limit,
+                     mebibytes(needed[2]));
 }
 
 /// `terms`: the name of the file and how it is compressed, if they are known.
@@ -111,7 +112,7 @@ Failure current_failure(const std::string& memory_advice) {
       // One format was looked for, but there may be volumes of others.
       if (const std::vector<Term>& terms = error.detail.sentence.terms;
           !list.empty() && !terms.empty() && is_folder(terms.front().text))
-        list.push_back("`tagrid convert --find` lists all volumes in the folder");
+        list.push_back("`tagrid convert --find` lists all volumes in the directory");
       return {exit_usage, message, std::move(list)};
     }
     case ErrorKind::broken_input:

@@ -21,7 +21,7 @@ struct MetaImageHeader {
   bool big_endian = false;
   bool is_compressed = false;  ///< zlib
   std::int64_t volumes = 1;    ///< of a fourth axis, one after the other
-  /// Relative to the folder of the header; none if the samples follow it. All have equally many slices.
+  /// Relative to the directory of the header; none if the samples follow it. All have equally many slices.
   std::vector<std::string> data_files;
   /// Bytes to skip in each data file; -1: the samples are its last bytes.
   std::int64_t header_size = 0;

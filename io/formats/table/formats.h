@@ -60,7 +60,7 @@ struct Format {
 
   /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
   std::string_view reader = "";
-  bool has_folders = false;  ///< A folder of such files can be one volume, or hold several.
+  bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
 
   /// The format whose row reads such files, too; "" for this one.
   std::string_view read_as = "";

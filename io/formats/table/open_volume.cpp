@@ -234,12 +234,12 @@ bool has_folders(const std::string& folder) {
 }
 
 BrokenInput no_files_in(const std::string& folder) {
-  if (!has_folders(folder)) return BrokenInput(folder + ": is an empty folder");
-  return BrokenInput(Sentence{"{}: has no files, only folders; {} lists the volumes in them",
+  if (!has_folders(folder)) return BrokenInput(folder + ": is an empty directory");
+  return BrokenInput(Sentence{"{}: has no files, only directories; {} lists the volumes in them",
                               {folder, Setting{"find", "a search"}}});
 }
 
-/// The format of which a folder holds files. Looks into the first ones only, as there may be very many.
+/// The format of which a directory holds files. Looks into the first ones only, as there may be very many.
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
@@ -256,7 +256,7 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   for (const Format& format : formats())
     if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
   throw BrokenInput(
-      Sentence{"{}: is a folder, but its first files are not slices of {}; give a file or a folder of "
+      Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
                "slices; {} lists the volumes "
                "in it",
                {folder, known, Setting{"find", "a search"}}});
@@ -272,9 +272,9 @@ NumberedFiles raw_series(const std::string& folder, const SourceDescription& sou
     for (const NumberedFiles& files : series)
       if (files.pattern == source.series) meant.push_back(files);
     if (meant.size() > 1)
-      throw UsageError(
-          fmt::format("{}: has {} series that are called {}; move the files of one of them to another folder",
-                      folder, meant.size(), source.series));
+      throw UsageError(fmt::format(
+          "{}: has {} series that are called {}; move the files of one of them to another directory", folder,
+          meant.size(), source.series));
     for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
       if (std::to_string(i + 1) == source.series) meant = {series[i]};
     if (meant.empty())
@@ -293,7 +293,7 @@ NumberedFiles raw_series(const std::string& folder, const SourceDescription& sou
   return std::move(series.front());
 }
 
-/// A folder of samples without headers: equally many slices in each file.
+/// A directory of samples without headers: equally many slices in each file.
 std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
   const RawDescription& raw = *source.raw;
   NumberedFiles files = raw_series(folder, source);
@@ -332,7 +332,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   if (source.raw) return open_raw_folder(folder, source);
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
-    throw UsageError(fmt::format("{}: is a folder, not {}", folder, way.format->what));
+    throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
   require_name_for_all(folder, way);
   return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
 }

@@ -1,4 +1,4 @@
-// Files that are read: bytes, lines, and the files that a folder shows.
+// Files that are read: bytes, lines, and the files that a directory shows.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -169,7 +169,7 @@ TEST_F(LineFileTest, WhatIsNoFileIsRefusedWithoutWaiting) {
   EXPECT_THROW(LineFile(path("pipe")), UsageError);
 }
 
-// The files of a folder that may be parts of a volume.
+// The files of a directory that may be parts of a volume.
 
 namespace fs = std::filesystem;
 

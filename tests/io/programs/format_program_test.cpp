@@ -164,7 +164,7 @@ TEST_F(FormatProgramTest, ItsProcessesEndWithIt) {
 TEST_F(FormatProgramTest, ItGetsNoFilesOfOursAndPlainMessages) {
   const std::ifstream ours("/dev/null");
   FormatProgram& program = start("echo $(ls /proc/self/fd); echo $LC_ALL");
-  EXPECT_EQ(program.hear(), "0 1 2 3") << "3 is the folder that ls reads";
+  EXPECT_EQ(program.hear(), "0 1 2 3") << "3 is the directory that ls reads";
   EXPECT_EQ(program.hear(), "C");
 }
 

@@ -106,7 +106,7 @@ TEST_F(ProgramSourceTest, ANameOfTwoVolumesMeansNeither) {
     ADD_FAILURE() << "nothing was thrown";
   } catch (const UsageError& error) {
     EXPECT_EQ(error.what(),
-              path + ": has 2 volumes that are called a; move the files of one of them to another folder");
+              path + ": has 2 volumes that are called a; move the files of one of them to another directory");
   }
   // Other names, and numbers, say which.
   for (const char* series : {"b", "1", "3"})

@@ -19,7 +19,7 @@ namespace {
 
 class SourceContents : public TemporaryFolder {
  protected:
-  /// A folder of files that have 5 bytes and a slice each.
+  /// A directory of files that have 5 bytes and a slice each.
   void write_slices(const Index3& dims) {
     std::filesystem::create_directory(path("slices"));
     raw_.dims = dims;

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "io/errors/errors.h"
 #include "pipeline/encode/graph.h"
 #include "tests/support/generous_budgets.h"

@@ -94,7 +94,7 @@ class ConvertFault : public Conversions<FailingDisk>, public testing::WithParamI
     }
   }
 
-  /// Folders are not counted: a folder for an output that was not written may be empty.
+  /// Folders are not counted: a directory for an output that was not written may be empty.
   std::vector<std::string> files_in_out() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
@@ -140,7 +140,8 @@ TEST_P(ConvertFault, WhileOriginalsAreRemovedLosesNothing) {
       });
 }
 
-/// A run that stops before or after it has created the temporary file of out/a.tag, and goes on after `meanwhile`.
+/// A run that stops before or after it has created the temporary file of out/a.tag, and goes on after
+/// `meanwhile`.
 class ConvertAtOnce : public Conversions<FailingDisk>, public testing::WithParamInterface<bool> {
  protected:
   Ending convert_around(const std::string& meanwhile) const {

@@ -273,7 +273,8 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_EQ(statuses(3), "a kept, b kept, d kept");
   const std::vector<Json> all = records();
-  const std::string why[] = {"may be in a different folder", "is a symbolic link", "--strip drops its files"};
+  const std::string why[] = {"may be in a different directory", "is a symbolic link",
+                             "--strip drops its files"};
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_TRUE(has(all[3 + i]["error"].get<std::string>(), why[i])) << all[3 + i];
   for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})

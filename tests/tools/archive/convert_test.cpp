@@ -95,7 +95,7 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
       {65, "a.nrrd: "},
       {74, "b.nrrd: cannot open"},
       {64, "out/c.tag: already exists; give --skip-done to leave out"},
-      {64, "d.nrrd: is neither a file nor a folder"},
+      {64, "d.nrrd: is neither a file nor a directory"},
       {64, "out/e.tag: exists and is not a regular file"}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     EXPECT_EQ(all[i]["code"], expected[i].first) << all[i];
@@ -203,7 +203,7 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
       {"b.nrrd\tendian=middle", "--endian"},
       {"b.nrrd\tsurface-error=5", "--surface-error needs --max-error"},
       {"b.nrrd\trange=1:2\tfield-scale=3", "have the same meaning"},
-      {"x/..", "is not the name of a file or a folder"}};
+      {"x/..", "is not the name of a file or a directory"}};
   for (const auto& [line, what] : lines) {
     file("list.tsv", std::string("a.nrrd\n") + line + "\n");
     expect_error(convert(), usage, what);

@@ -13,7 +13,7 @@ using Names = std::vector<std::string>;
 
 class ConvertOutputs : public Conversions<CommandLine> {
  protected:
-  /// Volumes with the same name in different folders, and a list of them.
+  /// Volumes with the same name in different directories, and a list of them.
   void patients() const {
     for (const std::string year : {"2019", "2020/may"}) std::filesystem::create_directories(path(year));
     volume("2019/knee.nrrd", 1);
@@ -88,7 +88,7 @@ TEST_F(ConvertOutputs, AnOutputThatWouldLeaveTheFolderIsRefusedBeforeAnythingIsD
       {"../b", "must not contain .."},
       {"x/../b", "must not contain .."},
       {"x/..", "must not contain .."},
-      {"/tmp/b", "inside the output folder"},
+      {"/tmp/b", "inside the output directory"},
       {"x/", "is not the name of a file"},
       {".", "is not the name of a file"},
       {"./", "is not the name of a file"},
@@ -103,7 +103,7 @@ TEST_F(ConvertOutputs, AnOutputThatWouldLeaveTheFolderIsRefusedBeforeAnythingIsD
     EXPECT_FALSE(exists("out")) << name;
   }
   file("list.tsv", "a.nrrd\toutput=x.tag/y\nb.nrrd\toutput=x\n");
-  expect_error(convert(), usage, "x.tag would also be a folder of the output of line 1");
+  expect_error(convert(), usage, "x.tag would also be a directory of the output of line 1");
 }
 
 TEST_F(ConvertOutputs, NoOutputGoesThroughALinkToAnotherPlace) {
@@ -135,7 +135,7 @@ TEST_F(ConvertOutputs, AFileInThePlaceOfAFolderFailsThatVolumeAlone) {
   expect_ok(script("mkdir out && echo precious > out/x"));
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(), "x/y/a failed, y/b ok");
-  EXPECT_TRUE(has(records()[0]["error"].get<std::string>(), "out/x: is not a folder"));
+  EXPECT_TRUE(has(records()[0]["error"].get<std::string>(), "out/x: is not a directory"));
   EXPECT_EQ(content("out/x"), "precious\n");
 }
 
@@ -143,7 +143,7 @@ TEST_F(ConvertOutputs, AFileIsNoFolderForOutputs) {
   volumes(1);
   file("out", "precious");
   for (const Arguments& more : {Arguments{}, Arguments{"-f"}, Arguments{"--remove-verified"}})
-    expect_error(convert(more), usage, "out: is not a folder; give the folder for the outputs");
+    expect_error(convert(more), usage, "out: is not a directory; give the directory for the outputs");
   EXPECT_EQ(content("out"), "precious");
 }
 

@@ -24,15 +24,17 @@ TEST_F(BrokenFiles, AMissingInputIsAFailureOfTheWorld) {
 TEST_F(BrokenFiles, AFolderIsNoInput) {
   expect_ok(script("mkdir folder"));
   for (const char* command : {"decode", "info", "verify"})
-    expect_error(tagrid({command, "folder"}), usage, "folder: is a folder, not a .tag file; encode it first");
-  expect_error(tagrid({"encode", "folder"}), broken_input, "folder: is an empty folder");
+    expect_error(tagrid({command, "folder"}), usage,
+                 "folder: is a directory, not a .tag file; encode it first");
+  expect_error(tagrid({"encode", "folder"}), broken_input, "folder: is an empty directory");
   expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
   expect_ok(script("mkdir folder/deeper"));
-  expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: has no files, only folders; tagrid convert --find folder lists the volumes in them");
+  expect_error(
+      tagrid({"encode", "folder"}), broken_input,
+      "folder: has no files, only directories; tagrid convert --find folder lists the volumes in them");
   expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: is a folder, but its first files are not slices of DICOM or TIFF or JPEG 2000");
+               "folder: is a directory, but its first files are not slices of DICOM or TIFF or JPEG 2000");
   expect_only({"folder"});
 }
 

@@ -72,7 +72,7 @@ TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
   EXPECT_EQ(bytes(with({"volume.raw"}, raw_)).size(), 2U);
   EXPECT_EQ(bytes({"-", "--spool", "."}, content("volume.nrrd")), expected);
   const Ending refused = script("cat volume.nrrd | $TAGRID estimate -");
-  expect_error(refused, usage, "give --spool, a folder");
+  expect_error(refused, usage, "give --spool, a directory");
 }
 
 TEST_F(EstimateCommand, RefusesWhatIsNoList) {

@@ -158,7 +158,7 @@ TEST_P(Kill, AtAnyMomentLeavesWholeFiles) {
   std::cout << kills << " signals, " << in_time << " before the end, " << left << " left a temporary\n";
 }
 
-/// `restore` into a folder whose parents are missing, too.
+/// `restore` into a directory whose parents are missing, too.
 class RestoredFolder : public FailingDisk {
  protected:
   const Case restore_ = {"Restore", {"restore", "volume.tag", "-o", "new/deep/er", "-T1"}};
@@ -184,7 +184,7 @@ class RestoredFolder : public FailingDisk {
     for (const char* name : {"volume.nhdr", "volume.raw"})
       EXPECT_EQ(content(std::string("new/deep/er/") + name), content(name)) << name;
   }
-  /// Expects all files, or no folder.
+  /// Expects all files, or no directory.
   void expect_all_or_nothing() const {
     if (std::filesystem::exists(path("new"))) expect_all_files();
     EXPECT_TRUE(hidden().empty()) << hidden().front();

@@ -275,7 +275,7 @@ TEST_F(OutputFiles, SamplesInAnotherFolderThanTheirHeaderAreNotRemoved) {
   phantom("volume.nhdr");
   expect_ok(script("mkdir other; mv volume.raw other; sed -i s,volume.raw,other/volume.raw, volume.nhdr"));
   expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage,
-               "in a different folder than its header");
+               "in a different directory than its header");
   EXPECT_TRUE(std::filesystem::exists(folder_ / "other" / "volume.raw"));
   expect_ok(tagrid({"encode", "volume.nhdr", "-o", "x.tag"}));
 }
@@ -356,8 +356,8 @@ TEST_F(OutputFiles, AMissingFolderIsAFailureOfTheWorld) {
 TEST_F(OutputFiles, AFolderIsNoOutput) {
   make_tag();
   expect_ok(script("mkdir folder.nrrd"));
-  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "folder.nrrd"}), usage, "is a folder");
-  expect_error(tagrid({"decode", "volume.tag", "-fo", "folder.nrrd"}), usage, "is a folder");
+  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "folder.nrrd"}), usage, "is a directory");
+  expect_error(tagrid({"decode", "volume.tag", "-fo", "folder.nrrd"}), usage, "is a directory");
 }
 
 TEST_F(OutputFiles, AFullDiskLeavesNothing) {

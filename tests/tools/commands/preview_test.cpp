@@ -136,7 +136,8 @@ TEST_F(PreviewCommand, AFrameShowsOfWhichPartOfALargeSliceTheLevelsAre) {
   expect_ok(tagrid({"encode", "large.nrrd"}));
   const PngPicture picture = preview("large.tag", {"--window", "0:1000"});
   const SheetPlaces places = places_on_sheet(panels(dims, {850, 425, 1}));
-  // The samples are nearly black. 390 of 1700 samples have two pixels each; in the whole slice they begin at pixel 300.
+  // The samples are nearly black. 390 of 1700 samples have two pixels each; in the whole slice they begin at
+  // pixel 300.
   const auto is_bright = [&](int u, int v) {
     return picture.at(places.slices[2].x + u, places.slices[2].y + v)[0] > 200;
   };
@@ -248,7 +249,7 @@ TEST_F(PreviewCommand, ADamagedBrickThatIsShownLeavesNoPicture) {
   file("no.tag", "no .tag file at all, but a text");
   expect_error(tagrid({"preview", "no.tag"}), broken_input, "no.tag");
   expect_error(tagrid({"preview", "missing.tag"}), world, "missing.tag");
-  expect_error(tagrid({"preview", ".", "-o", "a.png"}), usage, "is a folder, not a .tag file");
+  expect_error(tagrid({"preview", ".", "-o", "a.png"}), usage, "is a directory, not a .tag file");
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ TEST_F(ProcessLimits, AFileSystemThatIsReadOnlyIsAnErrorThatSaysSo) {
     SCOPED_TRACE(name);
     expect_error(script("unshare -m bash -c 'mount --bind ro ro && mount -o remount,bind,ro ro && exec $0 " +
                         std::string(words) + " -q -o ro/" + name + "' $TAGRID"),
-                 world, "Read-only file system; choose another folder");
+                 world, "Read-only file system; choose another directory");
   }
   EXPECT_EQ(script("ls -A ro").out, "");
 }

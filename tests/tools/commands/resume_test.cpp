@@ -52,7 +52,7 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
         EXPECT_TRUE(ending.code == resumable || early || gone) << ending.code << " " << ending.err;
       }
       expect_no_half_file();
-      // A completed run has no record, but perhaps still has its folder.
+      // A completed run has no record, but perhaps still has its directory.
       const bool was_done =
           std::filesystem::exists(path("new.tag")) && !std::filesystem::exists(path(".new.tag.parts/run"));
       if (!was_done) expect_result(tagrid(command(kills % 2 ? Arguments{"-T1"} : Arguments{})));
@@ -114,7 +114,7 @@ TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
   }
 }
 
-// A folder with the name of the folder of parts that is not one stays as it is.
+// A directory with the name of the directory of parts that is not one stays as it is.
 TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   make_volume("23,19,21");
   const auto expect_untouched = [&](const std::string& kept, std::string_view why) {
@@ -124,12 +124,12 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
     begin_anew();
   };
   expect_ok(script("mkdir other && ln -s other .new.tag.parts && printf precious > other/a"));
-  expect_untouched("other/a", "is not a folder");
+  expect_untouched("other/a", "is not a directory");
   file(".new.tag.parts", "precious");
-  expect_untouched(".new.tag.parts", "is not a folder");
+  expect_untouched(".new.tag.parts", "is not a directory");
   expect_ok(script("mkdir .new.tag.parts && printf precious > .new.tag.parts/000001.dcm"));
   expect_untouched(".new.tag.parts/000001.dcm", "contains 000001.dcm");
-  // If the file lies beside a record, it stays, and so does the folder.
+  // If the file lies beside a record, it stays, and so does the directory.
   make_record();
   for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
     file(".new.tag.parts/" + name, "precious");
@@ -273,7 +273,7 @@ TEST_F(Resume, AReportInTheFolderOfThePartsIsRefusedBeforeAnyWork) {
     const std::vector<std::string> before = names();
     expect_error(tagrid(command({"--json", report})), usage,
                  "--json " + report +
-                     ": .new.tag.parts is the folder for the parts of the run; choose a file outside it");
+                     ": .new.tag.parts is the directory for the parts of the run; choose a file outside it");
     EXPECT_EQ(names(), before);
   };
   for (const std::string report :

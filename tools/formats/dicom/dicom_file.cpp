@@ -223,7 +223,7 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
     if (!name) continue;
     fs::path file = fs::path(path).parent_path();
     for (const std::string_view part : values_of(*name)) {
-      // A directory is untrusted input: it names files below its folder, and no others.
+      // A directory is untrusted input: it names files below its directory, and no others.
       if (part.empty() || part == ".." || part.find('/') != part.npos)
         throw BrokenInput(fmt::format("{}: DICOM directory: names the file {}, which is not below it", path,
                                       tagrid::quoted(std::string_view(*name))));

@@ -176,7 +176,7 @@ std::string about_siblings(const std::string& path, const DicomSeries& series,
   const std::string sibling = sibling_of(image);
   if (sibling.empty()) return "";
   return fmt::format(
-      "{}: is one image of a series, and {} is another one; give their folder to read all of them", path,
+      "{}: is one image of a series, and {} is another one; give their directory to read all of them", path,
       sibling);
 }
 

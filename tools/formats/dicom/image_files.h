@@ -1,4 +1,4 @@
-// The files of a folder, or those that a DICOMDIR names, before they are sorted into series.
+// The files of a directory, or those that a DICOMDIR names, before they are sorted into series.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ struct ImageFiles {
   std::vector<std::string> others;  ///< names of files that have no image
 };
 
-/// Reads the headers of all files at `path`: a file, a folder, or a DICOMDIR. A file that cannot be read
+/// Reads the headers of all files at `path`: a file, a directory, or a DICOMDIR. A file that cannot be read
 /// looks like an image if it is of DICOM, or if its name has the extension of DICOM or is like those of
 /// images: the same extension, or the same texts between numbers. If there is no image, the first
 /// unreadable file is the error. Throws BrokenInput and WorldError.
@@ -33,8 +33,8 @@ ImageFiles image_files_at(const std::string& path);
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
 
 /// Notes about files at `path` that are not in the volume: unreadable and other ones, and, if `path` is a
-/// file, another image of its series in the same folder. With `gaps_ok`, slices that cannot be read are left
-/// out of the series; without it, they are BrokenInput.
+/// file, another image of its series in the same directory. With `gaps_ok`, slices that cannot be read are
+/// left out of the series; without it, they are BrokenInput.
 std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok);
 

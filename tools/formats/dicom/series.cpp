@@ -125,7 +125,7 @@ std::string about_one_place(const DicomSlice& a, const DicomSlice& b, const File
     return both + ": they are one image twice (SOPInstanceUID); remove one of them";
   const std::string differ = differences(a, b, files);
   return fmt::format(
-      "{}, and nothing shows which images belong together{}; move one of them to another folder", both,
+      "{}, and nothing shows which images belong together{}; move one of them to another directory", both,
       differ.empty() ? "" : " (they differ in " + differ + ")");
 }
 

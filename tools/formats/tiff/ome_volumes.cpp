@@ -207,7 +207,7 @@ void add_image(const OmeImage& image, std::size_t number, bool is_one_of_several
 
 std::string beside(const std::string& path, const std::string& name) {
   if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
-    throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its folder",
+    throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its directory",
                                   path, quoted_name(name)));
   return (fs::path(path).parent_path() / name).string();
 }

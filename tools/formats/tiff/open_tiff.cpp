@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a folder holds: slices by the numbers in their names, or a file that is one volume or several by
+/// What a directory holds: slices by the numbers in their names, or a file that is one volume or several by
 /// itself, perhaps with others of its set.
 struct Entry {
   std::string name;
@@ -97,7 +97,7 @@ class Folder {
     return entry;
   }
 
-  /// The first TIFF file of a set names it, whatever else is in the folder.
+  /// The first TIFF file of a set names it, whatever else is in the directory.
   static std::string name_of_set(const std::vector<std::string>& paths, std::string name) {
     for (const std::string& path : paths)
       if (const std::string other = fs::path(path).filename().string();
@@ -174,7 +174,7 @@ std::unique_ptr<ServedVolume> open_folder(const std::string& folder, const Reade
   return slices_of(std::move(entry.volumes), number);
 }
 
-/// Opens a file, or a folder: of slices by the numbers in their names, of files that are volumes by
+/// Opens a file, or a directory: of slices by the numbers in their names, of files that are volumes by
 /// themselves, and of sets whose OME-XML names their files. Of several volumes, the option "series" chooses
 /// one. Throws BrokenInput, UsageError, WorldError, SeveralVolumes.
 std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOptions& options) {

@@ -23,7 +23,7 @@ Hdf5Handle opened_dataset(hid_t file, const std::string& name);
 /// The path of the file that a data set lies in, which links may have led to; "" if it is unknown.
 std::string file_of(hid_t dataset);
 /// True if the data set lies in the file at `path`, or in one beside it. A file is untrusted input: its links
-/// lead to files in its folder, and to no others.
+/// lead to files in its directory, and to no others.
 bool is_in_folder_of(const std::string& path, hid_t dataset);
 
 /// True if it is so, and if its elements are in that file, too: external storage could be any file of this

@@ -48,8 +48,9 @@ class Hdf5Volume final : public ServedVolume {
       if (!is_in_folder_of(path, dataset_.get()))
         throw broken_hdf5(
             path,
-            fmt::format("the data set is in another folder, where nothing is read; give that file itself: {}",
-                        other));
+            fmt::format(
+                "the data set is in another directory, where nothing is read; give that file itself: {}",
+                other));
       files.push_back(other);
     }
     warnings = remarks;

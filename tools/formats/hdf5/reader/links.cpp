@@ -39,8 +39,8 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// True if the file that a link names is there, but in another folder than the file with the link. Nothing is
-/// read from there, and the sandbox hides what such a file holds, but not that it is there.
+/// True if the file that a link names is there, but in another directory than the file with the link. Nothing
+/// is read from there, and the sandbox hides what such a file holds, but not that it is there.
 bool is_elsewhere(hid_t file, const std::string& named) {
   namespace fs = std::filesystem;
   if (named.empty()) return false;
@@ -105,7 +105,7 @@ std::string why_missing(hid_t file, const std::string& path, std::vector<std::st
     passed.push_back(part);
     if (is_elsewhere(file, link->file))
       return fmt::format(
-          "{} is a link to {}, which is in another folder, where nothing is read; give that file itself",
+          "{} is a link to {}, which is in another directory, where nothing is read; give that file itself",
           part, link->target);
     std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
     // A link to a link: the target of the last one is more useful.

@@ -64,7 +64,7 @@ void require_filters(hid_t properties, const std::string& path) {
       }
     throw broken_hdf5(
         path, fmt::format("its samples need the filter {}{}, which is not installed{}; HDF5 looks for "
-                          "plugins in the folders of HDF5_PLUGIN_PATH",
+                          "plugins in the directories of HDF5_PLUGIN_PATH",
                           filter.number, name.empty() ? "" : fmt::format(" ({})", name), packages));
   }
 }

@@ -23,7 +23,7 @@ class GridSlices {
 
   /// The voxels of `box` in the grid with this unique name.
   GridSlices(const std::string& path, const std::string& name, const Box& box) : file_(path), box_(box) {
-    file_.setCopyMaxBytes(0);  // no copy in the folder for temporary files
+    file_.setCopyMaxBytes(0);  // no copy in the directory for temporary files
     file_.open();
     grid_ = openvdb::gridPtrCast<G>(file_.readGrid(name));
   }
