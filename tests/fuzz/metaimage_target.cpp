@@ -24,7 +24,7 @@ void metaimage(Bytes bytes) {
     claim(sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has a size");
     geometry_of(header.info.nrrd_fields);
-    to_world(header.info.geometry, {1, 2, 3});
+    to_world(header.info.geometry, Index3{1, 2, 3});
     if (header.data_files.empty()) {
       read_volume(MemoryFile(bytes).path());
       if (bytes.size() <= pipe_holds) read_volume(MemoryPipe(bytes).path());

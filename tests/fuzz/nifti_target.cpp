@@ -15,7 +15,7 @@ void nifti(Bytes bytes) {
     claim(header.volumes > 0 && sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has volumes with a size");
     geometry_of(header.info.nrrd_fields);
-    to_world(header.info.geometry, {1, 2, 3});
+    to_world(header.info.geometry, Index3{1, 2, 3});
   } catch (const BrokenInput&) {
     // The file may be compressed.
   }

@@ -18,7 +18,7 @@ using Parts = std::vector<DicomPart>;
 /// Positions along the normal that differ by less, in mm, are one place.
 constexpr double same_place = 1e-4;
 
-std::string_view text_of(const Files& files, const DicomSlice& slice, std::size_t moment) {
+std::string_view text_of_moment(const Files& files, const DicomSlice& slice, std::size_t moment) {
   const DicomFile& file = files[slice.file];
   const std::string_view own = value_in(file.frames[slice.frame].moments, moment);
   return own.empty() ? value_in(file.moments, moment) : own;
@@ -89,7 +89,7 @@ std::vector<std::size_t> that_differ(const Slices& slices, const Files& files) {
   for (std::size_t moment = 0; moment < count_of_moments(); ++moment)
     for (std::size_t i = 1; i < slices.size(); ++i)
       if (are_at_one_place(files, slices[i - 1], slices[i]) &&
-          text_of(files, slices[i - 1], moment) != text_of(files, slices[i], moment)) {
+          text_of_moment(files, slices[i - 1], moment) != text_of_moment(files, slices[i], moment)) {
         moments.push_back(moment);
         break;
       }
@@ -137,7 +137,7 @@ bool DicomValue::operator<(const DicomValue& other) const {
 }
 
 DicomValue value_of(const Files& files, const DicomSlice& slice, std::size_t moment) {
-  const std::string_view text = text_of(files, slice, moment);
+  const std::string_view text = text_of_moment(files, slice, moment);
   const auto number = number_of(trimmed(text));
   return number && *number == *number ? DicomValue{*number, text} : DicomValue{.text = text};
 }
@@ -198,8 +198,8 @@ std::vector<DicomPart> parted(const Slices& slices, const Files& files) {
 std::string differences(const DicomSlice& a, const DicomSlice& b, const Files& files) {
   std::string words;
   for (std::size_t moment = 0; moment < count_of_moments(); ++moment) {
-    const std::string_view one = trimmed(text_of(files, a, moment)),
-                           other = trimmed(text_of(files, b, moment));
+    const std::string_view one = trimmed(text_of_moment(files, a, moment)),
+                           other = trimmed(text_of_moment(files, b, moment));
     if (one != other)
       words += fmt::format("{}{} ({} and {})", words.empty() ? "" : ", ", name_of_moment(moment),
                            one.empty() ? "none" : one, other.empty() ? "none" : other);

@@ -16,7 +16,7 @@ namespace tagrid {
 namespace {
 
 constexpr std::uint64_t item_head = 8;  // bytes
-constexpr std::uint32_t item_tag = 0xE000FFFE, end_tag = 0xE0DDFFFE, unknown_length = 0xFFFFFFFF;
+constexpr std::uint32_t item_tag = 0xE000FFFE, end_tag = 0xE0DDFFFE;
 /// Files with more fragments of plain samples are refused.
 constexpr std::size_t most_stretches = 1 << 20;
 

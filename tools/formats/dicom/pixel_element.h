@@ -12,6 +12,9 @@
 
 namespace tagrid {
 
+/// The length of an element that ends with a delimiter.
+inline constexpr std::uint32_t unknown_length = 0xFFFFFFFF;
+
 /// Reads the head before byte `offset` of a file: the bytes of the element; nothing if its length is not
 /// defined, because it has fragments. Throws BrokenInput if there is none.
 std::optional<std::uint64_t> pixel_length(const ByteSource& file, std::uint64_t offset, bool is_explicit,

@@ -20,7 +20,6 @@ constexpr std::uint64_t preamble = 128 + 4;  // bytes, with the magic
 constexpr std::uint64_t longest_meta = 1 << 20;
 constexpr std::size_t most_kept = std::size_t{4} << 20;  // of an inflated data set
 constexpr std::size_t long_head = 12;                    // bytes of an element with a length of 4 bytes
-constexpr std::uint32_t unknown_length = 0xFFFFFFFF;
 constexpr std::string_view explicit_little_endian("1.2.840.10008.1.2.1\0", 20);
 
 using Tag = std::pair<std::uint16_t, std::uint16_t>;

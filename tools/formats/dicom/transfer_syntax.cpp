@@ -10,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-struct Row {
+struct Syntax {
   std::string_view uid;
   SyntaxUse use;
   std::string_view name;
@@ -18,38 +18,38 @@ struct Row {
 
 using enum SyntaxUse;
 
-constexpr std::array rows = {
-    Row{"1.2.840.10008.1.2", native, "Little Endian Implicit"},
-    Row{"1.2.840.10008.1.2.1", native, "Little Endian Explicit"},
-    Row{"1.2.840.10008.1.2.2", native, "Big Endian Explicit"},
-    Row{"1.2.840.10008.1.2.1.99", deflated, "Deflated Explicit VR Little Endian"},
-    Row{"1.2.840.10008.1.2.1.98", plain_fragments, "Encapsulated Uncompressed Explicit VR Little Endian"},
-    Row{"1.2.840.10008.1.2.4.50", decoded, "JPEG Baseline"},
-    Row{"1.2.840.10008.1.2.4.51", decoded, "JPEG Extended, Process 2+4"},
-    Row{"1.2.840.10008.1.2.4.57", decoded, "JPEG Lossless, Non-hierarchical, Process 14"},
-    Row{"1.2.840.10008.1.2.4.70", decoded, "JPEG Lossless, Non-hierarchical, 1st Order Prediction"},
-    Row{"1.2.840.10008.1.2.4.80", decoded, "JPEG-LS Lossless"},
-    Row{"1.2.840.10008.1.2.4.81", decoded, "JPEG-LS Lossy (Near-lossless)"},
-    Row{"1.2.840.10008.1.2.4.90", decoded, "JPEG 2000 (Lossless only)"},
-    Row{"1.2.840.10008.1.2.4.91", decoded, "JPEG 2000 (Lossless or Lossy)"},
-    Row{"1.2.840.10008.1.2.5", decoded, "RLE Lossless"},
-    Row{"1.2.840.10008.1.2.4.92", refused, "JPEG 2000 Multicomponent (Lossless only)"},
-    Row{"1.2.840.10008.1.2.4.93", refused, "JPEG 2000 Multicomponent"},
-    Row{"1.2.840.10008.1.2.4.94", refused, "JPIP Referenced"},
-    Row{"1.2.840.10008.1.2.4.95", refused, "JPIP Referenced Deflate"},
-    Row{"1.2.840.10008.1.2.4.204", refused, "JPIP HTJ2K Referenced"},
-    Row{"1.2.840.10008.1.2.4.205", refused, "JPIP HTJ2K Referenced Deflate"},
-    Row{"1.2.840.10008.1.2.4.110", refused, "JPEG XL Lossless"},
-    Row{"1.2.840.10008.1.2.4.111", refused, "JPEG XL JPEG Recompression"},
-    Row{"1.2.840.10008.1.2.4.112", refused, "JPEG XL"},
-    Row{"1.2.840.10008.1.2.4.201", refused, "High-Throughput JPEG 2000 (Lossless only)"},
-    Row{"1.2.840.10008.1.2.4.202", refused, "High-Throughput JPEG 2000 with RPCL (Lossless only)"},
-    Row{"1.2.840.10008.1.2.4.203", refused, "High-Throughput JPEG 2000"},
-    Row{"1.2.840.10008.1.2.8.1", refused, "Deflated Image Frame Compression"},
-    Row{"1.2.840.10008.1.2.6.1", refused, "RFC 2557 MIME Encapsulation"},
-    Row{"1.2.840.10008.1.2.6.2", refused, "XML Encoding"},
-    Row{"1.2.840.10008.1.20", refused, "Papyrus 3 Implicit VR Little Endian"},
-    Row{"1.2.840.113619.5.2", refused, "GE Private Implicit VR Little Endian with Big Endian Pixel Data"},
+constexpr std::array syntaxes = {
+    Syntax{"1.2.840.10008.1.2", native, "Little Endian Implicit"},
+    Syntax{"1.2.840.10008.1.2.1", native, "Little Endian Explicit"},
+    Syntax{"1.2.840.10008.1.2.2", native, "Big Endian Explicit"},
+    Syntax{"1.2.840.10008.1.2.1.99", deflated, "Deflated Explicit VR Little Endian"},
+    Syntax{"1.2.840.10008.1.2.1.98", plain_fragments, "Encapsulated Uncompressed Explicit VR Little Endian"},
+    Syntax{"1.2.840.10008.1.2.4.50", decoded, "JPEG Baseline"},
+    Syntax{"1.2.840.10008.1.2.4.51", decoded, "JPEG Extended, Process 2+4"},
+    Syntax{"1.2.840.10008.1.2.4.57", decoded, "JPEG Lossless, Non-hierarchical, Process 14"},
+    Syntax{"1.2.840.10008.1.2.4.70", decoded, "JPEG Lossless, Non-hierarchical, 1st Order Prediction"},
+    Syntax{"1.2.840.10008.1.2.4.80", decoded, "JPEG-LS Lossless"},
+    Syntax{"1.2.840.10008.1.2.4.81", decoded, "JPEG-LS Lossy (Near-lossless)"},
+    Syntax{"1.2.840.10008.1.2.4.90", decoded, "JPEG 2000 (Lossless only)"},
+    Syntax{"1.2.840.10008.1.2.4.91", decoded, "JPEG 2000 (Lossless or Lossy)"},
+    Syntax{"1.2.840.10008.1.2.5", decoded, "RLE Lossless"},
+    Syntax{"1.2.840.10008.1.2.4.92", refused, "JPEG 2000 Multicomponent (Lossless only)"},
+    Syntax{"1.2.840.10008.1.2.4.93", refused, "JPEG 2000 Multicomponent"},
+    Syntax{"1.2.840.10008.1.2.4.94", refused, "JPIP Referenced"},
+    Syntax{"1.2.840.10008.1.2.4.95", refused, "JPIP Referenced Deflate"},
+    Syntax{"1.2.840.10008.1.2.4.204", refused, "JPIP HTJ2K Referenced"},
+    Syntax{"1.2.840.10008.1.2.4.205", refused, "JPIP HTJ2K Referenced Deflate"},
+    Syntax{"1.2.840.10008.1.2.4.110", refused, "JPEG XL Lossless"},
+    Syntax{"1.2.840.10008.1.2.4.111", refused, "JPEG XL JPEG Recompression"},
+    Syntax{"1.2.840.10008.1.2.4.112", refused, "JPEG XL"},
+    Syntax{"1.2.840.10008.1.2.4.201", refused, "High-Throughput JPEG 2000 (Lossless only)"},
+    Syntax{"1.2.840.10008.1.2.4.202", refused, "High-Throughput JPEG 2000 with RPCL (Lossless only)"},
+    Syntax{"1.2.840.10008.1.2.4.203", refused, "High-Throughput JPEG 2000"},
+    Syntax{"1.2.840.10008.1.2.8.1", refused, "Deflated Image Frame Compression"},
+    Syntax{"1.2.840.10008.1.2.6.1", refused, "RFC 2557 MIME Encapsulation"},
+    Syntax{"1.2.840.10008.1.2.6.2", refused, "XML Encoding"},
+    Syntax{"1.2.840.10008.1.20", refused, "Papyrus 3 Implicit VR Little Endian"},
+    Syntax{"1.2.840.113619.5.2", refused, "GE Private Implicit VR Little Endian with Big Endian Pixel Data"},
 };
 
 /// JPEG 10918-1 with other processes, which were retired, and video.
@@ -69,8 +69,8 @@ std::string_view family_of(std::string_view uid) {
 }  // namespace
 
 TransferSyntax transfer_syntax(std::string_view uid) {
-  const auto* const row = std::ranges::find(rows, uid, &Row::uid);
-  if (row != rows.end()) return {row->use, row->name};
+  const auto* const found = std::ranges::find(syntaxes, uid, &Syntax::uid);
+  if (found != syntaxes.end()) return {found->use, found->name};
   const std::string_view family = family_of(uid);
   return family.empty() ? TransferSyntax{} : TransferSyntax{refused, family};
 }

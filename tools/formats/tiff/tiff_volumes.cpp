@@ -125,11 +125,6 @@ OmeXml xml_elsewhere(const std::string& path, const std::string& metadata_file) 
   return *std::move(xml);
 }
 
-bool begins_tiff(const std::string& path) {
-  const std::string begin(FileBytes(path).peek(2));
-  return begin == "II" || begin == "MM";
-}
-
 TiffVolumes described_volumes(const std::string& path, bool gaps_ok);
 
 /// The volumes that are described in another file (BinaryOnly), which is called `name`.

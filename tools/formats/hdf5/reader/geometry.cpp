@@ -109,12 +109,12 @@ KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known)
   return pairs;
 }
 
-constexpr const char* root = "/VTKHDF";
+constexpr const char* vtk_group = "/VTKHDF";
 constexpr std::string_view point_data = "/VTKHDF/PointData/", cell_data = "/VTKHDF/CellData/";
 
 Hdf5Handle opened_root(hid_t file) {
-  if (H5Lexists(file, root, H5P_DEFAULT) <= 0) return {};
-  return {H5Oopen(file, root, H5P_DEFAULT), H5Oclose};
+  if (H5Lexists(file, vtk_group, H5P_DEFAULT) <= 0) return {};
+  return {H5Oopen(file, vtk_group, H5P_DEFAULT), H5Oclose};
 }
 
 /// Paths may be given without the first slash.

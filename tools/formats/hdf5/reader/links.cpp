@@ -87,7 +87,7 @@ class GroupVisit {
 };
 
 /// `passed`: the links that led here, in a circle if one is met again.
-std::string why_missing(hid_t file, const std::string& path, std::vector<std::string>& passed) {
+std::string why_missing_after(std::vector<std::string>& passed, hid_t file, const std::string& path) {
   std::string part = "/";
   for (std::size_t at = 0; at < path.size();) {
     const std::size_t end = std::min(path.find('/', at), path.size());
@@ -107,7 +107,7 @@ std::string why_missing(hid_t file, const std::string& path, std::vector<std::st
       return fmt::format(
           "{} is a link to {}, which is in another directory, where nothing is read; give that file itself",
           part, link->target);
-    std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
+    std::string deeper = value.empty() ? "" : why_missing_after(passed, file, inside(group_path, value));
     // A link to a link: the target of the last one is more useful.
     if (deeper.starts_with("there is no ")) deeper.clear();
     return fmt::format("{} is a link to {}, which does not exist{}{}", part, link->target,
@@ -144,7 +144,7 @@ void visit_objects(hid_t file, const Visitor& visitor) {
 
 std::string why_missing(hid_t file, const std::string& path) {
   std::vector<std::string> passed;
-  return why_missing(file, path, passed);
+  return why_missing_after(passed, file, path);
 }
 
 }  // namespace tagrid
