@@ -47,16 +47,16 @@ TEST(NrrdHeader, GeometryHasDirectionsAndOrigin) {
   const Geometry geometry = parse_nrrd_header(plain + everything).info.geometry;
   EXPECT_TRUE(geometry.has_directions);
   EXPECT_EQ(geometry.spacing, (std::array<double, 3>{0.5, 0.5, 2}));
-  EXPECT_EQ(to_world(geometry, {2, 4, 3}), (std::array<double, 3>{11, 22, -36.5}));
+  EXPECT_EQ(to_world(geometry, Index3{2, 4, 3}), (std::array<double, 3>{11, 22, -36.5}));
   EXPECT_TRUE(is_mirrored(geometry));
 }
 
 TEST(NrrdHeader, UnknownSpacingCountsAsOne) {
   const Geometry geometry = geometry_of("spacings: 0.5 NaN 2\n");
   EXPECT_TRUE(std::isnan(geometry.spacing[1]));
-  EXPECT_EQ(to_world(geometry, {1, 1, 1}), (std::array<double, 3>{0.5, 1, 2}));
+  EXPECT_EQ(to_world(geometry, Index3{1, 1, 1}), (std::array<double, 3>{0.5, 1, 2}));
   EXPECT_FALSE(is_mirrored(geometry));
-  EXPECT_EQ(to_world(geometry_of(""), {7, 8, 9}), (std::array<double, 3>{7, 8, 9}));
+  EXPECT_EQ(to_world(geometry_of(""), Index3{7, 8, 9}), (std::array<double, 3>{7, 8, 9}));
 }
 
 TEST(NrrdHeader, AxisMinsAreTheEdgeOfTheFirstSampleUnlessItIsAPoint) {
