@@ -14,7 +14,7 @@ namespace tagrid {
 inline const std::size_t stride = program_is_sanitized() ? 31 : std::getenv("TAGRID_LONG") != nullptr ? 1 : 7;
 
 /// A number that the environment may give.
-inline unsigned long setting(const char* name, unsigned long usual) {
+inline unsigned long number_in_environment(const char* name, unsigned long usual) {
   const char* given = std::getenv(name);
   return given ? std::strtoul(given, nullptr, 10) : usual;
 }

@@ -102,7 +102,7 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
 /// encoded. That is never what replaces the output.
 void require_same_volume(const KnownOutput& known, const Volume& volume) {
   if (const std::string others = other_volume(known, volume.files); !others.empty())
-    throw broken_input(
+    throw broken_input_error(
         "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
         "name (output=NAME)",
         volume.input, others, volume.output);
@@ -111,7 +111,7 @@ void require_same_volume(const KnownOutput& known, const Volume& volume) {
 /// Throws BrokenInput if the volume is not the one that was encoded.
 void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSource& source) {
   if (const std::string change = change_of(known, volume.files, source); !change.empty())
-    throw broken_input(
+    throw broken_input_error(
         "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to replace "
         "it",
         volume.input, change, volume.output);

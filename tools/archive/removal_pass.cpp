@@ -156,7 +156,7 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
   auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
   if (const std::string others = other_volume(known, look_at(files)); !others.empty())
-    throw broken_input(
+    throw broken_input_error(
         "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose another "
         "name (output=NAME)",
         line.input, others);
@@ -167,10 +167,11 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
   if (file.sizes().envelope == 0)
-    throw broken_input("{}: {} does not keep its files; it is kept", line.input, output_path(line));
+    throw broken_input_error("{}: {} does not keep its files; it is kept", line.input, output_path(line));
   const SourceComparison found = compare_source_files(file, volume, resources_.threads);
   if (!found.is_same)
-    throw broken_input("{}: has changed since it was encoded: {}; it is kept", line.input, found.difference);
+    throw broken_input_error("{}: has changed since it was encoded: {}; it is kept", line.input,
+                             found.difference);
   if (!found.compression.empty())
     throw usage_error("{}: its samples are compressed ({}), and come back uncompressed; it is kept",
                       line.input, found.compression);

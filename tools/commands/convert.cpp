@@ -98,8 +98,8 @@ struct ConvertCommand {
             options.run.verbosity > 0 ? "" : "; -v lists them, and why");
     }
     if (sums.failed > 0)
-      throw broken_input("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
-                         results.name());
+      throw broken_input_error("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
+                               results.name());
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.

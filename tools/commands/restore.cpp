@@ -82,7 +82,8 @@ struct RestoreCommand {
       say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
           there == 1 ? "was" : "were", failed);
     if (failed > 0)
-      throw broken_input("{} of {} could not be restored", failed, counted(originals.size(), "original"));
+      throw broken_input_error("{} of {} could not be restored", failed,
+                               counted(originals.size(), "original"));
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");

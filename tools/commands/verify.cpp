@@ -53,7 +53,8 @@ struct VerifyCommand {
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
-    if (!differences.empty()) throw broken_input("{}: {}", shown_input(input), fmt::join(differences, "; "));
+    if (!differences.empty())
+      throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {

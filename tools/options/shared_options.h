@@ -25,7 +25,7 @@ UsageError usage_error(fmt::format_string<Values...> message, Values&&... values
   return UsageError(fmt::format(message, std::forward<Values>(values)...));
 }
 template <class... Values>
-BrokenInput broken_input(fmt::format_string<Values...> message, Values&&... values) {
+BrokenInput broken_input_error(fmt::format_string<Values...> message, Values&&... values) {
   return BrokenInput(fmt::format(message, std::forward<Values>(values)...));
 }
 

@@ -134,8 +134,8 @@ TEST_P(Kill, AtAnyMomentLeavesWholeFiles) {
   ASSERT_EQ(good.code, 0) << good.err;
   after_ = files();
   restore(before_);
-  const unsigned long count = setting("TAGRID_KILLS", stride > 1 ? 1 : 4),
-                      seed = setting("TAGRID_SEED", std::random_device()());
+  const unsigned long count = number_in_environment("TAGRID_KILLS", stride > 1 ? 1 : 4),
+                      seed = number_in_environment("TAGRID_SEED", std::random_device()());
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> moment(0, good.seconds);
   std::size_t kills = 0, in_time = 0, left = 0;

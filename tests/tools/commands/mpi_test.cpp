@@ -132,8 +132,8 @@ TEST_F(MpiFaults, ARankThatIsKilledEndsTheJobAndTheNextOneGoesOn) {
 
 TEST_F(Mpi, GoesOnAfterSignalsAtAnyMoment) {
   make_volume("64,60,56");
-  const unsigned long count = setting("TAGRID_KILLS", stride > 1 ? 1 : 3),
-                      seed = setting("TAGRID_SEED", std::random_device()());
+  const unsigned long count = number_in_environment("TAGRID_KILLS", stride > 1 ? 1 : 3),
+                      seed = number_in_environment("TAGRID_SEED", std::random_device()());
   std::mt19937_64 random(seed);
   const Ending good = by(4, command());
   expect_result(good);

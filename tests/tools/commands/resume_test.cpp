@@ -68,8 +68,8 @@ TEST_F(Resume, GoesOnAfterSignalsAtAnyMoment) {
   make_volume("64,60,56");
   const Ending good = tagrid(command());
   expect_result(good);
-  const unsigned long count = setting("TAGRID_KILLS", stride > 1 ? 1 : 4),
-                      seed = setting("TAGRID_SEED", std::random_device()());
+  const unsigned long count = number_in_environment("TAGRID_KILLS", stride > 1 ? 1 : 4),
+                      seed = number_in_environment("TAGRID_SEED", std::random_device()());
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> moment(0, good.seconds);
   for (unsigned long i = 0; i < count && !HasFailure(); ++i)
