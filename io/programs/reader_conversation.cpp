@@ -175,9 +175,9 @@ ReaderVolume ReaderConversation::describe(const std::string& path, const ReaderO
   process_.reads(path);
   say_request(process_, {{"request", "describe"}, {"path", path}, {"options", options}}, path);
   return with(process_, [&] {
-    const Json answer = next_answer(process_);
+    Json answer = next_answer(process_);
     if (text_in(answer, "answer") == "several") throw_several(answer, path);
-    ReaderVolume volume = volume_of(required(answer, "volume"), path);
+    ReaderVolume volume = volume_of(required(std::move(answer), "volume"), path);
     process_.limit_memory(volume.memory);
     return volume;
   });

@@ -53,6 +53,7 @@ TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stre
   header_size_ = header_size_of(name(), block_);
   read_growing(header_size_ - block_.size(), "the header");
   header_ = header_of(name(), block_, header_checksum_);
+  block_ = {};
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_->size() && bricks > (*bytes_->size() - header_size_) / block_frame_size)
@@ -144,6 +145,7 @@ void TagReader::read_index_section() {
   if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();
   file_size_ = end.start + block_.size();
+  block_ = {};
 }
 
 BrickStream TagReader::bricks() {

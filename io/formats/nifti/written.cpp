@@ -162,6 +162,7 @@ void put_pair(HeaderBytes& header, const Field& field, const Pairs& pairs) {
   if (found == pairs.end()) return;
   // A text ends with a 0.
   if (field.first.type == 'c') return header.put_text(field, found->second.substr(0, field.count - 1));
+  if (field.count == 1) return header.put(field, number_of(found->second).value_or(0));
   for (std::size_t i = 0; const std::string_view word : words_of(found->second)) {
     if (i == field.count) break;
     header.put(field, number_of(word).value_or(0), i++);

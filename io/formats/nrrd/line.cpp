@@ -77,10 +77,10 @@ bool is_storage_field(std::string_view field) {
   return std::ranges::find(storage_fields, field, &FieldName::field) != storage_fields.end();
 }
 
-std::vector<NrrdLine> nrrd_lines(std::string_view lines) {
-  std::vector<NrrdLine> all;
-  while (!lines.empty()) all.push_back(parse_nrrd_line(take_line(lines)));
-  return all;
+NrrdLines::Iterator& NrrdLines::Iterator::operator++() {
+  is_at_end_ = rest_.empty();
+  if (!is_at_end_) line_ = parse_nrrd_line(take_line(rest_));
+  return *this;
 }
 
 std::string text_of_key(std::string_view nrrd_fields, std::string_view key) {

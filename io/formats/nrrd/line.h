@@ -2,6 +2,8 @@
 // https://teem.sourceforge.net/nrrd/format.html
 #pragma once
 
+#include <cstddef>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,8 +25,34 @@ struct NrrdLine {
 
 /// Reads one line, without its line end. Throws BrokenInput if it is not a line of an NRRD header.
 NrrdLine parse_nrrd_line(std::string_view line);
-/// All of several lines. Throws as above.
-std::vector<NrrdLine> nrrd_lines(std::string_view lines);
+/// Several lines, each read when it is its turn: the lines of a hostile header take no memory. Incrementing
+/// throws as above.
+class NrrdLines {
+ public:
+  class Iterator {
+   public:
+    using value_type = NrrdLine;
+    using difference_type = std::ptrdiff_t;
+    Iterator() = default;
+    explicit Iterator(std::string_view rest) : rest_(rest) { ++*this; }
+    const NrrdLine& operator*() const { return line_; }
+    Iterator& operator++();
+    void operator++(int) { ++*this; }
+    bool operator==(std::default_sentinel_t) const { return is_at_end_; }
+
+   private:
+    std::string_view rest_;
+    NrrdLine line_;
+    bool is_at_end_ = true;
+  };
+  explicit NrrdLines(std::string_view lines) : lines_(lines) {}
+  Iterator begin() const { return Iterator(lines_); }
+  std::default_sentinel_t end() const { return {}; }
+
+ private:
+  std::string_view lines_;
+};
+inline NrrdLines nrrd_lines(std::string_view lines) { return NrrdLines(lines); }
 
 /// True if the field says how samples are stored, and so belongs to the file rather than to the volume.
 bool is_storage_field(std::string_view field);

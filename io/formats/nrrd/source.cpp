@@ -82,10 +82,15 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
   skip_lines(*file, header.line_skip);
   if (header.encoding != NrrdHeader::Encoding::raw) {
     place.start = file->position();
-    const auto end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt;
+    // One of several data files has no header of its own: all its bytes before the samples are kept as they are.
+    PlainHeader plain;
+    if (facts.files.front() == path) {
+      const auto end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt;
+      plain = [path, end] { return plain_header(path, nrrd, end); };
+    }
     return compressed_samples(
         std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip),
-        [path, end] { return plain_header(path, nrrd, end); },
+        std::move(plain),
         header.encoding == NrrdHeader::Encoding::bzip2 ? Compression::bzip2 : Compression::gzip);
   }
   place.start = start_of_samples(*file, header, facts.info);

@@ -18,15 +18,14 @@ bool is_no_length(std::string_view unit) {
   return unit.empty() || unit == "pixel" || unit == "pixels" || unit == "reference frame";
 }
 
-/// The lines "key=value".
-std::vector<std::pair<std::string_view, std::string_view>> fields_of(std::string_view description) {
-  std::vector<std::pair<std::string_view, std::string_view>> fields;
+/// Calls use(key, value) for each line "key=value".
+template <class Use>
+void for_each_field(std::string_view description, Use use) {
   while (!description.empty()) {
     const std::string_view line = take_line(description);
     if (const std::size_t equal = line.find('='); equal != line.npos)
-      fields.emplace_back(line.substr(0, equal), line.substr(equal + 1));
+      use(line.substr(0, equal), line.substr(equal + 1));
   }
-  return fields;
 }
 
 std::int64_t count_from(std::string_view text) {
@@ -125,7 +124,7 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
   if (!description.starts_with("ImageJ=")) return std::nullopt;
   ImageJ found;
   bool has_slices = false;
-  for (const auto& [key, value] : fields_of(description)) {
+  for_each_field(description, [&](std::string_view key, std::string_view value) {
     if (key == "images") found.images = count_from(value);
     if (key == "channels") found.channels = count_from(value);
     if (key == "frames") found.frames = count_from(value);
@@ -138,7 +137,7 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
     // They come after the unit, and only if they differ from it.
     if (key == "yunit") found.unit[1] = plain_unit(value);
     if (key == "zunit") found.unit[2] = plain_unit(value);
-  }
+  });
   if (!has_slices) found.slices = found.images / (found.channels * found.frames);
   if (found.channels > found.images || found.frames > found.images || found.slices > found.images ||
       found.channels * found.frames > found.images ||
@@ -168,14 +167,14 @@ std::optional<ImageJCalibration> calibration_of(std::string_view description) {
   if (!description.starts_with("ImageJ=")) return std::nullopt;
   ImageJCalibration found;
   bool has_function = false;
-  for (const auto& [key, value] : fields_of(description)) {
+  for_each_field(description, [&](std::string_view key, std::string_view value) {
     if (key == "cf") found.function = std::string(trimmed(value));
     if (key == "cf") has_function = true;
     if (key == "c0") found.c0 = foreign_number(value);
     if (key == "c1") found.c1 = foreign_number(value);
     // The name that ImageJ gives to numbers without a unit.
     if (key == "vunit" && lower_case(value) != "gray value") found.unit = value;
-  }
+  });
   constexpr const char* none = "20";
   if (!has_function || found.function == none) return std::nullopt;
   return found;

@@ -17,7 +17,9 @@
 #include "tools/formats/tiff/libtiff.h"
 
 namespace tagrid {
+namespace {
 
+/// True if a file has the magic of TIFF or BigTIFF, in either byte order.
 bool begins_tiff(const std::string& path) {
   std::array<char, 4> magic = {};
   std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
@@ -26,6 +28,8 @@ bool begins_tiff(const std::string& path) {
   return begin.starts_with("II") ? is_version(begin[2]) && begin[3] == 0
                                  : begin.starts_with("MM") && begin[2] == 0 && is_version(begin[3]);
 }
+
+}  // namespace
 
 TiffFile::TiffFile(const std::string& path) : path_(path) {
   listen_to_libtiff();

@@ -16,9 +16,6 @@
 
 namespace tagrid {
 
-/// True if a file has the magic of TIFF or BigTIFF, in either byte order.
-bool begins_tiff(const std::string& path);
-
 class TiffFile {
  public:
   /// Throws WorldError if the file cannot be opened, BrokenInput if it is not a TIFF file.

@@ -125,6 +125,11 @@ OmeXml xml_elsewhere(const std::string& path, const std::string& metadata_file) 
   return *std::move(xml);
 }
 
+bool may_be_tiff(const std::string& path) {
+  const std::string begin(FileBytes(path).peek(2));
+  return begin == "II" || begin == "MM";
+}
+
 TiffVolumes described_volumes(const std::string& path, bool gaps_ok);
 
 /// The volumes that are described in another file (BinaryOnly), which is called `name`.
@@ -135,7 +140,7 @@ TiffVolumes volumes_described_in(const std::string& name, const std::string& pat
   if (!fs::exists(metadata_file, unknown))
     throw BrokenInput(fmt::format("{}: TIFF file: its OME-XML is in the file {}, which is missing", path,
                                   tagrid::quoted(std::string_view(name))));
-  if (!begins_tiff(metadata_file)) {
+  if (!may_be_tiff(metadata_file)) {
     add_ome(path, pages, xml_elsewhere(path, metadata_file), false, gaps_ok, volumes);
     volumes.files.push_back(metadata_file);
     return volumes;

@@ -24,7 +24,23 @@ struct Candidate {
   bool is_signal = false;
 };
 
-constexpr std::size_t most_named = 3;  // of other things, in messages
+/// Other things that a message names: the first ones, as a file may have millions.
+class ShortList {
+ public:
+  void add(const std::string& text) {
+    if (++count_ <= most_named) text_ += (text_.empty() ? "" : ", ") + text;
+  }
+  bool empty() const { return count_ == 0; }
+  bool is_full() const { return count_ >= most_named; }
+  std::string text() const {
+    return count_ <= most_named ? text_ : fmt::format("{} and {} more", text_, count_ - most_named);
+  }
+
+ private:
+  static constexpr std::size_t most_named = 3;
+  std::size_t count_ = 0;
+  std::string text_;
+};
 
 /// A picture of two axes is no volume, unless the file says that it is one.
 bool is_slice(hid_t dataset, const std::string& name, std::size_t rank) {
@@ -49,10 +65,10 @@ class Candidates {
   /// Those with several slices; without any, those with one.
   std::vector<Candidate>& list() { return volumes_.empty() ? slices_ : volumes_; }
   /// Data sets with several axes that cannot be volumes.
-  const std::vector<std::string>& others() const { return others_; }
+  const ShortList& others() const { return others_; }
   /// Links into other files, which were not followed.
-  const std::vector<std::string>& links() const { return links_; }
-  const std::vector<std::string>& dangling() const { return dangling_; }
+  const ShortList& links() const { return links_; }
+  const ShortList& dangling() const { return dangling_; }
   const std::string& missing_signal() const { return missing_signal_; }
 
  private:
@@ -64,8 +80,8 @@ class Candidates {
     // An array of VTKHDF with a fourth axis has several numbers for each sample.
     if (!size || !stored || (is_vtkhdf_array(name) && dims.size() > 3)) {
       if (dims.size() >= 3)
-        others_.push_back(stored ? fmt::format("{} has {} axes ({})", name, dims.size(), in_words(dims))
-                                 : fmt::format("{} has {}", name, samples_in_words(type.get())));
+        others_.add(stored ? fmt::format("{} has {} axes ({})", name, dims.size(), in_words(dims))
+                           : fmt::format("{} has {}", name, samples_in_words(type.get())));
       return;
     }
     const bool has_slices = dims.size() > 2 && size->z > 1;
@@ -77,12 +93,11 @@ class Candidates {
 
   void look_at_link(hid_t file, const FoundLink& link) {
     // There may be thousands of other files: few are opened.
-    const std::string why =
-        link.is_external && links_.size() >= most_named ? "" : why_missing(file, link.path);
+    const std::string why = link.is_external && links_.is_full() ? "" : why_missing(file, link.path);
     if (!why.empty())
-      dangling_.push_back(why);
+      dangling_.add(why);
     else if (link.is_external)
-      links_.push_back(fmt::format("{} is a link to {}", link.path, link.target));
+      links_.add(fmt::format("{} is a link to {}", link.path, link.target));
   }
 
   /// The path of a signal has axes beside it, which other paths of the same data set have not.
@@ -105,7 +120,7 @@ class Candidates {
 
   std::vector<Candidate> volumes_, slices_;
   std::map<haddr_t, std::pair<std::vector<Candidate>*, std::size_t>> places_;  ///< in the lists, of this file
-  std::vector<std::string> others_, links_, dangling_;
+  ShortList others_, links_, dangling_;
   std::string missing_signal_;
 };
 
@@ -116,10 +131,10 @@ BrokenInput has_no_volume(hid_t file, const std::string& path, const Candidates&
         fmt::format("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type)));
   std::string why =
       "has no data set with three axes of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
-  if (!all.others().empty()) why += "; " + listed(all.others(), most_named);
+  if (!all.others().empty()) why += "; " + all.others().text();
   if (!all.links().empty())
-    why += fmt::format("; {} (--dataset reads what a link leads to)", listed(all.links(), most_named));
-  if (!all.dangling().empty()) why += "; " + listed(all.dangling(), most_named);
+    why += fmt::format("; {} (--dataset reads what a link leads to)", all.links().text());
+  if (!all.dangling().empty()) why += "; " + all.dangling().text();
   return broken_hdf5(path, why);
 }
 
@@ -148,7 +163,7 @@ std::vector<std::string> remarks_on_the_only_one(const std::string& path, const 
     if (!list->empty())
       remarks.push_back(
           fmt::format("{}: HDF5 file: {} is read, because it is the only volume of the file itself, but {}",
-                      path, name, listed(*list, most_named)));
+                      path, name, list->text()));
   return remarks;
 }
 
