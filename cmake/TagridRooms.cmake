@@ -19,7 +19,7 @@ function(tagrid_room folder)
     target_include_directories(${room} PUBLIC ${view})
     target_link_libraries(${room} PUBLIC ${public} PRIVATE ${private})
     string(REGEX REPLACE "/.*" "" layer ${folder})
-    if(layer IN_LIST TAGRID_UNITY OR folder IN_LIST TAGRID_UNITY)
+    if((layer IN_LIST TAGRID_UNITY OR folder IN_LIST TAGRID_UNITY) AND NOT folder IN_LIST TAGRID_SINGLE_FILES)
       set_target_properties(${room} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
       # A type of one file is not a type of many because the compiler sees several at once.
       target_compile_options(${room} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

@@ -18,7 +18,7 @@ from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
 from second_decoder.lanes import FastDecoder, LanesDecoder
 from second_decoder.voxels import decode_voxels
-from second_decoder.wide import (decode_wide_as_narrow, decode_points, decode_wide_voxels,
+from second_decoder.wide import (decode_wide_as_narrow, decode_wide_points, decode_wide_voxels,
                                  interpolate_floats)
 from second_decoder.xxh3 import xxh3
 
@@ -131,7 +131,7 @@ def decode_brick(header, number, activity, values, with_grid):
 def decode_samples(header, closed, owned, active, values):
     """Samples by lattice point, and the bytes of the activity that the values carry."""
     if header.mode == 1 and header.type.is_wide:
-        points = decode_points(values, closed, active, header.S, header.point_error, header.type)
+        points = decode_wide_points(values, closed, active, header.S, header.point_error, header.type)
         interpolated = interpolate_floats if header.type.is_float else interpolate
         samples = interpolated(points, closed, header.S, *([header.type] if header.type.is_float else []))
         return {p: samples[p] for p in owned.raster()}, b""

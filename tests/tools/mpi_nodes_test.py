@@ -34,7 +34,8 @@ KILLED = ('[ $OMPI_COMM_WORLD_RANK != 3 ] || export LD_PRELOAD=$LIBRARY TAGRID_F
 
 class TwoNodes(unittest.TestCase):
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
+        # Each node has a /dev/shm of its own.
+        temporary = tempfile.TemporaryDirectory(dir="/var/tmp")
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name).resolve()
 

@@ -267,7 +267,7 @@ class Finder {
     if (is_new || known->second == folder) return "";
     return fmt::format(
         "; {} also has images of this series: copies, or parts of one volume, which must then be in one "
-        "folder",
+        "directory",
         known->second);
   }
 

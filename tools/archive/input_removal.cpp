@@ -121,7 +121,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   if (is_directory_of_dicom(input))
     refuse(input,
            "a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the "
-           "folders of its images instead",
+           "directories of its images instead",
            advice);
   require_lasting_choice(input, source);
   const auto volume = open_volume(input, source);

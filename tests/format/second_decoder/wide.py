@@ -269,7 +269,7 @@ def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
     return {at: bits_of((low + n) * unit, sample_type.size) for at, n in decode_narrow(data[14:], errors).items()}
 
 
-def decode_points(data, box, active, S, point_error, sample_type):
+def decode_wide_points(data, box, active, S, point_error, sample_type):
     """Values of the active points, by point."""
     coder, size = Decoder(data), sample_type.size
     escapes = coder.raw(1)

@@ -45,7 +45,7 @@ TEST(Advice, NamesTheSmallestLimitOnMemory) {
   EXPECT_EQ(
       words_of(with_spool),
       "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M, or --spool DIR, a "
-      "folder for the samples, and -M 5M");
+      "directory for the samples, and -M 5M");
   EXPECT_EQ(words_of(MemoryLimit("decoding", 17, 1, {})),
             "decoding needs at least 1 MiB of memory, but the limit is 17 B; give -M 1M");
 }
