@@ -147,11 +147,12 @@ std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::spa
 }
 
 void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file,
-            std::span<std::byte> bytes) {
+            const std::function<std::span<std::byte>()>& memory_for_samples) {
   Memory memory(file);
   const Reader reader(memory, "the chunk");
   const std::string header = reader.metadata();
   check(chunk, choice, reader.info(), has_lattice(header));
+  const std::span<std::byte> bytes = memory_for_samples();
   with_type(chunk.type, [&](auto type) {
     using T = decltype(type);
     const std::span<T> samples(reinterpret_cast<T*>(bytes.data()), chunk.sample_count());

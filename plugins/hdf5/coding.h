@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -62,15 +63,15 @@ std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chun
 ///
 ///   samples  x fastest, in the byte order of the chunk
 ///
-/// REQUIRES: samples.size() == chunk.bytes().
+/// `memory_for_samples` gives chunk.bytes() bytes, and is called when the file was found to fit.
 std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> samples);
 
 /// Decodes the bytes of a .tag file, whoever made it, to the samples of a chunk, in its byte order. Throws Error
 /// if the file is damaged, its samples are not of the chunk's type and size, or they may be off by more than what
 /// was chosen.
 ///
-/// REQUIRES: samples.size() == chunk.bytes().
+/// `memory_for_samples` gives chunk.bytes() bytes, and is called when the file was found to fit.
 void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file,
-            std::span<std::byte> samples);
+            const std::function<std::span<std::byte>()>& memory_for_samples);
 
 }  // namespace tagrid::hdf5

@@ -178,9 +178,9 @@ std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, s
     const Chunk chunk = chunk_of(all);
     const std::span<const std::byte> given(static_cast<const std::byte*>(*buffer), bytes);
     if ((flags & H5Z_FLAG_REVERSE) != 0) {
-      Hdf5Memory samples(chunk.bytes());
-      decode(chunk, choice_of(all), given, samples.bytes());
-      return samples.replace(size, buffer);
+      std::optional<Hdf5Memory> samples;
+      decode(chunk, choice_of(all), given, [&] { return samples.emplace(chunk.bytes()).bytes(); });
+      return samples->replace(size, buffer);
     }
     if (bytes != chunk.bytes())
       throw Error(TAGRID_INVALID_ARGUMENT, "the chunk has " + std::to_string(bytes) + " bytes where " +

@@ -59,16 +59,22 @@ void end_calls() {
 }
 
 Outcome counted(Call& call, const std::function<Outcome()>& work) {
-  Running& all = *running;
-  {
-    const std::lock_guard lock(all.mutex);
-    all.calls.insert(&call);
-  }
-  Outcome outcome = work();
-  const std::lock_guard lock(all.mutex);
-  all.calls.erase(all.calls.find(&call));
-  all.ended.notify_all();
-  return outcome;
+  struct Registered {
+    Running& all;
+    Call& call;
+    Registered(Running& running_calls, Call& running_call) : all(running_calls), call(running_call) {
+      const std::lock_guard lock(all.mutex);
+      all.calls.insert(&call);
+    }
+    ~Registered() {
+      const std::lock_guard lock(all.mutex);
+      all.calls.erase(all.calls.find(&call));
+      all.ended.notify_all();
+    }
+    Registered(const Registered&) = delete;
+    Registered& operator=(const Registered&) = delete;
+  } const registered(*running, call);
+  return work();
 }
 
 const char* class_of(tagrid_status status) {

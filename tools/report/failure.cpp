@@ -4,8 +4,8 @@
 
 #include <exception>
 #include <filesystem>
+#include <system_error>
 
-#include "io/files/file_attributes.h"
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {
@@ -110,8 +110,9 @@ Failure current_failure(const std::string& memory_advice) {
       // Volumes without names are alike, and there may be thousands: the message says their number.
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
       // One format was looked for, but there may be volumes of others.
+      std::error_code unknown;
       if (const std::vector<Term>& terms = error.detail.sentence.terms;
-          !list.empty() && !terms.empty() && is_folder(terms.front().text))
+          !list.empty() && !terms.empty() && std::filesystem::is_directory(terms.front().text, unknown))
         list.push_back("`tagrid convert --find` lists all volumes in the directory");
       return {exit_usage, message, std::move(list)};
     }

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 from running import SOURCES, WORLD, Failure, Parser, checked, main, say
 
