@@ -136,16 +136,16 @@ std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_b
 bool begins_nifti(std::string_view bytes) { return magic_of(bytes) != Magic::none; }
 
 NiftiHeader parse_nifti_header(std::string_view bytes) {
-  const Magic magic = magic_of(bytes);
-  const bool is_second = magic == Magic::second || magic == Magic::second_pair;
+  const Magic found = magic_of(bytes);
+  const bool is_second = found == Magic::second || found == Magic::second_pair;
   const std::size_t header_bytes = is_second ? 540 : 348;
-  if (magic == Magic::none || bytes.size() < header_bytes)
+  if (found == Magic::none || bytes.size() < header_bytes)
     throw BrokenInput("the NIfTI header is not complete");
   const Fields fields(bytes, is_second);
   const auto [dims, volumes] = dims_of(fields);
   NiftiHeader header;
   header.big_endian = fields.is_big_endian();
-  header.is_pair = magic == Magic::first_pair || magic == Magic::second_pair;
+  header.is_pair = found == Magic::first_pair || found == Magic::second_pair;
   header.offset = offset_of(fields, header.is_pair, header_bytes);
   if (!header.is_pair && fields.number(vox_offset) == 0)
     header.warnings.push_back(fmt::format(
