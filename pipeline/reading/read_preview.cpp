@@ -103,8 +103,16 @@ class LeafMap {
   // Places do not decrease from pixel to pixel, and neither axis of the panel of z is reversed.
   static Pixels pixels_in(const PanelAxis& axis, const Box& owned) {
     const auto first_after = [&](std::int64_t place) {
-      return *std::ranges::partition_point(std::views::iota(0, axis.pixels),
-                                           [&](int pixel) { return axis.place(pixel) <= place; });
+      // Not std::views::iota, which clang 14 does not compile.
+      int low = 0, high = axis.pixels;
+      while (low < high) {
+        const int middle = (low + high) / 2;
+        if (axis.place(middle) > place)
+          high = middle;
+        else
+          low = middle + 1;
+      }
+      return low;
     };
     // The sample before the first one belongs to another brick, and so do places up to it.
     const std::int64_t low = owned.low[axis.axis];
