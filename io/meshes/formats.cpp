@@ -26,7 +26,9 @@ constexpr std::array formats = {
     MeshFormat{.name = "OBJ", .extensions = {".obj"}, .create_surface = create_obj},
     MeshFormat{.name = "VTP", .extensions = {".vtp"}, .create_surface = create_vtp},
 };
-constexpr std::size_t meshes = 3;  // surfaces follow
+// Surfaces follow.
+constexpr auto meshes = static_cast<std::size_t>(
+    std::ranges::count_if(formats, [](const MeshFormat& format) { return format.create != nullptr; }));
 
 const MeshFormat& format_of(const std::string& path, std::span<const MeshFormat> known,
                             std::string_view what) {

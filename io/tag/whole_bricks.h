@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/tag/bricks.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 

@@ -19,7 +19,7 @@
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {

@@ -18,7 +18,7 @@
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 #include "stages/brick/codec.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "stages/brick/codec.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/value_rule.h"
 
 namespace tagrid {

@@ -208,10 +208,10 @@ class Estimator {
   BrickGrid bricks_;
   std::vector<double> steps_;
   BrickSample sample_;
-  std::vector<std::vector<Encoded>> encoded_;  // by bound, and as the chosen bricks
+  std::vector<std::vector<Encoded>> encoded_;  // [bound][i]: of the brick sample_.chosen[i]
 };
 
-// Lossless, and bounds around the noise, where most of the choice is. Of a grid alone also no bound.
+// Lossless, and bounds around the noise, where most of the choice is. With a grid alone, also no bound.
 std::vector<std::optional<double>> usual_errors(double noise, const EncodeOptions& options,
                                                 const CodingParameters& p) {
   const bool whole = !is_float_type(p.type);

@@ -7,7 +7,7 @@
 
 #include "io/volume/volume_source.h"
 #include "pipeline/grid/slices.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "pipeline/grid/slices.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
 

@@ -13,6 +13,7 @@ namespace {
 
 // The smallest possible load. Strips need more slices than whole layers, so they may need more memory.
 EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
+  // {threads, rows, slices ahead, bricks in flight}
   const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
 }
@@ -39,7 +40,8 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   const std::int64_t all = p.bricks().bricks(1), edge = p.bricks().length();
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
-    // With one thread, preparing work ahead of time only takes memory.
+    // {threads, rows, slices ahead, bricks in flight}. With one thread, preparing work ahead of time only takes
+    // memory.
     const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4} : EncodeLoad{t, all, edge, 16 * t};
     const EncodeLoad whole[] = {most,
                                 {t, all, edge, 4 * t},

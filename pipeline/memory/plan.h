@@ -1,7 +1,7 @@
 // Plans how a volume is processed within the available memory: what is in flight, and in which strips.
 //
-// The sums are those of the section on memory in docs/design.md. They are bounds for the worst samples, which
-// are noise: the memory per brick was measured.
+// docs/design.md explains the sums (Memory). They are upper bounds: the memory of a brick was measured with
+// noise, which needs the most.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pipeline/memory/resources.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {

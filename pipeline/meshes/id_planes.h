@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 

@@ -14,9 +14,10 @@
 #include "pipeline/encode/encode_run.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/parts/partition.h"
 #include "pipeline/progress/progress.h"
 #include "pipeline/ranks/ranks.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 
@@ -88,15 +89,6 @@ class PartsOfRun {
 /// any order: those that a part needs, as far as the limit on memory allows.
 std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
                                    const EncodePlan& plan, const Resources& resources);
-
-/// No part has more samples, unless a single row of bricks has.
-inline constexpr std::int64_t largest_part = std::int64_t{1} << 29;
-
-/// The bricks in the order of their numbers, cut into stretches: complete layers if a sixteenth of the volume
-/// (and largest_part) is at least a layer; otherwise equal stretches of the rows of a layer, at least one row
-/// each. The result depends on the geometry alone, so that any number of processes can continue a run. The
-/// encoded bytes do not depend on parts. See docs/decisions/0016-parts.md.
-std::vector<BrickRows> parts_of(const BrickGrid& bricks);
 
 /// A store of parts, on which all ranks work together. Both arguments must outlive all calls but commit().
 std::unique_ptr<BrickStore> store_of_parts(Ranks& ranks, const EncodeRun& run);

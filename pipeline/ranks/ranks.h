@@ -77,10 +77,7 @@ class Ranks {
   SharedNumbers numbers_;
 };
 
-/// Collective: items 0 .. count - 1 are processed, each by one rank. `look` is called now and then. If it
-/// throws, or `work` fails on another rank, `stop` becomes true for ranks that still work; they may then
-/// throw anything. Throws the first failure on all ranks, as the same kind of exception, with the rank in its
-/// message.
+/// The items that share_out() distributes, and what it calls.
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;
@@ -98,6 +95,11 @@ struct SharedWork {
   std::atomic<std::int64_t> done{0};  ///< of this rank, so far
   bool looks_at_once = false;         ///< share_out() sets it for one process
 };
+
+/// Collective: items 0 .. count - 1 are processed, each by one rank. `look` is called now and then. If it
+/// throws, or `work` fails on another rank, `stop` becomes true for ranks that still work; they may then
+/// throw anything. Throws the first failure on all ranks, as the same kind of exception, with the rank in its
+/// message.
 void share_out(Ranks& ranks, SharedWork& work);
 
 /// Collective: throws on all ranks if `failure`, an exception of this rank or null, is set on any.

@@ -172,8 +172,8 @@ std::optional<LikelierReading> smaller_samples(const Sample& sample, const RawDe
   return std::nullopt;
 }
 
-/// Detects samples of 16 bits that are small in the other byte order, and not only multiples of 256. Swapped
-/// bytes of samples below 256 are as smooth; but no instrument measures in steps of 256 plus a little.
+/// Detects 16-bit samples in the wrong byte order that are small once they are swapped. Smoothness cannot show
+/// this. If every sample were a multiple of 256, the given order could be right, so some must not be.
 std::optional<LikelierReading> small_if_swapped(const Sample& sample, const RawDescription& raw) {
   if (size_of(raw.type) != 2) return std::nullopt;
   const bool given = raw.big_endian.value_or(false);
@@ -226,7 +226,8 @@ std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescrip
   if (!other) return std::nullopt;
   constexpr double least_part = 0.0005, least_count = 64;
   constexpr std::size_t least_values = 8;
-  // 46 and more in CT with noise around 0; 9 in pictures of two parts, where every fifth sample is an edge.
+  // This ratio is at least 46 in CT with noise around 0. It is 9 in pictures of two parts in which every fifth
+  // sample is an edge.
   constexpr double far_smoother = 20;
   const bool big = raw.big_endian.value_or(false);
   const std::size_t size = size_of(raw.type);

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {

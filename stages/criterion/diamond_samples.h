@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/samples.h"

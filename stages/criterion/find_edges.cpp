@@ -100,8 +100,7 @@ TAGRID_EDGES Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::in
   return {hn::Mul(hn::Sub(right(0), left(0)), set(slice.rise_scale)), l.slope, r.slope, l.bend, r.bend};
 }
 
-// A NaN may be found or not, as it violates nothing. Products may be fused with sums: the measurement
-// decides.
+// This test only selects edges to measure. So products may be fused with sums, and a NaN may be selected or not.
 class Bent {
  public:
   Bent(const BentTest& test, const PointsOfSlice& points)
@@ -113,7 +112,7 @@ class Bent {
     const Float chord = hn::Mul(e.rise, inverse_), stretch = hn::MulAdd(chord, chord, set(1.0F));
     const Angles l = angles(e.slope_left, e.bend_left, chord),
                  r = angles(e.slope_right, hn::Neg(e.bend_right), chord);
-    // Twice the larger one of the sums of those that are positive and of those that are negative.
+    // |sum| + sum of sizes: twice the larger of the sum of the positive terms and that of the negative ones.
     const Float sum = hn::Add(hn::Add(l.tangent, l.half_step), hn::Add(r.tangent, r.half_step)),
                 sizes = hn::Add(hn::Add(hn::Abs(l.tangent), hn::Abs(l.half_step)),
                                 hn::Add(hn::Abs(r.tangent), hn::Abs(r.half_step))),

@@ -11,7 +11,7 @@
 #include "stages/criterion/criterion.h"
 #include "stages/criterion/curvature.h"
 #include "stages/grid/box.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/samples.h"

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/samples.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"

@@ -10,7 +10,7 @@
 #include "stages/criterion/curvature.h"
 #include "stages/criterion/marking.h"
 #include "stages/criterion/subdivide.h"
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "tests/support/oracle.h"
 
 namespace tagrid {

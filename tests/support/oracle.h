@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/samples.h"

@@ -120,7 +120,7 @@ Action add_preview_command(CLI::App& app) {
   add_output_options(*command, state->output);
   command
       ->add_option("--slice", state->slices,
-                   "Slice across an axis (default: in or near the middle); can be given once per axis")
+                   "Slice across an axis (default: in or near the middle); one per axis; the last one counts")
       ->option_text("x=N|y=N|z=N")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)

@@ -9,7 +9,6 @@
 
 #include "io/programs/serve_reader.h"
 #include "io/text/numbered_names.h"
-#include "tools/formats/common.h"
 
 namespace tagrid {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 

@@ -45,6 +45,8 @@ TAGRID_STEP StepLanes Wave<encoding>::begin_step(Half& f, int h, std::int64_t t)
 template <bool encoding>
 TAGRID_STEP Neighbours Wave<encoding>::neighbours_of(Half& f, std::int64_t t, const StepLanes& lanes) const {
   const Line *const L = f.lines + t, *const B = f.before + t;
+  // Each row is three steps behind the row above it. So the neighbor (dx, dy) is in entry dx + 3 dy, in the lane dy
+  // further.
   Neighbours n;
   n.left = f.last.left;
   n.above = values(L, -3, -1);

@@ -1,5 +1,5 @@
 // Root cubes cover the volume, bricks cover the root cubes, every sample has one owner.
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "stages/grid/domain.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice.h"
 #include "stages/values/points/field.h"
 #include "tests/support/conforming_activity.h"

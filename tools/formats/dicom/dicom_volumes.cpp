@@ -16,7 +16,6 @@
 #include "io/errors/errors.h"
 #include "io/programs/serve_reader.h"
 #include "io/samples/stored_bits.h"
-#include "tools/formats/common.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/dicom_file.h"
 #include "tools/formats/dicom/image_files.h"
@@ -24,6 +23,8 @@
 #include "tools/formats/dicom/series.h"
 #include "tools/formats/dicom/series_names.h"
 #include "tools/formats/dicom/volume_facts.h"
+#include "tools/formats/stored_samples.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

@@ -13,7 +13,7 @@
 #include "io/programs/serve_reader.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
-#include "tools/formats/common.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

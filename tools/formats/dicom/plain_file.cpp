@@ -10,8 +10,8 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/files/file_bytes.h"
-#include "tools/formats/common.h"
 #include "tools/formats/dicom/pixel_element.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

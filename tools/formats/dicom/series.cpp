@@ -9,8 +9,9 @@
 
 #include "io/errors/errors.h"
 #include "io/text/numbered_names.h"
-#include "tools/formats/common.h"
 #include "tools/formats/dicom/series_names.h"
+#include "tools/formats/stored_samples.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

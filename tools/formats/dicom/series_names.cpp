@@ -11,7 +11,7 @@
 
 #include "io/bytes/checksum.h"
 #include "io/text/text.h"
-#include "tools/formats/common.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

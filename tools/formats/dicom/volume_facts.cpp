@@ -8,9 +8,10 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "tools/formats/common.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/pixel_element.h"
+#include "tools/formats/stored_samples.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "io/text/text.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/handle.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

@@ -15,8 +15,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "tools/formats/codecs/jpeg2000.h"
-#include "tools/formats/common.h"
 #include "tools/formats/slice_files.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
-#include "tools/formats/common.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 

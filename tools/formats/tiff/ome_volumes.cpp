@@ -12,8 +12,8 @@
 #include "io/files/slice_files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
-#include "tools/formats/common.h"
 #include "tools/formats/tiff/tiff_volumes.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

@@ -7,7 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
-#include "tools/formats/common.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

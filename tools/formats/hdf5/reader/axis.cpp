@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "io/text/text.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/reader/datasets.h"

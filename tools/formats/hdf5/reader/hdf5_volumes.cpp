@@ -13,12 +13,12 @@
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
 #include "tools/formats/hdf5/reader/storage.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

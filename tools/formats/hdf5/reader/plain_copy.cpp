@@ -11,9 +11,9 @@
 
 #include "io/files/file_bytes.h"
 #include "io/programs/serve.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/memory_file.h"
+#include "tools/formats/stored_samples.h"
 
 namespace tagrid {
 namespace {

@@ -16,10 +16,10 @@
 #include "io/programs/serve_writer.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
-#include "tools/formats/common.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/writer/hdf5_file.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

@@ -13,11 +13,11 @@
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
-#include "tools/formats/common.h"
 #include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
 #include "tools/formats/vdb/reader/grid_file.h"
 #include "tools/formats/vdb/reader/grid_slices.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {

@@ -17,10 +17,10 @@
 #include "io/programs/serve_writer.h"
 #include "io/text/text.h"
 #include "stages/sample/value_rule.h"
-#include "tools/formats/common.h"
 #include "tools/formats/vdb/openvdb_library.h"
 #include "tools/formats/vdb/placement.h"
 #include "tools/formats/vdb/writer/grid_builder.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
