@@ -11,6 +11,7 @@
 #include "io/formats/vendors/sections.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
