@@ -28,7 +28,8 @@ struct FilePattern {
                                  std::int64_t most) const;
 };
 
-/// Reads "slice%03d.raw", as printf() has it with %d, %i or %u; nothing if the name has no such number.
+/// Parses a pattern such as "slice%03d.raw", with the %d, %i or %u of printf(). Returns nothing for other
+/// names.
 /// Throws BrokenInput if the number is to have more than 999 digits.
 std::optional<FilePattern> file_pattern(std::string_view name);
 

@@ -19,16 +19,16 @@ struct FoundProgram {
 /// TAGRID_READER_PATH (absolute ones only), the directory of this program, and ../libexec/tagrid from there.
 std::vector<std::string> program_folders();
 
-/// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first folder that
-/// has it. Nothing if there is none, or if `name` has characters other than a-z, 0-9 and '-'. Throws
+/// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first directory
+/// that has it. Returns nothing without one, or if `name` has characters other than a-z, 0-9 and '-'. Throws
 /// WorldError for a program that any user can change.
 std::optional<std::string> find_reader(std::string_view name);
 
 /// The same for the program that writes the format: "tagrid-write-NAME".
 std::optional<std::string> find_writer(std::string_view name);
 
-/// The same, for the output at `path`. Throws WorldError if there is none; `format` is what it writes, for
-/// the message.
+/// Finds the program that writes the output at `path`, and throws WorldError if it is not installed. The
+/// message names `format`, which the program writes.
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name);
 
 /// All readers, and all writers, sorted by their names.

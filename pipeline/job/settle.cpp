@@ -73,8 +73,8 @@ class Psnr {
   const Progress& progress_;
 };
 
-// The number up to which `reaches` holds, but for the next one it does not; searched from `start` on in steps
-// that grow, and then between the last two. `least` needs no test, and `most` is the largest there is.
+// Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
+// the last two numbers. `least` needs no test; no number exceeds `most`.
 std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
                                const std::function<bool(std::int64_t)>& reaches) {
   std::int64_t low = std::clamp(start, least, most), high = low;

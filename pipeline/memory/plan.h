@@ -81,7 +81,7 @@ DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& re
 inline constexpr std::uint64_t memory_of_program = std::uint64_t{12} << 20;
 /// A heap loses a little memory between its blocks.
 inline constexpr double heap_overhead = 1.03;
-/// `bytes` on the heap, of which the header of a damaged file may make any number, with that loss.
+/// `bytes` with that loss. A double, because the header of a damaged file may claim more than 2^64 bytes.
 std::uint64_t with_heap_overhead(double bytes);
 
 /// The amount of work that is in memory while rows of bricks are encoded.

@@ -60,7 +60,7 @@ Vector three_numbers(std::string_view field, std::string_view value) {
 Vector take_vector(std::string_view field, std::string_view& rest) {
   const std::string_view begin = trimmed(rest);
   if (lower_case(begin.substr(0, 4)) == "none") refuse_none(field);
-  const std::size_t end = begin.find(')') + 1;  // 0 if there is none
+  const std::size_t end = begin.find(')') + 1;  // 0 without a parenthesis
   const auto numbers = vector_of(begin.substr(0, end));
   const auto is_unknown = [](double number) { return std::isnan(number); };
   if (!numbers || numbers->size() != 3 ||

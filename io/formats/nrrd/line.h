@@ -67,7 +67,7 @@ KeyValues key_values_of(std::string_view nrrd_fields);
 /// JPEG".
 inline constexpr std::string_view lossy_source_key = "lossy source";
 
-/// The text of a key; "" if there is none. Throws as key_values_of() does.
+/// Returns the text of a key, or "" if the key is absent. Throws as key_values_of() does.
 std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
 
 /// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes,

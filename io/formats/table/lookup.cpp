@@ -31,7 +31,7 @@ bool Format::begins(std::string_view beginning) const {
 
 namespace {
 
-/// The format of a program that somebody added; nullptr if there is none.
+/// Returns the format that an installed program adds, or nullptr without such a program.
 const Format* added_format(std::string_view name) {
   struct Added {
     std::string name, extension, help;
