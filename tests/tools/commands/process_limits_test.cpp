@@ -73,8 +73,9 @@ TEST_F(ProcessLimits, TooManyProcessesAreAnErrorAndTheAdviceHelps) {
   make_tag();
   const std::string as_other =
       geteuid() == 0 ? "setpriv --reuid=54321 --regid=54321 --clear-groups --no-new-privs " : "";
-  if (geteuid() == 0 && script("chmod 777 . && " + as_other + "test -x $TAGRID").code != 0)
-    GTEST_SKIP() << "there is no setpriv, or another user cannot run the program";
+  if (geteuid() == 0 &&
+      script("chmod 777 . && " + as_other + "test -x $TAGRID && " + as_other + "test -w \"$PWD\"").code != 0)
+    GTEST_SKIP() << "there is no setpriv, or another user cannot run the program or write where it runs";
   const std::vector<std::string> before = names();
   const auto decode = [&](const std::string& limit) {
     return script(as_other + "bash -c 'ulimit -S -u " + limit +
