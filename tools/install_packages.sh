@@ -12,7 +12,7 @@ build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev lib
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
 packages=("${python[@]}" dpkg-dev file)
-test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
+test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools

@@ -88,10 +88,7 @@ class DicomVolume final : public ServedVolume {
             static_cast<std::size_t>(dims.x * dims.y));
       return;
     }
-    if (!decoder_ || &decoder_->file() != &files_[slice.file]) {
-      decoder_.reset();
-      decoder_.emplace(files_[slice.file]);
-    }
+    if (!decoder_ || &decoder_->file() != &files_[slice.file]) decoder_.emplace(files_[slice.file]);
     const int bits = decoder_->read_frame(slice.frame, out);
     fits_[static_cast<std::size_t>(z)] = fits(static_cast<std::size_t>(z), bits, out);
     apply(stored_bits(static_cast<std::size_t>(z), bits), type, out,
