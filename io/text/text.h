@@ -30,6 +30,9 @@ std::optional<std::int64_t> whole_number_of(std::string_view text);
 /// `text` for a message, as UTF-8: shortened, and without anything on which a terminal would act.
 std::string quoted(std::string_view text);
 
+/// "1 file", "3 files".
+std::string counted(std::uint64_t count, std::string_view noun);
+
 std::string lower_case(std::string_view text);
 
 /// `text` without anything on which a terminal would act. Control characters (including those of Unicode that

@@ -265,7 +265,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   }
   const CodingParameters first =
       settle(options, {}, *source, {}, {.max_error = options.parameters.max_error}).parameters();
-  const double noise = noise_of(*source);
+  const Noise noise = noise_of(*source);
   std::vector<CodingParameters> parameters;
   const auto try_bound = [&](const ResolvedOptions& bounded) {
     CodingParameters p = bounded.parameters;
@@ -280,13 +280,14 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     try_bound(in_samples(one, source->facts()));
   }
   if (run.max_errors.empty())
-    for (const auto& error : usual_errors(noise, options.options, first))
+    for (const auto& error : usual_errors(noise.deviation, options.options, first))
       try_bound(with_bound(options, error));
   EstimateResult result;
   Threads(threads).run([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
   // In units of values, as they were given.
   const double slope = std::abs(rescale.slope);
-  result.noise = noise * slope;
+  result.noise = noise.deviation * slope;
+  if (noise.is_doubtful) result.doubt_of_noise = doubt_of_noise;
   std::tie(result.low, result.high) = std::minmax(
       {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
   for (Estimate& estimate : result.estimates) {

@@ -32,6 +32,7 @@ struct Estimate {
 struct EstimateResult {
   CodingParameters parameters;  ///< of all the encodings, except for bounds
   double noise = 0;             ///< see noise_of()
+  std::string doubt_of_noise;   ///< "" if nothing says that the noise is wrong
   double low = 0, high = 0;     ///< of the samples that were looked at
   int threads = 1;              ///< that fit into the limit on memory
   std::int64_t bricks = 0, encoded = 0;

@@ -18,8 +18,9 @@ namespace tagrid {
 namespace {
 
 struct FoundBound {
-  double max_error = 0;  ///< of samples; an integer if they are integers
-  std::string reason;    ///< how it follows from the samples
+  double max_error = 0;    ///< of samples; an integer if they are integers
+  std::string reason;      ///< how it follows from the samples
+  std::string doubt = {};  ///< why it may not be what is wanted; "" if nothing says that
 };
 
 double width(const std::optional<std::pair<double, double>>& range) {
@@ -131,8 +132,9 @@ double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
 
 FoundBound by_noise(VolumeSource& source, double times) {
   if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
-  const double noise = noise_of(source);
-  return {times * noise, fmt::format("the noise is {:.4g} (standard deviation)", noise)};
+  const Noise noise = noise_of(source);
+  return {times * noise.deviation, fmt::format("the noise is {:.4g} (standard deviation)", noise.deviation),
+          noise.is_doubtful ? doubt_of_noise : ""};
 }
 
 FoundBound by_range(VolumeSource& source, double part) {
@@ -202,6 +204,7 @@ EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeS
     if (!earlier.max_error) found = bound_of_rule(options, source, plan.budget.threads, searching);
     settled = with_bound(options, found.max_error);
     job.reason_of_bound = found.reason;
+    job.doubt_of_bound = found.doubt;
   }
   if (!source.traits().again) require_known_range(options);
   job.header.parameters = settled.parameters;

@@ -32,7 +32,7 @@ SliceSamples read_input_slice(VolumeSource& source, const Box& rows) {
   return samples;
 }
 
-double noise_of(VolumeSource& source) {
+Noise noise_of(VolumeSource& source) {
   const Index3 dims = source.info().dims;
   const std::int64_t of_slice = std::max<std::int64_t>(dims.y / band, 1), bands = of_slice * dims.z,
                      blocks = std::max<std::int64_t>(dims.x / 8, 1) *
@@ -50,7 +50,8 @@ double noise_of(VolumeSource& source) {
     });
   }
   source.rewind();
-  return usual_deviation(deviations);
+  const double usual = usual_deviation(deviations);
+  return {usual, is_doubtful(usual, deviations)};
 }
 
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {

@@ -17,10 +17,21 @@ namespace tagrid {
 /// input wrong, so they are checked before anything is finished.
 SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
 
+struct Noise {
+  double deviation = 0;      ///< standard deviation, in units of samples
+  bool is_doubtful = false;  ///< structure was probably taken for noise
+};
+
+/// Why a doubtful noise is one, and what to do.
+inline constexpr const char* doubt_of_noise =
+    "the noise is probably far too large: few regions are uniform, and many of them vary by less than half "
+    "of "
+    "it; measure the noise in a uniform region, and give the bound as a number";
+
 /// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks,
 /// where most blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million
 /// blocks. 0 if no block is noisy. REQUIRES: source.traits().any_rows.
-double noise_of(VolumeSource& source);
+Noise noise_of(VolumeSource& source);
 
 /// The range of finite samples, if there are any. Reads and rewinds the volume; UsageError if it cannot.
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);

@@ -150,6 +150,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   result.reason_of_bound = job.reason_of_bound;
   result.times_read = job.times_read + copied;
   result.warnings = all_warnings(volume->facts());
+  if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume->name() + ": " + job.doubt_of_bound);
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   if (store->take(job, *volume)) {
     store->encode(job, volume, result);

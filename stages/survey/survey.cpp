@@ -144,6 +144,11 @@ double usual_deviation(std::span<double> deviations) {
   return deviations[best + within[best] / 2];
 }
 
+bool is_doubtful(double usual, std::span<const double> deviations) {
+  const auto calmer = std::ranges::count_if(deviations, [&](double d) { return 2 * d < usual; });
+  return 6 * static_cast<std::size_t>(calmer) > deviations.size();
+}
+
 #define TAGRID_INSTANTIATE(T)                                                               \
   template std::vector<double> roughness(const Samples<T>&, std::span<const double> steps); \
   template void append_deviations(const Samples<T>&, std::vector<double>&);

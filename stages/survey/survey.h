@@ -28,4 +28,9 @@ void append_deviations(const Samples<T>& samples, std::vector<double>& deviation
 /// reordered.
 double usual_deviation(std::span<double> deviations);
 
+/// True if more than a sixth of the deviations are below half of the usual one. Uniform regions are then so
+/// rare that structure was probably taken for noise: in small or coarse volumes, blocks with edges agree
+/// better than those without. In scans with uniform regions, it is at most a sixteenth.
+bool is_doubtful(double usual, std::span<const double> deviations);
+
 }  // namespace tagrid

@@ -47,6 +47,7 @@ struct EstimateCommand {
     RunReport report(run.json, run.thread_count(), overwrite, "estimate", input, "");
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
     const EstimateResult result = estimate(request);
+    if (!result.doubt_of_noise.empty()) warn(run, "{}: {}", shown_input(input), result.doubt_of_noise);
     const CodingParameters& p = result.parameters;
     report.write({p.dims, p.type, figures_of(result), sample_bytes(p.dims, p.type).value(), 0, nullptr});
     report.keep();

@@ -1,4 +1,4 @@
-// Options of a request, and words of answers.
+// Options of a request, and lists in answers.
 #pragma once
 
 #include <fmt/format.h>
@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -21,11 +20,6 @@ inline std::string option(const std::map<std::string, std::string>& options, con
 
 /// What follows the last slash.
 inline std::string file_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
-
-/// "1 file", "2 files".
-inline std::string counted(std::uint64_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
 
 /// "a, b, c and 4 more": at most `most` of them.
 template <class T>

@@ -7,6 +7,7 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
+#include "io/text/text.h"
 #include "tools/report/process.h"
 #include "tools/report/words.h"
 

@@ -28,10 +28,6 @@ std::string human_bytes(std::uint64_t bytes) {
   return fmt::format("{:.{}f} {}", size, size < 10 ? 2 : size < 100 ? 1 : 0, unit);
 }
 
-std::string counted(std::int64_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks) {
   std::vector<std::string> lines;
   for (const BrickRun& run : lost) {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "stages/grid/brick_grid.h"
@@ -13,9 +12,6 @@ namespace tagrid {
 
 /// "1.2 MB" and the like, in powers of 1000, as in file managers.
 std::string human_bytes(std::uint64_t bytes);
-
-/// "1 file", "3 files".
-std::string counted(std::int64_t count, std::string_view noun);
 
 /// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);

@@ -150,6 +150,12 @@ TEST(QuotedText, IsCutBetweenCharacters) {
 }
 using testing::ElementsAre;
 
+TEST(Counted, OnlyOneIsSingular) {
+  EXPECT_EQ(counted(0, "file"), "0 files");
+  EXPECT_EQ(counted(1, "file"), "1 file");
+  EXPECT_EQ(counted(2, "file"), "2 files");
+}
+
 TEST(NaturalOrder, CountsAsPeopleDo) {
   const std::vector<std::string> sorted = {"",
                                            "1",

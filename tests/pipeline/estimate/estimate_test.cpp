@@ -120,7 +120,7 @@ TEST_F(EstimatedVolume, ALimitOnMemoryIsKeptOrRefused) {
 TYPED_TEST(EstimatesOfType, NoiseAndRangeGiveBounds) {
   const Index3 dims = {80, 70, 20};
   write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1, 20));
-  const double noise = noise_of(*open_volume(this->in_));
+  const double noise = noise_of(*open_volume(this->in_)).deviation;
   EXPECT_NEAR(noise, 20 / std::sqrt(12.0), 0.4);
   const auto whole = [](double bound) { return std::is_integral_v<TypeParam> ? std::floor(bound) : bound; };
   const EncodeJob by_noise = this->settled(this->rule(ErrorRule::Kind::noise, 1.5));
@@ -270,7 +270,7 @@ TEST_F(EstimatedVolume, RulesHoldTogetherWithOtherOptions) {
     if (i == 3) options.mesh_error = 12;
     if (i == 4) options.grid = GridOrigin::derived;
     const EncodeResult result = encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
-    EXPECT_EQ(result.header.parameters.max_error, std::floor(1.2 * noise_of(*open_volume(in_))));
+    EXPECT_EQ(result.header.parameters.max_error, std::floor(1.2 * noise_of(*open_volume(in_)).deviation));
     const VerifyResult verified = verify_file(path("a.tag"), in_, {}, Resources(1));
     EXPECT_LE(*verified.max_error, result.header.parameters.max_error);
     if (i == 3) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -54,6 +55,17 @@ TYPED_TEST(Survey, EdgesAreNoNoise) {
     if ((x / 16 + y / 16) % 2 == 0 && x % 8 > 3)
       samples[static_cast<std::size_t>(box.offset({x, y, z}))] += static_cast<TypeParam>(5 + (x * y) % 60);
   EXPECT_NEAR(this->noise_of(box, samples), 3, 0.3);
+}
+
+TEST(Noise, IsDoubtfulIfManyBlocksAreFarCalmer) {
+  std::vector<double> deviations(100, 200.0);
+  EXPECT_FALSE(is_doubtful(200, deviations));
+  std::fill_n(deviations.begin(), 16, 8.0);
+  EXPECT_FALSE(is_doubtful(200, deviations));
+  std::fill_n(deviations.begin(), 17, 8.0);
+  EXPECT_TRUE(is_doubtful(200, deviations));
+  EXPECT_FALSE(is_doubtful(8, deviations));
+  EXPECT_FALSE(is_doubtful(0, {}));
 }
 
 TYPED_TEST(Survey, WithoutNoiseThereIsNone) {

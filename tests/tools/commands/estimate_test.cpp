@@ -56,6 +56,18 @@ TEST_F(EstimateCommand, ChoosesBoundsAroundTheNoise) {
             5 + static_cast<std::ptrdiff_t>(json["estimates"].size()));
 }
 
+TEST_F(EstimateCommand, NoiseOfASmallScanIsDoubtedAndThatOfALargerOneIsNot) {
+  const char* doubt = "volume.nrrd: the noise is probably far too large";
+  for (const char* dims : {"80,80,20", "128,128,16"}) {
+    phantom("volume.nrrd", {"--dims", dims, "-f"});
+    const bool is_small = dims[0] == '8';
+    const Arguments encode = {"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", "noise:1"};
+    EXPECT_EQ(has(tagrid({"estimate", "volume.nrrd", "--errors", "2"}).err, doubt), is_small);
+    EXPECT_EQ(has(tagrid(encode).err, doubt), is_small);
+    expect_ok(tagrid(with(encode, {"-q"})));
+  }
+}
+
 TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
   phantom("volume.nrrd");
   phantom("volume.raw");

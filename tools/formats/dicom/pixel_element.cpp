@@ -9,9 +9,9 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/text/text.h"
 #include "tools/formats/codecs/jpeg2000.h"
 #include "tools/formats/stored_samples.h"
-#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
