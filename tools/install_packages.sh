@@ -13,7 +13,7 @@ mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
 packages=("${python[@]}" dpkg-dev file)
 test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
-  libopenvdb-tools python3 pkgconf dpkg-dev file jq
+  libopenvdb-tools python3 pkgconf dpkg-dev file jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)

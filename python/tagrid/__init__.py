@@ -61,7 +61,7 @@ def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()
 
     >>> import numpy, tagrid
     >>> with tagrid.open(tagrid.encode(numpy.zeros((3, 4, 5), numpy.uint8))) as volume:
-    ...     volume[0, 0, 0]
+    ...     int(volume[0, 0, 0])
     0
 
     DamagedError: the file is damaged, or not a .tag file. OSError: it cannot be read. Exceptions from

@@ -38,7 +38,9 @@ class VolumeArray(BackendArray):
         samples = self.volume[tuple(read)]
         later = [taken for _, taken in axes]
         if isinstance(key, indexing.VectorizedIndexer):
-            return indexing.NumpyIndexingAdapter(samples)[indexing.VectorizedIndexer(tuple(later))]
+            adapter = indexing.NumpyIndexingAdapter(samples)
+            # Such an index is an attribute since xarray 2024.6.
+            return getattr(adapter, "vindex", adapter)[indexing.VectorizedIndexer(tuple(later))]
         for axis in reversed(range(3)):
             samples = samples[(slice(None),) * axis + (later[axis],)]
         return samples

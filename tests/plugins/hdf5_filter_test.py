@@ -217,7 +217,9 @@ class FilterTest(unittest.TestCase):
                 parts.id.write_direct_chunk((z, 0, 0), chunk)
         self.assertLessEqual(largest_error(self.read(), data), 1)
         # Writing a part of such a chunk would add another error.
-        with h5py.File(self.path) as file, self.assertRaisesRegex(OSError, "whole_chunks in Python"):
+        # HDF5 1.14 drops the filter's own words.
+        why = "whole_chunks in Python" if h5py.version.hdf5_version_tuple < (1, 14) else "filter returned failure"
+        with h5py.File(self.path) as file, self.assertRaisesRegex(OSError, why):
             file["parts"][...]
 
     def test_a_chunk_of_another_volume_is_an_error(self):

@@ -209,7 +209,9 @@ class Hdf5Test(unittest.TestCase):
                 dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, max_error=1))
                 self.assertLessEqual(numpy.abs(tagrid.hdf5.read(dataset) - data).max(), 1)
             self.assertLessEqual(numpy.abs(file["a"][...] - data).max(), 1)
-            self.assertRaisesRegex(OSError, "whole_chunks in Python", lambda: file["b"][...])
+            # HDF5 1.14 drops the filter's own words.
+            why = "whole_chunks in Python" if h5py.version.hdf5_version_tuple < (1, 14) else "filter returned failure"
+            self.assertRaisesRegex(OSError, why, lambda: file["b"][...])
             self.assertTrue(tagrid.hdf5.filter_of(file["a"]).whole_chunks)
             self.assertRaises(TypeError, tagrid.hdf5.Filter, 2, whole_chunks=1)
 

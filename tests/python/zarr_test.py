@@ -212,14 +212,14 @@ class Codecs(unittest.TestCase):
         np.testing.assert_array_equal(zarr.array(samples, chunks=(1, 16, 16, 1, 16), compressor=Tagrid(), **FORMAT)[:], samples)
         flat = blobs((1, 1, 100)).ravel()
         np.testing.assert_array_equal(zarr.array(flat, compressor=Tagrid(), **FORMAT)[:], flat)
-        self.assertRaises(TypeError, zarr.array, np.zeros((2, 2, 2, 2), "u1"), compressor=Tagrid(), **FORMAT)
-        self.assertRaises(TypeError, zarr.array, np.zeros((2, 2, 2), "i8"), compressor=Tagrid(), **FORMAT)
+        self.assertRaises(TypeError, zarr.array, np.ones((2, 2, 2, 2), "u1"), compressor=Tagrid(), **FORMAT)
+        self.assertRaises(TypeError, zarr.array, np.ones((2, 2, 2), "i8"), compressor=Tagrid(), **FORMAT)
 
     def test_an_array_on_disk_is_read_by_its_metadata_and_keeps_the_bound(self):
         samples = blobs((40, 50, 60), "float32")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.zarr")
-            zarr.save_array(path, samples, compressor=Tagrid(max_error=np.float32(0.5), effort="fast"), chunks=(32, 32, 32), **FORMAT)
+            zarr.array(samples, store=path, compressor=Tagrid(max_error=np.float32(0.5), effort="fast"), chunks=(32, 32, 32), **FORMAT)
             again = zarr.open_array(path, mode="r")
             self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
             self.assertLessEqual(abs(again[:] - samples).max(), 0.5)

@@ -148,8 +148,9 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   for (char& c : noise) c = static_cast<char>(random());
   write(noise, "a.raw");
   expect_ok(tagrid({"encode", "a.raw", "--dims", "800,600,9", "--type", "uint8", "-o", "a.tag"}));
-  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb"});
-  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb", "--spool", "."});
+  // Without -q it would warn that OpenVDB cannot record an unknown spacing.
+  run_with_smallest({"decode", "a.tag", "-q", "-f", "-o", "b.vdb"});
+  run_with_smallest({"decode", "a.tag", "-q", "-f", "-o", "b.vdb", "--spool", "."});
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag"});
   EXPECT_TRUE(header_and_bricks(content("b.tag")) == header_and_bricks(content("a.tag")));
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--spool", "."});

@@ -203,7 +203,7 @@ INSTANTIATE_TEST_SUITE_P(
             "new.vtu"},
         CommandRun{"Surface", {"surface", "-q", "volume.tag", "--iso", "300", "-fo", "new.stl"}, "new.stl"},
         CommandRun{"Preview", {"preview", "-q", "volume.tag", "-fo", "new.png"}, "new.png"},
-        CommandRun{"Estimate", {"estimate", "volume.nrrd", "--errors", "9"}, ""},
+        CommandRun{"Estimate", {"estimate", "volume.nrrd", "--errors", "9", "-q"}, ""},
         CommandRun{
             "Convert",
             {"convert", "-q", "--manifest", "list", "--output-dir", "converted", "-f", "--max-error", "9"},
