@@ -287,7 +287,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   // In units of values, as they were given.
   const double slope = std::abs(rescale.slope);
   result.noise = noise.deviation * slope;
-  if (noise.is_doubtful) result.doubt_of_noise = doubt_of_noise;
+  result.doubt_of_noise = noise.doubt;
   std::tie(result.low, result.high) = std::minmax(
       {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
   for (Estimate& estimate : result.estimates) {

@@ -134,7 +134,7 @@ FoundBound by_noise(VolumeSource& source, double times) {
   if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
   const Noise noise = noise_of(source);
   return {times * noise.deviation, fmt::format("the noise is {:.4g} (standard deviation)", noise.deviation),
-          noise.is_doubtful ? doubt_of_noise : ""};
+          noise.doubt};
 }
 
 FoundBound by_range(VolumeSource& source, double part) {
@@ -184,7 +184,7 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields}, plan, options.reason_of_bound, {}, 0};
+  return {{options.parameters, options.fields}, plan, options.reason_of_bound};
 }
 
 void require_known_range(const ResolvedOptions& options) {

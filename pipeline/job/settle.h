@@ -17,9 +17,9 @@ namespace tagrid {
 struct EncodeJob {
   TagHeader header;  ///< of the file
   EncodePlan plan;
-  std::string reason_of_bound;  ///< how the largest error follows from the options; "" if it was given
-  std::string doubt_of_bound;   ///< why the largest error may not be what is wanted; "" if nothing says that
-  double times_read = 0;        ///< how often a sample was read to find that out
+  std::string reason_of_bound;      ///< how the largest error follows from the options; "" if it was given
+  std::string doubt_of_bound = {};  ///< why it may not be what is wanted; "" if nothing says that
+  double times_read = 0;            ///< how often a sample was read to find that out
 
   const CodingParameters& parameters() const { return header.parameters; }
 };

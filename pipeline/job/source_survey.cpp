@@ -51,7 +51,10 @@ Noise noise_of(VolumeSource& source) {
   }
   source.rewind();
   const double usual = usual_deviation(deviations);
-  return {usual, is_doubtful(usual, deviations)};
+  if (!is_doubtful(usual, deviations)) return {usual, ""};
+  return {usual,
+          "the noise is probably far too large: few regions are uniform, and many of them vary by less than "
+          "half of it; measure the noise in a uniform region, and give the bound as a number"};
 }
 
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "io/volume/volume_source.h"
@@ -18,15 +19,9 @@ namespace tagrid {
 SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
 
 struct Noise {
-  double deviation = 0;      ///< standard deviation, in units of samples
-  bool is_doubtful = false;  ///< structure was probably taken for noise
+  double deviation = 0;  ///< standard deviation, in units of samples
+  std::string doubt;     ///< why it is probably wrong, and what to do; "" if nothing says that
 };
-
-/// Why a doubtful noise is one, and what to do.
-inline constexpr const char* doubt_of_noise =
-    "the noise is probably far too large: few regions are uniform, and many of them vary by less than half "
-    "of "
-    "it; measure the noise in a uniform region, and give the bound as a number";
 
 /// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks,
 /// where most blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million

@@ -219,7 +219,8 @@ class Codecs(unittest.TestCase):
         samples = blobs((40, 50, 60), "float32")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.zarr")
-            zarr.array(samples, store=path, compressor=Tagrid(max_error=np.float32(0.5), effort="fast"), chunks=(32, 32, 32), **FORMAT)
+            coder = Tagrid(max_error=np.float32(0.5), effort="fast")
+            zarr.array(samples, store=path, compressor=coder, chunks=(32, 32, 32), **FORMAT)
             again = zarr.open_array(path, mode="r")
             self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
             self.assertLessEqual(abs(again[:] - samples).max(), 0.5)

@@ -16,7 +16,6 @@
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

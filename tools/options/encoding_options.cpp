@@ -7,7 +7,6 @@
 #include "io/text/text.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

@@ -9,7 +9,6 @@
 #include "io/files/temporaries.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 
