@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Leads from a fresh Debian 12 to a first .tag file: installs what is missing, builds the program, makes a volume, encodes
+# Leads from a fresh Debian 12 or 13 to a first .tag file: installs what is missing, builds the program, makes a volume, encodes
 # it, verifies it, and shows the result. Then it builds the programs for formats with libraries of their own.
 set -euo pipefail
 cd "$(dirname "$0")/.."

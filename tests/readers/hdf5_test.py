@@ -37,9 +37,11 @@ class Hdf5(ReaderTest):
         for options in ({"chunks": (3, 8, 8)}, {"chunks": (1, 20, 31)}, {"chunks": (7, 1, 31)}, {"chunks": (16, 32, 32), "maxshape": (None,) * 3},
                         {"compression": "gzip"}, {"compression": "gzip", "shuffle": True, "fletcher32": True, "chunks": (4, 20, 31)},
                         {"scaleoffset": 0}):
+            # HDF5 1.14.5 cannot read what its scale-offset filter writes if values span their type.
+            written = truth // 2 if "scaleoffset" in options else truth
             with h5py.File(self.folder / "a.h5", "w") as file:
-                file.create_dataset("data", data=truth, **options)
-            self.encodes(truth, "a.h5", what=str(options))
+                file.create_dataset("data", data=written, **options)
+            self.encodes(written, "a.h5", what=str(options))
 
     def test_samples_that_lie_plainly_are_read_in_place(self):
         truth = volume()
