@@ -20,7 +20,7 @@ namespace {
 
 // As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
-constexpr std::uint32_t version = 4;
+constexpr std::uint32_t version = 5;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
@@ -73,7 +73,7 @@ Status check_parameters(const CodingParameters& p) {
   if (!is_sample_type(p.type)) return Status::broken("the sample type is unknown to this version");
   if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is unknown");
   if (p.effort > Effort::best) return Status::broken("the effort is unknown");
-  if (p.grid > GridOrigin::derived) return Status::broken("the origin of the grid is unknown");
+  if (p.grid > GridOrigin::implied) return Status::broken("the origin of the grid is unknown");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
     return Status::broken("the edge of a root cube is not a power of two from 4 to 256");
@@ -95,8 +95,10 @@ Status check_parameters(const CodingParameters& p) {
   if (p.mode == FileMode::voxels && p.max_error < 0) return Status::broken("a file with voxels has no bound");
   if (p.surface_error >= 0 && (p.mode == FileMode::grid || p.surface_error >= p.max_error))
     return Status::broken("the bound of active voxels is not below that of the others");
-  if (!p.stores_grid() && (p.mode == FileMode::grid || p.surface_error >= 0 || p.mesh_error >= 0))
+  if (!p.stores_activity() && (p.mode == FileMode::grid || p.surface_error >= 0 || p.mesh_error >= 0))
     return Status::broken("a grid that is not stored has a mode or a bound that needs it");
+  if (p.grid == GridOrigin::implied && !p.implies_grid())
+    return Status::broken("a grid is said to follow from samples that are not exact");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};

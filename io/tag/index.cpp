@@ -39,7 +39,7 @@ void TagIndex::add(std::size_t activity_bytes, std::size_t value_bytes, const St
 }
 
 IndexForm index_form(const CodingParameters& parameters) {
-  const int levels = parameters.stores_grid() ? max_level(parameters.cube_size) + 1 : 0;
+  const int levels = parameters.counts_points() ? max_level(parameters.cube_size) + 1 : 0;
   return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 

@@ -149,7 +149,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 }  // namespace
 
 GridSchedule schedule_of_encoding(const CodingParameters& parameters, const BrickRows& rows) {
-  return {parameters, rows, parameters.stores_grid() ? std::optional(mark_halo(parameters)) : std::nullopt};
+  return {parameters, rows, parameters.counts_points() ? std::optional(mark_halo(parameters)) : std::nullopt};
 }
 
 std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows) {

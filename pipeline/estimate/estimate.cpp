@@ -85,7 +85,7 @@ class Estimator {
     oneapi::tbb::parallel_for(std::size_t{0}, sample_.chosen.size(), [&](std::size_t i) {
       const Index3 position = bricks_.position(sample_.bricks[sample_.chosen[i]].id);
       const CodingParameters& p = of_bounds_[0];
-      const Box around = p.stores_grid()
+      const Box around = p.counts_points()
                              ? region_of_marks(bricks_.closed_box(position), p.domain()).grown(halo())
                              : samples_to_encode(p, position);
       SliceRange slices;
@@ -108,7 +108,7 @@ class Estimator {
   // The activity of a brick, and the seconds that it takes if marks are shared with the bricks around.
   std::pair<LatticeBits, double> activity_of(Index3 position, const SliceRange& slices,
                                              const CodingParameters& p) const {
-    if (!p.stores_grid()) return {};
+    if (!p.counts_points()) return {};
     const Box closed = bricks_.closed_box(position), region = region_of_marks(closed, p.domain());
     const BrickSamples samples = gather(slices, p.dims, p.type, region.grown(mark_halo(p)));
     const double start = thread_seconds();

@@ -71,6 +71,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   const std::optional<double> max_error =
       options.error_rule ? 2 * options.surface_error.value_or(0) + 1 : options.max_error;
   p.mesh_error = whole(options.mesh_error);
+  p.grid = options.grid;
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
@@ -78,6 +79,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
             {"{} must be below {} after both are rounded down to whole units",
              {setting::surface_error, setting::max_error}});
     if (!options.error_rule) require_mesh_of_voxels(p);
+    if (p.counts_points() && p.implies_grid()) p.grid = GridOrigin::implied;
     return;
   }
   p.max_error = whole(max_error);
@@ -136,7 +138,6 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.type = info.type;
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.effort = options.effort;
-  p.grid = options.grid;
   p.cube_size = options.cube_size;
   p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
   p.max_level = options.max_level.value_or(max_level(options.cube_size));

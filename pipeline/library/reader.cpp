@@ -134,7 +134,7 @@ tagrid_status tagrid_reader_levels(const tagrid_reader* reader, uint64_t* active
     const CodingParameters& parameters = file.parameters();
     const auto levels = static_cast<std::size_t>(max_level(parameters.cube_size)) + 1;
     Statistics counted = file.index().total;
-    if (!parameters.stores_grid()) {
+    if (!parameters.counts_points()) {
       TagReader stream(std::make_unique<SourceStream>(reader->source));
       counted = count_active_points(stream, resources_of(settings), progress_of(settings));
     }

@@ -70,7 +70,7 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.type = static_cast<tagrid_type>(volume.type);
   info.geometry = geometry_of_volume(volume.geometry);
   info.grid_only = p.mode == FileMode::grid;
-  info.grid_derived = !p.stores_grid();
+  info.grid_derived = !p.counts_points();
   info.max_error = nan_unless(p.max_error >= 0, p.max_error);
   info.surface_error = nan_unless(p.surface_error >= 0, p.surface_error);
   info.mesh_error = nan_unless(p.mesh_error >= 0, p.mesh_error);

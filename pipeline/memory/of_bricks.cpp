@@ -167,7 +167,7 @@ std::uint64_t with_heap_overhead(double bytes) {
 
 std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
   const Sizes z(p);
-  const bool strips = load.rows < z.bricks.bricks(1), grid = p.stores_grid();
+  const bool strips = load.rows < z.bricks.bricks(1), grid = p.counts_points();
   const ByteCount around = grid ? z.cube + mark_halo(p) : 0, ny = ByteCount(p.dims.y),
                   nz = ByteCount(p.dims.z);
   const ByteCount rows = ByteCount(load.rows);
@@ -201,7 +201,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const ByteCount pieces = grown * std::max(part_of_rows, z.nx * s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
   const ByteCount brick = z.code() + z.owned * (z.s + s) +
-                          (load.with_grid && p.stores_grid() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+                          (load.with_grid && p.stores_activity() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
   // While samples become values, both are there.
   const ByteCount work = ByteCount(load.threads) *
                          (work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples) +
@@ -222,7 +222,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
       inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
                     ByteCount(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
   }
-  const bool derives = load.with_grid && !p.stores_grid();
+  const bool derives = load.with_grid && !p.stores_activity();
   const ByteCount grid = derives ? derived_grid(z, ByteCount(load.threads)) : 0;
   return whole(gathered + pieces + work + flight + inspection + grid + index_of_decoding(z));
 }

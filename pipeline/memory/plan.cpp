@@ -85,8 +85,9 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
 
 DecodeLoad smallest_verifying(const CodingParameters& p, bool strips) {
   DecodeLoad load;
-  load.inspect = load.with_grid = true;
-  load.rows = strips && p.stores_grid() ? 1 : p.bricks().bricks(1);
+  load.inspect = true;
+  load.with_grid = p.stores_activity();
+  load.rows = strips ? 1 : p.bricks().bricks(1);
   return load;
 }
 
@@ -171,19 +172,32 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
   smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
   smallest.value_bytes = value_bytes;
-  // A grid is derived from whole layers.
-  const bool strips = (any_order || may_spool) && (p.stores_grid() || !smallest.with_grid);
-  smallest.rows = strips ? 1 : all;
   DecodeLoad wanted = smallest;
   wanted.threads = resources.threads;
+  const auto planned = [&](const DecodeLoad& load, bool spooled, bool derives) -> DecodePlan {
+    return {{static_cast<int>(load.threads), load.bricks_in_flight, load.rows},
+            memory_of_decoding(p, load) + besides,
+            spooled,
+            derives};
+  };
+  if (smallest.inspect && !p.stores_activity()) {
+    // A grid is derived from whole layers. If they do not fit, it is not.
+    wanted.rows = all;
+    const std::uint64_t limit = resources.memory ? *resources.memory : share_of_memory(resources);
+    if (const auto load = best_decoding(p, wanted, false, less(limit, besides)))
+      return planned(*load, false, true);
+    smallest.with_grid = wanted.with_grid = false;
+  }
+  const bool strips = any_order || may_spool;
+  smallest.rows = wanted.rows = strips ? 1 : all;
   const DecodeLoad load = within(
       resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, less(limit, besides)); },
       smallest);
-  const std::uint64_t memory = memory_of_decoding(p, load) + besides;
+  const DecodePlan plan = planned(load, strips && may_spool && load.rows < all, false);
   // Without an explicit limit, a file is decoded as far as possible: its header may be wrong.
-  if (resources.memory && memory > *resources.memory) {
+  if (resources.memory && plan.memory > *resources.memory) {
     std::optional<std::uint64_t> with_spool;
-    if (in_order && !may_spool && all > 1 && (p.stores_grid() || !smallest.inspect)) {
+    if (in_order && !may_spool && all > 1) {
       smallest.rows = 1;
       with_spool = memory_of_decoding(p, smallest) + besides;
     }
@@ -191,11 +205,9 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
            use == DecodeUse::mesh ? "meshing"
            : smallest.inspect     ? "verifying"
                                   : "decoding",
-           *resources.memory, memory, with_spool);
+           *resources.memory, plan.memory, with_spool);
   }
-  return {{static_cast<int>(load.threads), load.bricks_in_flight, load.rows},
-          memory,
-          strips && may_spool && load.rows < all};
+  return plan;
 }
 
 }  // namespace tagrid

@@ -69,6 +69,8 @@ struct DecodePlan {
   std::uint64_t memory = 0;
   /// The ordered stream (the output or the original) goes through a file.
   bool spooled = false;
+  /// Verifying computes the grid, which bricks do not have: there is memory for the layers that this takes.
+  bool derives = false;
 };
 
 /// The plan with the largest pieces, and then the most threads. Throws as plan_encoding() does. `besides`:

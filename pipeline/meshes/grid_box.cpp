@@ -75,7 +75,7 @@ Box layer_of(Box box, std::int64_t z) {
 // faces; if the grid is derived, all whose samples have an influence on it.
 Box needed_for(const Box& taken, const CodingParameters& parameters) {
   Box needed = taken;
-  if (!parameters.stores_grid()) {
+  if (!parameters.stores_activity()) {
     const BrickGrid grid = parameters.bricks();
     const std::int64_t reach = parameters.cube_size + mark_halo(parameters), edge = grid.length();
     // More than the samples that are needed: bricks do not own their low faces.
@@ -125,7 +125,7 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
   const double bricks = 2 * static_cast<double>(layer_of(needed, needed.low.z).count());
   const double kept = bricks * static_cast<double>(brick) + static_cast<double>(taker_bytes);
   const std::uint64_t derived =
-      parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
+      parameters.stores_activity() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
   return memory_of_reading(parameters, threads, true) + derived + with_heap_overhead(kept);
 }
 
@@ -222,7 +222,7 @@ void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_
   const auto layer_done = [&] {
     if (progress) progress(++done, total);
   };
-  const auto take = parameters.stores_grid() ? take_stored_grid : take_derived_grid;
+  const auto take = parameters.stores_activity() ? take_stored_grid : take_derived_grid;
   take(file, positions, needed, taker, threads, layer_done);
 }
 

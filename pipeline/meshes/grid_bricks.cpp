@@ -64,7 +64,7 @@ std::uint64_t memory_beside_decoding(const CodingParameters& p, std::uint64_t ta
   const double slice =
       static_cast<double>(p.dims.x) * static_cast<double>(p.dims.y) * static_cast<double>(size_of(p.type));
   // A grid that is derived keeps slices, which memory_of_decoding() counts, and no bricks.
-  const double kept = p.stores_grid() ? layer * static_cast<double>(brick) + slice : 0;
+  const double kept = p.stores_activity() ? layer * static_cast<double>(brick) + slice : 0;
   return with_heap_overhead(kept + static_cast<double>(taker_bytes));
 }
 
@@ -161,9 +161,9 @@ void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& res
       return sample_at(brick.slices, parameters.dims, size_of(parameters.type), p);
     });
   });
-  if (parameters.stores_grid()) streams.inspect_brick = [&](DecodedBrick& brick) { stored.take(brick); };
+  if (parameters.stores_activity()) streams.inspect_brick = [&](DecodedBrick& brick) { stored.take(brick); };
   streams.write_rows = [&](const DecodedRows& decoded) {
-    if (parameters.stores_grid())
+    if (parameters.stores_activity())
       stored.end_layer(decoded);
     else
       decoded.for_each_slice(derived.samples(),

@@ -32,6 +32,6 @@ TAGRID_MEMBERS(PlainPiece, kind, bytes, file, offset, size)
 TAGRID_MEMBERS(Statistics, active, max_error, mesh_error, sum_squared_error, sum_squared_real, low, high, sum,
                finite, samples)
 TAGRID_MEMBERS(OpenFace, below, axis, checksum)
-TAGRID_MEMBERS(Findings, counted, open_faces)
+TAGRID_MEMBERS(Findings, counted, has_points, open_faces)
 
 }  // namespace tagrid

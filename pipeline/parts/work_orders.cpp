@@ -235,6 +235,7 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
   const BrickGrid bricks = verifier->parameters().bricks();
   const std::vector<BrickRows> parts = parts_of(bricks);
   Statistics counted;
+  bool has_points = true;  // of all parts: ranks may have more memory or less
   OpenFacePairs faces(bricks);
   SharedWork shared;
   shared.count = static_cast<std::int64_t>(parts.size());
@@ -244,14 +245,15 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
   shared.take = [&](const Bytes& bytes) {
     const auto found = unpacked_order<Findings>(bytes);
     counted.add(found.counted);
+    has_points &= found.has_points;
     faces.add(found.open_faces);
   };
   shared.look = look_for(progress, verifier->parameters());
   share_out(ranks, shared);
   if (ranks.rank() > 0) return {};
-  if (const auto bricks_that_differ = faces.first_difference())
+  if (const auto bricks_that_differ = has_points ? faces.first_difference() : std::nullopt)
     verifier->tell_difference(*bricks_that_differ);
-  return verifier->finish(counted, file->sizes());
+  return verifier->finish(counted, has_points, file->sizes());
 }
 
 }  // namespace tagrid

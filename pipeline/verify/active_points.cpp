@@ -34,11 +34,11 @@ TagSummary summary_with_levels(const std::string& path, const Resources& resourc
   // A pipe can be read only once.
   if (is_regular_input(path)) {
     TagSummary summary = summary_of(path);
-    if (summary.header.parameters.stores_grid()) return summary;
+    if (summary.header.parameters.counts_points()) return summary;
   }
   TagReader reader(path);
   Statistics counted;
-  const bool stored = reader.parameters().stores_grid();
+  const bool stored = reader.parameters().counts_points();
   if (stored)
     reader.read_to_end();
   else

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
@@ -141,6 +142,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
   const DecodeBudget& budget = setup_.plan.budget;
   Findings found;
+  found.has_points = parameters().stores_activity() || setup_.plan.derives;
   SharedFaces faces(parameters());
   std::vector<ValueRange> ranges;
   AgainstOriginal* const against = setup_.against.get();
@@ -151,7 +153,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   DecodeStreams streams;
   streams.bricks = open_(rows);
   streams.inspect_brick = [&](DecodedBrick& brick) {
-    if (parameters().stores_grid()) check_grid(brick, faces, found.counted);
+    if (parameters().stores_activity()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
     ranges.push_back(value_range(brick.samples, parameters().type));
     if (against)
@@ -174,7 +176,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
                            [&](SliceSamples slice) { derived.add_slice(std::move(slice)); });
   };
   std::vector<BrickRows> around;
-  if (!parameters().stores_grid()) around = derived.stretches();
+  if (setup_.plan.derives) around = derived.stretches();
   const bool at_once = around == std::vector{rows};
   streams.write_rows = [&](const DecodedRows& decoded) {
     if (against) against->compare(decoded, found.counted);
@@ -197,9 +199,9 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   return found;
 }
 
-void Verifier::compare_with_index(const Statistics& counted) const {
+void Verifier::compare_with_index(const Statistics& counted, bool has_points) const {
   const Statistics& total = index_.total;
-  if (parameters().stores_grid() && total.active != counted.active)
+  if (has_points && parameters().counts_points() && total.active != counted.active)
     fail_index("the number of active points does not match the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
@@ -227,15 +229,16 @@ void Verifier::compare_with_index(const Statistics& counted) const {
                     total.max_error, counted.max_error));
 }
 
-VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) {
+VerifyResult Verifier::finish(const Statistics& counted, bool has_points, const TagSizes& sizes) {
   if (setup_.against) setup_.against->finish();
-  compare_with_index(counted);
+  compare_with_index(counted, has_points);
   VerifyResult result;
   result.header = header_;
   result.index = index_;
   result.bytes_in = sizes.file;
   result.bricks = parameters().bricks().count();
-  for (const auto points : counted.active) result.active_points += points;
+  if (has_points)
+    result.active_points = std::accumulate(counted.active.begin(), counted.active.end(), std::uint64_t{0});
   if (setup_.against) result.max_error = counted.max_error;
   if (setup_.against && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
   return result;
@@ -274,7 +277,7 @@ VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& pr
                     [&](const BrickRows&) { return reader.bricks(); });
   const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
   const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
-  return verifier.finish(found.counted, reader.sizes());
+  return verifier.finish(found.counted, found.has_points, reader.sizes());
 }
 
 }  // namespace tagrid

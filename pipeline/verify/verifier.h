@@ -82,6 +82,8 @@ class OpenFacePairs {
 /// Results for some bricks that are correct by themselves.
 struct Findings {
   Statistics counted;  ///< active points and samples, and the errors against the original if there is one
+  /// False if active points were not counted: bricks do not have the grid, and computing it needs more memory.
+  bool has_points = true;
   std::vector<OpenFace> open_faces;
 };
 
@@ -127,9 +129,9 @@ class Verifier {
   /// findings. Throws BrokenInput at the first error.
   Findings verify(const BrickRows& rows, const Watch& watch);
 
-  /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings,
-  /// and `sizes` are those of the file. Throws BrokenInput if the index differs from it.
-  VerifyResult finish(const Statistics& counted, const TagSizes& sizes);
+  /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings, all
+  /// of which have points, or not; `sizes` are those of the file. Throws BrokenInput if the index differs.
+  VerifyResult finish(const Statistics& counted, bool has_points, const TagSizes& sizes);
 
   /// Throws BrokenInput for two neighboring bricks whose common face differs, and says where.
   [[noreturn]] void tell_difference(const Disagreement& bricks) const;
@@ -139,7 +141,7 @@ class Verifier {
   ClosedSamples low_faces(const BrickRows& rows) const;
   /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
   void check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const;
-  void compare_with_index(const Statistics& counted) const;
+  void compare_with_index(const Statistics& counted, bool has_points) const;
   [[noreturn]] void fail_index(const std::string& what) const;
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 

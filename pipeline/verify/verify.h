@@ -44,7 +44,8 @@ struct VerifyResult {
   TagIndex index;
   std::uint64_t bytes_in = 0;  ///< of the .tag file
   std::int64_t bricks = 0;
-  std::uint64_t active_points = 0;
+  /// Empty if the grid is not in the bricks, and there was too little memory to compute it.
+  std::optional<std::uint64_t> active_points;
   /// With an original: errors measured against it.
   std::optional<double> max_error;
   std::optional<double> mesh_error;  ///< only if the mesh of the file has a bound

@@ -79,7 +79,7 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
   const std::span<const T> original(samples.data, n);
   auto values =
       encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, code.values);
-  if (!parameters.stores_grid()) {
+  if (!parameters.stores_activity()) {
     values.finish();
   } else if (activity_follows_values(parameters)) {
     // What a decoder needs after the values, the values can carry.
@@ -129,7 +129,7 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code) {
   assert(samples.box == samples_to_encode(parameters, brick));
-  if (parameters.stores_grid()) count_active(active, parameters, brick, code.statistics);
+  if (parameters.counts_points()) count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels)
     encode_voxels_and_activity(samples, active, parameters, brick, code);
   else
@@ -237,7 +237,7 @@ Status decode_brick(BrickCodeView code, const CodingParameters& parameters, Bric
   brick = {};
   brick.id = request.id;
   const BrickGrid bricks = parameters.bricks();
-  if (!parameters.stores_grid() && !code.activity.empty())
+  if (!parameters.stores_activity() && !code.activity.empty())
     return Status::broken("a brick has a grid, but the file stores none");
   const auto bytes_of = [&](const Box& box) {
     return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
@@ -258,11 +258,11 @@ Status decode_brick(BrickCodeView code, const CodingParameters& parameters, Bric
     status = decode_brick_values<T>(code.values, brick.active, parameters, position,
                                     {samples_in<T>(brick.samples), samples_in<T>(brick.points), carried});
     if (!status.ok()) return;
-    if (!carried.empty() && !(values_first && parameters.stores_grid())) {
+    if (!carried.empty() && !(values_first && parameters.stores_activity())) {
       status = Status::broken("the values carry bytes of an activity that does not follow them");
       return;
     }
-    if (!values_first || !grid || !parameters.stores_grid()) return;
+    if (!values_first || !grid || !parameters.stores_activity()) return;
     carried.insert(carried.end(), code.activity.begin(), code.activity.end());
     code.activity = carried;
     decode_activity();

@@ -69,7 +69,7 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
       z.wide ? z.voxels * sizeof(std::uint16_t) +
                    working_bytes_of_pending_voxels(SampleType::uint16, z.owned, p.effort)
              : working_bytes_of_pending_voxels(z.type, z.owned, p.effort);
-  const std::uint64_t carried = p.stores_grid() && activity_follows_values(p) ? pending : 0;
+  const std::uint64_t carried = p.stores_activity() && activity_follows_values(p) ? pending : 0;
   return counting + z.voxel_bytes +
          std::max({values, std::max(code, carried) + with_forecast(z, p, activity), code + decoded});
 }

@@ -21,12 +21,14 @@ enum class FileMode : std::uint8_t {
 
 /// Where the grid of a file with voxels is. The numbers are part of the file format, as above.
 enum class GridOrigin : std::uint8_t {
-  stored = 0,   ///< in the file: the grid of the original samples
-  derived = 1,  ///< not stored: computed from the decoded samples on demand
+  stored = 0,   ///< in the bricks: the grid of the original samples
+  derived = 1,  ///< not in the file: computed from the decoded samples on demand
+  implied = 2,  ///< the grid of the original samples, which the decoded ones are; its points are counted
 };
+/// The origins that a user chooses from. The grid of a lossless file that is to be stored is implied.
 inline constexpr std::array<std::string_view, 2> grid_origin_names = {"stored", "derived"};
 inline std::string_view name_of(GridOrigin origin) {
-  return grid_origin_names[static_cast<std::size_t>(origin)];
+  return grid_origin_names[origin == GridOrigin::derived ? 1 : 0];
 }
 
 /// How much time may be spent on making voxels of 8 or 16 bits small; it affects nothing else. The numbers
@@ -79,7 +81,14 @@ struct CodingParameters {
   /// True if every sample is decoded exactly. Fractions of a bound have no effect on integers.
   bool is_exact() const { return (is_float_type(type) ? max_error : std::floor(max_error)) == 0; }
 
-  bool stores_grid() const { return grid == GridOrigin::stored; }
+  /// True if bricks have the activity of their grid. Otherwise, it is computed from the decoded samples.
+  bool stores_activity() const { return grid == GridOrigin::stored; }
+  /// True if the grid is that of the original samples, so that the encoder computes it and counts its points.
+  bool counts_points() const { return grid != GridOrigin::derived; }
+  /// True if the decoded samples alone determine the grid of the original: the criterion marks the same points.
+  bool implies_grid() const {
+    return mode == FileMode::voxels && is_exact() && surface_error < 0 && mesh_error < 0;
+  }
 
   Domain domain() const { return {dims, cube_size}; }
   BrickGrid bricks() const { return {domain(), brick_edge}; }

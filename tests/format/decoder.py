@@ -35,7 +35,7 @@ def chained(block, before):
 
 class SampleType:
     def __init__(self, number):
-        require(1 <= number <= 8, "the sample type is not of version 4")
+        require(1 <= number <= 8, "the sample type is not of version 5")
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -50,7 +50,7 @@ class Header:
     def __init__(self, data):
         require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
         version, self.size = struct.unpack_from("<II", data, 8)
-        require(version == 4, "the version is not known")
+        require(version == 5, "the version is not known")
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
@@ -62,7 +62,7 @@ class Header:
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
         require(self.effort in (0, 1, 2), "the effort is unknown")
-        require(grid == 0 or (grid == 1 and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
+        require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
         self.stores_grid = grid == 0
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
@@ -73,13 +73,14 @@ class Header:
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
-        self.levels = 3 * self.K + 1 if self.stores_grid else 0  # whose active points are counted
+        self.levels = 3 * self.K + 1 if grid != 1 else 0  # whose active points are counted
         self.index_fields = 8 * self.levels + 56 + 8 * (mesh_error >= 0)  # bytes, without the columns
         self.mesh_error = mesh_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
             e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
             for e in (max_error, surface_error, point_error))
+        require(grid != 2 or self.max_error == 0, "an implied grid in a file with loss")
         unpack(data[120:120 + packed_size], text_size)
         self.cubes = [max(1, (n - 1 + self.S - 1) // self.S) for n in self.dims]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]

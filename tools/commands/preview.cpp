@@ -1,6 +1,6 @@
 // tagrid preview: writes a picture of the volume in a .tag file.
 
-#include "pipeline/reading/read_preview.h"
+#include "pipeline/preview/read_preview.h"
 
 #include <filesystem>
 

@@ -58,8 +58,11 @@ struct VerifyCommand {
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
-    fmt::print("{}: {} {} intact; the grid of {} active points is conforming\n", printable(input),
-               result.bricks, result.bricks == 1 ? "brick is" : "bricks are", result.active_points);
+    fmt::print("{}: {} {} intact; {}\n", printable(input), result.bricks,
+               result.bricks == 1 ? "brick is" : "bricks are",
+               result.active_points
+                   ? fmt::format("the grid of {} active points is conforming", *result.active_points)
+                   : "the grid was not computed, as this needs more memory");
     if (result.max_error)
       fmt::print("largest error against {}: {}\n", printable(original),
                  error_text(*result.max_error, result.header));

@@ -77,7 +77,7 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
   const CodingParameters& p = result.header.parameters;
   // Wide types take their range from the data.
-  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
+  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.counts_points())
     return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   const double span = high - low, made_for = p.range_high - p.range_low;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/volume/volume_info.h"
-#include "pipeline/reading/read_preview.h"
+#include "pipeline/preview/read_preview.h"
 #include "stages/picture/grey_window.h"
 #include "stages/picture/image.h"
 #include "tools/preview/captions.h"

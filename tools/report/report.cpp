@@ -327,7 +327,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
-  if (!p.stores_grid()) line("grid", "derived (computed from the decoded voxels on demand)");
+  if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
+  if (p.grid == GridOrigin::implied) line("grid", "that of the original, which the voxels determine");
   line("effort", std::string(name_of(p.effort)));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));

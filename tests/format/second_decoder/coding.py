@@ -5,7 +5,7 @@ import zlib
 
 
 class Broken(Exception):
-    """The bytes are not those of a .tag file, version 4."""
+    """The bytes are not those of a .tag file, version 5."""
 
 
 def clamp(v, low, high):

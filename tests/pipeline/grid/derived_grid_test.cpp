@@ -1,5 +1,5 @@
-// A file that stores no grid has that of its decoded samples: the one that an encoding of these samples would store. What
-// is made of it is compared with what is made of a file that stores it.
+// A file that stores no grid has that of its decoded samples, and so has a lossless file. What is made of both is compared
+// with what is made of a file that stores this grid in its bricks, with the exact values of its points: a grid alone.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ Mesh mesh_of(const std::string& file, const MeshPart& part, int threads) {
 
 class DerivedGridOfFile : public TemporaryFolder {
  protected:
-  /// Makes "derived.tag" and, from its decoded samples, "stored.tag".
+  /// Makes "derived.tag" and, from its decoded samples, "implied.tag", which is lossless, and "stored.tag".
   template <class T>
   void make(Index3 dims, const std::vector<T>& samples, EncodeOptions options, int threads = 2) {
     write_nrrd(path("in.nrrd"), dims, samples);
@@ -70,10 +70,14 @@ class DerivedGridOfFile : public TemporaryFolder {
     lossless.max_error = 0;
     lossless.range.reset();
     lossless.field_scale = summary_of(derived_).header.parameters.field_scale;
+    encode_volume(path("decoded.nrrd"), {}, implied_, true, lossless, Resources(threads));
+    lossless.max_error.reset();
+    lossless.grid_only = true;
     encode_volume(path("decoded.nrrd"), {}, stored_, true, lossless, Resources(threads));
   }
 
-  const std::string derived_ = path("derived.tag"), stored_ = path("stored.tag");
+  const std::string derived_ = path("derived.tag"), implied_ = path("implied.tag"),
+                    stored_ = path("stored.tag");
 };
 
 template <class T>
@@ -99,14 +103,21 @@ TYPED_TEST(DerivedGridOfType, IsTheGridOfTheDecodedSamples) {
       for (const int threads : {1, 3})
         EXPECT_EQ(summary_with_levels(this->derived_, Resources(threads)).index.total.active,
                   stored.index.total.active);
-      EXPECT_EQ(summary_of(this->derived_).sizes.activity, 0U);
+      EXPECT_EQ(summary_of(this->implied_).index.total.active, stored.index.total.active);
+      EXPECT_EQ(summary_of(this->implied_).header.parameters.grid, GridOrigin::implied);
+      for (const std::string& file : {this->derived_, this->implied_})
+        EXPECT_EQ(summary_of(file).sizes.activity, 0U);
       EXPECT_EQ(verify_file(this->derived_, this->path("in.nrrd"), {}, Resources(2)).active_points,
+                verify_file(this->stored_, "", {}, Resources(2)).active_points);
+      EXPECT_EQ(verify_file(this->implied_, "", {}, Resources(2)).active_points,
                 verify_file(this->stored_, "", {}, Resources(2)).active_points);
       for (const bool padded : {false, true})
         for (const int level : {max_level(cube), 4}) {
           const MeshPart part = {level, padded};
           if (!padded && is_flat(stored.header.parameters)) continue;
-          EXPECT_TRUE(mesh_of(this->derived_, part, 3) == mesh_of(this->stored_, part, 1));
+          const Mesh expected = mesh_of(this->stored_, part, 1);
+          EXPECT_TRUE(mesh_of(this->derived_, part, 3) == expected);
+          EXPECT_TRUE(mesh_of(this->implied_, part, 2) == expected);
         }
       if (this->HasFailure()) return;
     }
@@ -130,12 +141,36 @@ TEST_F(DerivedGridOfFile, AnyBoxHasTheMeshOfTheWholeGrid) {
       part.box = box;
       const Mesh expected = mesh_of(stored_, part, 1);
       EXPECT_FALSE(expected.levels.empty());
-      EXPECT_TRUE(mesh_of(derived_, part, 1 + i % 3) == expected)
+      EXPECT_TRUE(mesh_of(i % 2 ? implied_ : derived_, part, 1 + i % 3) == expected)
           << "cube " << cube << " brick " << brick << ": " << box.low.x << ".." << box.high.x << " "
           << box.low.y << ".." << box.high.y << " " << box.low.z << ".." << box.high.z;
       if (HasFailure()) return;
     }
   }
+}
+
+TEST_F(DerivedGridOfFile, VerifyingComparesTheNumbersOfPointsIfThereIsMemory) {
+  const Index3 dims = {40, 60, 27};
+  write_nrrd(path("in.nrrd"), dims, blobs<std::uint8_t>(dims, 3));
+  encode_volume(path("in.nrrd"), {}, implied_, true, {.cube_size = 4, .brick_edge = 2}, Resources(2));
+  EXPECT_GT(verify_file(implied_, path("in.nrrd"), {}, Resources(2)).active_points, 0U);
+
+  const TagBricks file(std::make_shared<FileSource>(implied_));
+  const CodingParameters& p = file.parameters();
+  TagIndex index = file.index();
+  ++index.total.active[3];
+  Verifier verifier(file.name(), file.header(), index, {plan_decoding(p, Resources(2), DecodeUse::verify)},
+                    [&](const BrickRows& rows) { return file.bricks_from(rows.first_brick(p.bricks())); });
+  const Findings found = verifier.verify(BrickRows::all(p.bricks()), {});
+  EXPECT_TRUE(found.has_points);
+  EXPECT_THROW(verifier.finish(found.counted, found.has_points, file.sizes()), BrokenInput);
+
+  DecodeLoad whole;
+  whole.rows = p.bricks().bricks(1);
+  whole.inspect = whole.with_grid = true;
+  Resources little(1);
+  little.memory = memory_of_decoding(p, whole) - 1;
+  EXPECT_FALSE(verify_file(implied_, "", {}, little).active_points);
 }
 
 TEST_F(DerivedGridOfFile, TheValuesAreThoseOfAFileThatStoresItsGrid) {

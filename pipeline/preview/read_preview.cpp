@@ -1,4 +1,4 @@
-#include "pipeline/reading/read_preview.h"
+#include "pipeline/preview/read_preview.h"
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -13,6 +13,7 @@
 #include "io/volume/lengths.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"
 #include "stages/mesh/tetrahedra.h"
@@ -74,7 +75,7 @@ std::uint64_t leaf_number(const BisectionStep& leaf) {
 }
 
 // The leaves in the plane of a slice across z.
-class LeafMap {
+class LeafMap : public GridTaker {
  public:
   LeafMap(const Panel& panel, const CodingParameters& parameters, std::vector<LeafPixel>& pixels)
       : panel_(panel), bricks_(parameters.bricks()), pixels_(pixels) {
@@ -83,17 +84,20 @@ class LeafMap {
   }
 
   // Sets the pixels whose places the brick owns.
-  void add(const DecodedBrick& brick) const {
-    const Box owned = bricks_.owned_box(bricks_.position(brick.id));
+  void add(Index3 position, const LatticeBits& active) const {
+    const Box owned = bricks_.owned_box(position);
     const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
     const int cube_size = bricks_.domain.cube_size;
     for (int v = y.first; v < y.end; ++v)
       for (int u = x.first; u < x.end; ++u) {
         const Place place = {{panel_.across.place(u), panel_.down.place(v), z_}, PanelAxis::parts};
-        const BisectionStep leaf = leaf_at(brick.active, place, cube_size);
+        const BisectionStep leaf = leaf_at(active, place, cube_size);
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
       }
+  }
+  void add_brick(Index3 position, const LatticeBits& active, const ValueOf&) override {
+    add(position, active);
   }
 
  private:
@@ -133,11 +137,20 @@ struct WantedBrick {
   std::int64_t slices;
 };
 
+// The positions of the bricks that a panel shows.
+Box bricks_across(const Panel& panel, const BrickGrid& bricks) {
+  const Box samples = region_of(panel).box;
+  const auto owner = [&](Index3 p) {
+    return Index3{bricks.owner(p.x), bricks.owner(p.y), bricks.owner(p.z)};
+  };
+  return {owner(samples.low), owner(samples.high)};
+}
+
 // All parts of the volume that are read: the slices, and what the levels are drawn over if they are drawn.
 std::vector<PreviewSlice*> parts_of(PreviewContent& content, const CodingParameters& p) {
   std::vector<PreviewSlice*> parts;
   for (PreviewSlice& slice : content.slices) parts.push_back(&slice);
-  if (p.stores_grid()) parts.push_back(&content.levels);
+  if (p.counts_points()) parts.push_back(&content.levels);
   return parts;
 }
 
@@ -147,7 +160,7 @@ std::vector<WantedBrick> wanted_bricks(PreviewContent& content, const CodingPara
   std::vector<WantedBrick> wanted;
   for (const PreviewSlice* part : parts_of(content, p)) {
     const Region region = region_of(part->panel);
-    const bool with_grid = part == &content.levels;
+    const bool with_grid = part == &content.levels && p.stores_activity();
     for (const std::int64_t id : bricks_of(region, bricks))
       wanted.push_back(
           {id, with_grid,
@@ -185,10 +198,15 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
                                         p.bricks().bricks(panel.down.axis)) *
              (3 * sizeof(WantedBrick) + sizeof(std::int64_t));
   }
-  if (p.stores_grid())
+  if (p.counts_points())
     fixed += static_cast<std::uint64_t>(levels.across.pixels) *
              static_cast<std::uint64_t>(levels.down.pixels) * sizeof(LeafPixel);
-  const auto needed = [&](int threads) { return memory_of_reading(p, threads, p.stores_grid()) + fixed; };
+  // The grid is read with the slices, or computed after them.
+  const auto needed = [&](int threads) {
+    const std::uint64_t reading = memory_of_reading(p, threads, p.stores_activity());
+    if (p.grid != GridOrigin::implied) return reading + fixed;
+    return std::max(reading, memory_of_taking(p, bricks_across(levels, p.bricks()), 0, threads)) + fixed;
+  };
   const auto best = [&](std::uint64_t limit) -> std::optional<Plan> {
     for (int threads = resources.threads; threads >= 1; --threads)
       if (needed(threads) <= limit) return Plan{threads, needed(threads)};
@@ -224,7 +242,7 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
   if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)
     of_z.slice = quick_slice(p.bricks());
   const Index3 crossing{content.slices[0].panel.slice, content.slices[1].panel.slice, of_z.slice};
-  content.levels.panel = of_z.leaves_out() && p.stores_grid() ? detail_of(of_z, crossing) : of_z;
+  content.levels.panel = of_z.leaves_out() && p.counts_points() ? detail_of(of_z, crossing) : of_z;
   const Plan plan = plan_preview(content, p, resources, besides);
   content.memory = plan.memory;
   const std::vector<PreviewSlice*> parts = parts_of(content, p);
@@ -234,10 +252,10 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
     total += part->samples.size();
   }
   const Panel& of_levels = content.levels.panel;
-  if (p.stores_grid())
+  if (p.counts_points())
     content.leaves.resize(static_cast<std::size_t>(of_levels.across.pixels) *
                           static_cast<std::size_t>(of_levels.down.pixels));
-  const LeafMap leaves(of_levels, p, content.leaves);
+  LeafMap leaves(of_levels, p, content.leaves);
 
   const std::vector<WantedBrick> wanted = wanted_bricks(content, p);
   content.bricks = static_cast<std::int64_t>(wanted.size());
@@ -252,12 +270,15 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
       for (PreviewSlice* part : parts)
         bytes += copy_samples(brick, p, region_of(part->panel), part->samples.data(),
                               strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
-      if (with_grid) leaves.add(brick);
+      if (with_grid) leaves.add(p.bricks().position(brick.id), brick.active);
       if (!progress) return;
       const std::lock_guard lock(telling);
       progress(done += bytes, total);
     });
   });
+  if (p.grid == GridOrigin::implied) {
+    take_some(file, bricks_across(of_levels, p.bricks()), 0, Resources(plan.threads), leaves);
+  }
   return content;
 }
 

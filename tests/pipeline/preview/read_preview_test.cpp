@@ -1,4 +1,4 @@
-#include "pipeline/reading/read_preview.h"
+#include "pipeline/preview/read_preview.h"
 
 #include <gtest/gtest.h>
 
