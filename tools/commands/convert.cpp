@@ -49,9 +49,8 @@ struct ConvertCommand {
       refuse_beside_find(given);
       return list_volumes(given.contains("gaps-ok"));
     }
-    for (const auto& [name, value] :
-         {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
-      if (value->empty()) throw usage_error("convert: {} is required", name);
+    if (manifest.empty() || options.output_dir.empty())
+      throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(

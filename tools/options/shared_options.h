@@ -1,4 +1,4 @@
-// Options that mean the same in every subcommand.
+// Options that mean the same in every command.
 #pragma once
 
 #include <fmt/format.h>

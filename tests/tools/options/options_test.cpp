@@ -29,13 +29,13 @@ TEST_F(Options, UnknownOptionsFarFromAllPointToTheHelp) {
   expect_error(tagrid({"-z"}), usage, "see tagrid --help");
 }
 
-TEST_F(Options, UnknownSubcommandsSuggestTheNearest) {
-  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "did you mean encode?");
+TEST_F(Options, UnknownCommandsSuggestTheNearest) {
+  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "unknown command encdoe; did you mean encode?");
   expect_error(tagrid({"veryfi", "x.tag"}), usage, "did you mean verify?");
 }
 
-TEST_F(Options, ASubcommandAndItsInputAreRequired) {
-  expect_error(tagrid({}), usage, "tagrid --help");
+TEST_F(Options, ACommandAndItsInputAreRequired) {
+  expect_error(tagrid({}), usage, "give a command, such as: tagrid encode VOLUME; see tagrid --help");
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command}), usage, "INPUT is required");
   expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: only one input is accepted");
@@ -44,6 +44,13 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({"convert", "a"}), usage, "convert takes a list: tagrid convert --find a > list.tsv");
   expect_error(tagrid({"convert", "--manifest", "a", "b"}), usage,
                "b: one argument too many; see tagrid convert --help");
+}
+
+TEST_F(Options, WithoutTheirValueTheySayWhichTheyNeed) {
+  expect_error(tagrid({"encode", "a.nrrd", "--max-error"}), usage,
+               "encode: --max-error: needs a value: --max-error <E|noise:K>; see tagrid encode --help");
+  expect_error(tagrid({"decode", "a.tag", "-o"}), usage, "--output: needs a value: --output <FILE>");
+  expect_error(tagrid({"info", "a.tag", "-T"}), usage, "--threads: needs a value: --threads <N>");
 }
 
 TEST_F(Options, NamesAfterTwoDashesMayBeginWithOne) {
