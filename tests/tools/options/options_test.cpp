@@ -6,7 +6,13 @@
 namespace tagrid {
 namespace {
 
-class Options : public CommandLine {};
+class Options : public CommandLine {
+ protected:
+  static void expect_warned_not(const Ending& ending) {
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_EQ(ending.err.find("warning"), std::string::npos) << ending.err;
+  }
+};
 
 TEST_F(Options, HelpAndVersionEndWithSuccess) {
   for (const char* command : {"encode", "decode", "info", "verify", "mesh", "preview", "phantom"}) {
@@ -190,6 +196,30 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
     expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
   }
   EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, BoundsThatAreRoundedDownToIntegersAreTold) {
+  const auto warning_of = [this](const Arguments& options) {
+    phantom("volume.nrrd", {"-f"});
+    const Ending encoded = tagrid(with({"encode", "volume.nrrd", "-f"}, options));
+    EXPECT_EQ(encoded.code, 0);
+    return encoded.err;
+  };
+  const std::string begin = "tagrid: warning: volume.nrrd: ", rounded = ": samples are integers, so this is ";
+  EXPECT_EQ(warning_of({"--max-error", "0.5"}), begin + "--max-error 0.5" + rounded + "0 (lossless)\n");
+  EXPECT_EQ(warning_of({"--max-error", "2.5"}), begin + "--max-error 2.5" + rounded + "2\n");
+  EXPECT_EQ(warning_of({"--mesh-error", "0.5"}), begin + "--mesh-error 0.5" + rounded + "0\n");
+  EXPECT_EQ(warning_of({"--max-error", "3", "--surface-error", "1.5"}),
+            begin + "--surface-error 1.5" + rounded + "1\n");
+  EXPECT_EQ(warning_of({"--grid-only", "--max-error", "9.5"}), begin + "--max-error 9.5" + rounded + "9\n");
+  EXPECT_EQ(warning_of({"--max-error", "2"}), "");
+  EXPECT_EQ(warning_of({"--max-error", "2.5", "-q"}), "");
+  // Half a Hounsfield unit is five steps of 0.1.
+  file("steps.nrrd",
+       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nrescale_slope:=0.1\n\nabcdefgh");
+  expect_warned_not(tagrid({"encode", "steps.nrrd", "--max-error", "0.5"}));
+  file("floats.raw", std::string(32, '\0'));
+  expect_ok(tagrid({"encode", "floats.raw", "--dims", "2,2,2", "--type", "float32", "--max-error", "0.5"}));
 }
 
 TEST_F(Options, NumbersAreDecimalWhateverTheyBeginWith) {
