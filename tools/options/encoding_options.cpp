@@ -44,7 +44,8 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   if (!source.spacing.empty()) {
     raw.spacing = three_distances(source.spacing);
     if (!raw.spacing)
-      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z", source.spacing);
+      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25",
+                        source.spacing);
   }
   return raw;
 }
@@ -151,7 +152,9 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
     encoding.options.range = value_range(range);
-    if (!encoding.options.range) throw usage_error("--range {}: must be lo:hi or auto", range);
+    if (!encoding.options.range)
+      throw usage_error("--range {}: must be lo:hi or auto{}", range,
+                        hint_of_decimal_comma(range, [](auto given) { return value_range(given); }));
   }
   require(rules.size() + options.max_error.has_value() <= 1,
           "--max-error, --relative-error and --psnr all set the maximum error; give only one");

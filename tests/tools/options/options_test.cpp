@@ -222,6 +222,21 @@ TEST_F(Options, BoundsThatAreRoundedDownToIntegersAreTold) {
   expect_ok(tagrid({"encode", "floats.raw", "--dims", "2,2,2", "--type", "float32", "--max-error", "0.5"}));
 }
 
+TEST_F(Options, ADecimalCommaIsToldToBeAPoint) {
+  const std::string hint = "; use a decimal point, not a comma";
+  expect_error(tagrid({"encode", "a.nrrd", "--max-error", "1,5"}), usage, "such as 0.5" + hint);
+  expect_error(tagrid({"encode", "a.nrrd", "-M", "1,5G"}), usage, "-M: 1,5G: must be a number of bytes");
+  expect_error(tagrid({"encode", "a.nrrd", "-M", "1,5G"}), usage, "such as 800M or 1.5G" + hint);
+  expect_error(tagrid({"encode", "a.nrrd", "--range", "0,5:3"}), usage, "must be lo:hi or auto" + hint);
+  expect_error(tagrid({"preview", "a.tag", "--window", "0:2,5"}), usage, "must be lo:hi with lo < hi" + hint);
+  expect_error(tagrid({"encode", "a", "--dims", "1,1,1", "--type", "int8", "--spacing", "0,5,0,5,1"}), usage,
+               "must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25");
+  // Others are not.
+  const Ending other = tagrid({"encode", "a.nrrd", "-M", "1,5X"});
+  expect_error(other, usage, "1.5G");
+  EXPECT_FALSE(has(other.err, "comma"));
+}
+
 TEST_F(Options, NumbersAreDecimalWhateverTheyBeginWith) {
   expect_ok(tagrid({"phantom", "--dims", "052,040,036", "-o", "octal.nrrd", "-T", "02"}));
   phantom("volume.nrrd");
