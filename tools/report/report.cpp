@@ -341,7 +341,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
   line("root cubes", fmt::format("edge {}, {} per edge of a brick, {}", p.cube_size, p.brick_edge,
                                  counted(p.bricks().count(), "brick")));
-  line("criterion",
+  line("accuracy",
        fmt::format(
            "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
            p.range_low == p.range_high ? "" : fmt::format(" (range {} .. {})", p.range_low, p.range_high)));
@@ -358,7 +358,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   part("  index, frames", sizes.index);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
   if (!with_levels) return out;
-  out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "per cent");
+  out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "percent");
   for (const LevelRow& row : level_rows(header, index))
     if (row.level <= p.max_level)
       out += fmt::format("{:>5} {:>14} {:>14} {:>9.2f}\n", row.level, row.points, row.active,
