@@ -16,10 +16,10 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/commands/commands.h"
+#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

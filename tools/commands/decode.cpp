@@ -17,10 +17,10 @@
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/report/failure.h"
+#include "tools/report/lost_bricks.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
