@@ -58,6 +58,9 @@ struct Format {
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) = nullptr;
 
+  bool has_series = false;         ///< SourceDescription::series applies to files that tagrid itself reads.
+  bool takes_description = false;  ///< SourceDescription::raw may be given.
+
   /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
   std::string_view reader = "";
   bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
