@@ -285,11 +285,11 @@ void FormatProgram::finish() {
   shutdown(input_, SHUT_WR);
   std::byte more;
   if (!heard_.empty() || read_some(&more, 1) > 0) fail("sent unexpected output");
-  const std::string how = ending();
-  if (how != "exited with code 0") fail(how);
+  const Ending how = ending();
+  if (how.kind != Ending::Kind::exit || how.number != 0) fail(in_words(how));
 }
 
-std::string FormatProgram::ending() {
+FormatProgram::Ending FormatProgram::ending() {
   siginfo_t status = {};
   for (auto waited = 0ms; waited < 2s; waited += 10ms) {
     if (waitid(P_PID, static_cast<id_t>(process_), &status, WEXITED | WNOHANG | WNOWAIT) != 0 ||
@@ -297,16 +297,28 @@ std::string FormatProgram::ending() {
       break;
     std::this_thread::sleep_for(10ms);
   }
-  if (status.si_pid == 0) return "closed its output but did not exit";
-  if (status.si_code == CLD_EXITED) return fmt::format("exited with code {}", status.si_status);
-  return fmt::format("was ended by signal {} ({})", status.si_status, strsignal(status.si_status));
+  if (status.si_pid == 0) return {};
+  return {status.si_code == CLD_EXITED ? Ending::Kind::exit : Ending::Kind::signal, status.si_status};
+}
+
+std::string FormatProgram::in_words(const Ending& ending) {
+  switch (ending.kind) {
+    case Ending::Kind::none:
+      break;
+    case Ending::Kind::exit:
+      return fmt::format("exited with code {}", ending.number);
+    case Ending::Kind::signal:
+      return fmt::format("was ended by signal {} ({})", ending.number, strsignal(ending.number));
+  }
+  return "closed its output but did not exit";
 }
 
 void FormatProgram::fail_as_ended() {
-  const std::string how = ending();
+  const Ending how = ending();
   // A library that trusts what it reads.
-  const bool crashed = how.starts_with("was ended by signal") && !file_.empty() && is_reader_;
-  fail(fmt::format("{} before it answered{}", how, crashed ? "; the file may be damaged" : ""), true);
+  const bool crashed = how.kind == Ending::Kind::signal && !file_.empty() && is_reader_;
+  fail(fmt::format("{} before it answered{}", in_words(how), crashed ? "; the file may be damaged" : ""),
+       true);
 }
 
 void FormatProgram::fail(std::string_view what, bool may_lack_memory) {

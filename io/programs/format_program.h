@@ -81,7 +81,14 @@ class FormatProgram {
   /// Reads what has arrived; 0 at the end.
   std::size_t read_some(std::byte* out, std::size_t size);
   [[noreturn]] void fail_as_ended();
-  std::string ending();
+  /// How the program ended.
+  struct Ending {
+    enum class Kind { none, exit, signal } kind = Kind::none;  ///< none: it still runs
+    int number = 0;                                            ///< the exit code, or the signal
+  };
+  static std::string in_words(const Ending& ending);
+  /// Waits a moment for its end.
+  Ending ending();
   void end();
 
   std::string program_;

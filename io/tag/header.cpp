@@ -24,7 +24,8 @@ constexpr std::uint32_t version = 5;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
-// What a file is that is not a .tag file, if known: most often the volume itself, given by mistake.
+// What a file is that is not a .tag file, if known, and what to do: most often it is the volume itself, given
+// by mistake. Only the first bytes are there, which are too few for the table of formats.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   using namespace std::string_view_literals;
@@ -47,7 +48,7 @@ std::string what_it_is(std::span<const std::byte> bytes) {
   if (text.empty()) return ": it is empty";
   for (const auto& [beginning, what] : known)
     if (text.starts_with(beginning)) return ", but " + std::string(what) + "; encode it first";
-  return "";
+  return "; if it is a volume, encode it first";
 }
 
 /// The parameters' fields, for a FieldWriter or a FieldReader.

@@ -104,7 +104,7 @@ double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
   // Errors that are spread evenly within a bound have a root mean square of its part 1 / sqrt(3).
   const double guess = std::sqrt(3.0) * peak * std::pow(10, -wanted / 20);
   if (!(guess > 0)) return 0;
-  // Bounds of floats are tried in steps of half a per cent, from 1e-8 of the guess on.
+  // Bounds of floats are tried in steps of half a percent, from 1e-8 of the guess on.
   constexpr double step = 1.005;
   const std::int64_t tiny = -3700;
   const auto bound = [&](std::int64_t n) {

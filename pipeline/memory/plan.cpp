@@ -202,7 +202,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
       with_spool = memory_of_decoding(p, smallest) + besides;
     }
     refuse(p,
-           use == DecodeUse::mesh ? "meshing"
+           use == DecodeUse::mesh ? "decoding the grid of"
            : smallest.inspect     ? "verifying"
                                   : "decoding",
            *resources.memory, plan.memory, with_spool);

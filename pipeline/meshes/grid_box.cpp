@@ -131,7 +131,7 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
 
 int threads_for_taking(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
                        const Resources& resources) {
-  return threads_within(resources, "meshing a part of the volume", [&](int threads) {
+  return threads_within(resources, "decoding the grid of a part of the volume", [&](int threads) {
     return memory_of_taking(parameters, taken, taker_bytes, threads);
   });
 }

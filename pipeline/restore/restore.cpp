@@ -123,15 +123,15 @@ void require_same(const SourceComparison& found, const std::string& original) {
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
   if (is_folder(run.input)) throw UsageError(run.input + ": is a directory; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
-    throw UsageError(run.input +
-                     ": source files are restored from a regular file only; write the pipe to one");
+    throw UsageError(run.input + ": only a regular file can be restored; save the pipe as one first");
   const TagBricks file(std::make_shared<FileSource>(run.input));
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
-    throw UsageError(run.input +
-                         ": holds no source files: they came through a pipe, had compressed samples or too "
-                         "much metadata, or were dropped",
-                     Problem::no_source_files);
+    throw UsageError(
+        run.input +
+            ": holds no source files: the volume came through a pipe, its files had samples in a "
+            "compressed form or more other bytes than are kept, or they were left out on purpose",
+        Problem::no_source_files);
   const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write,
                                         run.resources.memory ? memory_of_envelope(file) : 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};

@@ -61,7 +61,7 @@ struct VerifySetup;
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
 
 /// The numbers of active points of each level, by the grid of the decoded samples. Decodes the file, which
-/// has not been read yet, in the memory that meshing takes. Throws BrokenInput, WorldError, MemoryLimit, and
+/// has not been read yet, in the memory that a mesh takes. Throws BrokenInput, WorldError, MemoryLimit, and
 /// the exceptions of `progress`. REQUIRES: the file stores no grid.
 Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress = {});
 

@@ -21,7 +21,7 @@ struct GreyWindow {
   }
 };
 
-/// The window from the value below which 0.5 per cent of the values lie to that above which 0.5 per cent lie.
+/// The window from the value below which 0.5 percent of the values lie to that above which 0.5 percent lie.
 /// Values that are not finite do not count; nor does a value that more than half of all others equal, which
 /// usually is padding, unless fewer than eight different values are left: a mask or labels. If nothing is
 /// left, or all is equal, the window begins there and has a width of 1, or of the next larger double. Changes

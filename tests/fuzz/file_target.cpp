@@ -11,7 +11,7 @@
 #include "tests/fuzz/targets.h"
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"
-#include "tools/report/report.h"
+#include "tools/report/info.h"
 
 namespace tagrid::fuzz {
 namespace {

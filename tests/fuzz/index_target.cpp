@@ -6,7 +6,7 @@
 #include "io/tag/index.h"
 #include "stages/grid/lattice.h"
 #include "tests/fuzz/targets.h"
-#include "tools/report/report.h"
+#include "tools/report/info.h"
 
 namespace tagrid::fuzz {
 namespace {

@@ -3,7 +3,6 @@
 import contextlib
 import doctest
 import http.server
-import importlib.metadata
 import io
 import os
 import pathlib
@@ -16,6 +15,9 @@ import unittest
 
 import numpy as np
 import tagrid
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from versions import has_zarr_3
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = os.path.abspath(sys.argv[1])
@@ -58,7 +60,6 @@ class Tour(unittest.TestCase):
         # The example of README.md comes first.
         text = (ROOT / "README.md").read_text().split("## What it saves")[0] + (ROOT / "docs/python.md").read_text()
         names, said = {}, io.StringIO()
-        zarr_3 = importable("zarr") and int(importlib.metadata.version("zarr").split(".")[0]) >= 3
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), served_folder() as url:
             subprocess.run([PROGRAM, "phantom", "--dims", "160,160,96", "-q", "-o", "p.nhdr"], check=True)
             subprocess.run([PROGRAM, "encode", "p.nhdr", "--max-error", "5", "-q", "-o", "scan.tag"], check=True)
@@ -67,7 +68,7 @@ class Tour(unittest.TestCase):
                 code = match[1].replace("http://localhost:8000", url)
                 # Without installing there are no entry points.
                 code = code.replace('engine="tagrid"', "engine=__import__('tagrid.xarray').xarray.TagridBackend")
-                if zarr_3:  # as the document says
+                if has_zarr_3():  # as the document says
                     code = code.replace("compressor=", "zarr_format=2, compressor=")
                 packages = set(re.findall(r"^(?:import|from) (\w+)", code, re.MULTILINE))
                 if not all(map(importable, packages)):

@@ -4,6 +4,7 @@ import os
 import pathlib
 import json
 import pickle
+import sys
 import tempfile
 import unittest
 import warnings
@@ -14,13 +15,15 @@ import tagrid
 import parts
 from volumes import TYPES, blobs
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from versions import has_zarr_3
+
 try:
     import zarr
     from tagrid.numcodecs import Tagrid
     from tagrid.zarr import Store
     MISSING = False
-    # Zarr 3 writes its own format unless it is told otherwise.
-    FORMAT = {"zarr_format": 2} if int(zarr.__version__.split(".")[0]) >= 3 else {}
+    FORMAT = {"zarr_format": 2} if has_zarr_3() else {}
 except ImportError:
     MISSING = True
 

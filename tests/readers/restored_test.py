@@ -152,6 +152,7 @@ class Restored(ReaderTest):
         self.assert_refused(64, "-o -", "restore", "a.tag", "-o", "-")
         self.assert_refused(64, "is not a directory", "restore", "a.tag", "-o", "a.nrrd")
         self.assert_refused(64, "regular file", "restore", "-", "-o", "r")
+        self.assert_refused(64, "standard input: only a regular file can be restored; save it as one first", "restore", "-")
         self.assert_refused(74, "none.tag", "restore", "none.tag", "-o", "r")
         self.assert_refused(65, "a.nrrd", "restore", "a.nrrd", "-o", "r")
 
@@ -432,7 +433,7 @@ for request in map(json.loads, sys.stdin):
             info = self.info("x.tag")
             self.assertEqual((info["restorable"], info["compression"], info["bytes"]["envelope"]), (False, None, 0))
             self.assertIn("source files    not kept", self.ok("info", "x.tag").stdout)
-            message = self.assert_refused(64, "holds no source files: they came through a pipe,", "restore", "x.tag", "-o", "r")
+            message = self.assert_refused(64, "holds no source files: the volume came through a pipe,", "restore", "x.tag", "-o", "r")
             # The advice, followed.
             advice = re.search(r"use tagrid (decode FILE\.tag -o FILE\.nrrd) to get the volume", message)[1].replace("FILE", "x").split()
             self.ok(*advice, "-f")

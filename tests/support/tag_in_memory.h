@@ -1,4 +1,5 @@
-// A .tag file in memory: its frames, the part that decoding needs, and a source that records which parts are read.
+// A .tag file in memory: its frames, the part that decoding needs, and a source that records which parts are
+// read.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +41,8 @@ class MemorySource : public ByteSource {
   mutable std::vector<std::pair<std::uint64_t, std::uint64_t>> reads_;
 };
 
-/// Header and bricks of a .tag file with these bytes. They do not depend on where the samples came from: from which file,
-/// or from a pipe. The rest of a file has the names and other bytes of the source files.
+/// Header and bricks of a .tag file with these bytes. They do not depend on where the samples came from: from
+/// which file, or from a pipe. The rest of a file has the names and other bytes of the source files.
 inline std::string header_and_bricks(const std::string& tag) {
   const TagBricks file(std::make_shared<MemorySource>(tag));
   return tag.substr(0, file.start(file.count()));

@@ -21,6 +21,7 @@
 #include "tools/archive/manifest.h"
 #include "tools/archive/settings_used.h"
 #include "tools/report/failure.h"
+#include "tools/report/info.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 

@@ -296,16 +296,16 @@ class Finder {
     if (format.name == "dicom") {
       if (used_images_ != nullptr)
         for (const std::string& file : files) used_images_->insert(fs::path(file).filename().string());
-      if (images_ != nullptr)
-        for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
-      else
+      if (images_ == nullptr)
         return std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); });
+      for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
+      return false;
     }
     // Slices were recognised; logs and samples beside headers were not.
     for (const std::string& file : files) {
       const std::string extension = lower_case(fs::path(file).extension().string());
       const bool is_slice = std::ranges::find(format.extensions, extension) != format.extensions.end();
-      if (format.name != "dicom" && !is_slice) lines_.belongs(file);
+      if (!is_slice) lines_.belongs(file);
     }
     return false;
   }

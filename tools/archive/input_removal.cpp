@@ -71,6 +71,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   if (numbers.are_values() && is_float_type(numbers.rule.to))
     return fmt::format("values are rounded to {}", name_of(numbers.rule.to));
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
+  if (std::string lost = format.lost_rescale(info); !lost.empty()) return lost;
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (std::string lost = lost_attributes(format, info); !lost.empty()) return lost;
   // losses() looks at the pairs of other formats one by one.

@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "pipeline/job/resolved_options.h"
-#include "tools/report/report.h"
+#include "tools/report/info.h"
 
 namespace tagrid {
 namespace {

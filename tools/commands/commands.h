@@ -1,4 +1,4 @@
-// The subcommands. Each one adds itself to the command line, and does its work if it was given.
+// The commands. Each one adds itself to the command line, and does its work if it was given.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,10 +8,10 @@
 
 namespace tagrid {
 
-/// The work of a subcommand after the command line was parsed. Only rank 0 calls it.
+/// The work of a command after the command line was parsed. Only rank 0 calls it.
 using Action = std::function<void(Ranks&)>;
 
-/// Adds one subcommand to `app`. The returned action is to be called if the subcommand was given.
+/// Adds one command to `app`. The returned action is to be called if the command was given.
 Action add_encode_command(CLI::App& app);
 Action add_decode_command(CLI::App& app);
 Action add_info_command(CLI::App& app);

@@ -16,10 +16,10 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/commands/commands.h"
+#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -49,9 +49,8 @@ struct ConvertCommand {
       refuse_beside_find(given);
       return list_volumes(given.contains("gaps-ok"));
     }
-    for (const auto& [name, value] :
-         {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
-      if (value->empty()) throw usage_error("convert: {} is required", name);
+    if (manifest.empty() || options.output_dir.empty())
+      throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(

@@ -17,10 +17,10 @@
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/report/failure.h"
+#include "tools/report/lost_bricks.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
@@ -106,13 +106,13 @@ struct DecodeCommand {
   /// Says what users should know of the output, and with -v what was done.
   void tell_of_result(const std::string& path, const Format& chosen, const DecodeResult& result) const {
     const std::string name = shown_output(path);
-    tell_of_numbers(name, chosen, result);
+    const VolumeInfo written =
+        volume_info(result.dims, result.numbers.type(result.header.parameters.type), result.nrrd_fields);
+    tell_of_numbers(name, chosen, result, chosen.lost_rescale(written));
     const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
     if (!doubts.empty())
       warn(run, "{}: was encoded in doubt: {}", shown_input(input),
            printable(fmt::format("{}", fmt::join(doubts, "; "))));
-    const VolumeInfo written =
-        volume_info(result.dims, result.numbers.type(result.header.parameters.type), result.nrrd_fields);
     for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
     if (run.is_verbose()) {
       say_line(summary(result));
@@ -125,9 +125,14 @@ struct DecodeCommand {
     return samples ? Numbers::samples : values ? Numbers::values : Numbers::automatic;
   }
 
-  /// Says whether the output holds samples or values, if users could confuse them.
-  void tell_of_numbers(const std::string& name, const Format& chosen, const DecodeResult& result) const {
-    if (run.quiet || numbers() != Numbers::automatic) return;
+  /// Says whether the output holds samples or values, if users could confuse them, and that its format has no
+  /// place for slope and intercept, if `lost` says so.
+  void tell_of_numbers(const std::string& name, const Format& chosen, const DecodeResult& result,
+                       const std::string& lost) const {
+    const auto tell_of_loss = [&] {
+      if (!lost.empty()) warn(run, "{}: {}", name, lost);
+    };
+    if (run.quiet || numbers() != Numbers::automatic) return tell_of_loss();
     const std::string& fields = result.header.nrrd_fields;
     const Rescale rescale = rescale_of(fields);
     const auto added = [&] {
@@ -141,12 +146,10 @@ struct DecodeCommand {
                   "{}: has stored samples, because each slice has its own slope and intercept; --values "
                   "writes values",
                   name);
-    if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
+    if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return tell_of_loss();
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
-    warn(run,
-         "{}: has stored samples; values are {} * sample {}{}, but few programs apply this to such a file; "
-         "--values writes values",
-         name, rescale.slope, added(), units);
+    warn(run, "{}: has stored samples; values are {} * sample {}{}, but {}; --values writes values", name,
+         rescale.slope, added(), units, lost.empty() ? "few programs apply this to such a file" : lost);
   }
 
   /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.

@@ -10,9 +10,9 @@
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
-#include "tools/report/report.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/info.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

@@ -48,7 +48,7 @@ struct GridCommand {
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, form.name, input, path);
     Finished<Result> written = [&] {
-      ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
+      ProgressMeter meter(run.progress, run.quiet, fmt::format("writing the {}", form.name), 1);
       return write_form({input, path, options, run.resources(ranks), meter.progress()});
     }();
     const GridResult& result = written.result;

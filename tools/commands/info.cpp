@@ -6,7 +6,7 @@
 #include "pipeline/verify/verify.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
-#include "tools/report/report.h"
+#include "tools/report/info.h"
 
 namespace tagrid {
 

@@ -67,7 +67,9 @@ int run(Ranks& ranks, int argc, char** argv) {
                     add_restore_command, add_mesh_command, add_surface_command, add_preview_command,
                     add_convert_command, add_estimate_command, add_formats_command, add_phantom_command}) {
     Action action = add(app);
-    commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
+    CLI::App* command = app.get_subcommands({}).back();
+    command->group("Commands");
+    commands.emplace_back(command, std::move(action));
   }
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];

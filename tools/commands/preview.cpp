@@ -106,7 +106,8 @@ struct PreviewCommand {
     if (window.empty()) return std::nullopt;
     const auto range = value_range(window);
     if (!range || range->first >= range->second)
-      throw usage_error("--window {}: must be lo:hi with lo < hi", window);
+      throw usage_error("--window {}: must be lo:hi with lo < hi{}", window,
+                        hint_of_decimal_comma(window, [](auto given) { return value_range(given); }));
     return GreyWindow{range->first, range->second};
   }
 };

@@ -29,9 +29,10 @@ struct RestoreCommand {
     run.obey_memory_limit();
     if (!records.empty()) return restore_all(ranks);
     if (input.empty()) throw UsageError("give a .tag file, or --records DIR");
+    if (input == "-")
+      throw UsageError("standard input: only a regular file can be restored; save it as one first");
     if (output.path.empty()) throw UsageError("give -o DIR, the directory for the files");
     if (output.path == "-") throw UsageError("-o -: files are restored into a directory; give -o DIR");
-    refuse_terminal_input(input);
     remove_abandoned(run, {input}, {});
     if (remove_abandoned_folders({output.path + "/restored"}) > 0 && run.is_watched())
       say_line("tagrid: removed the hidden directory of a killed run");

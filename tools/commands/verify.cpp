@@ -16,9 +16,10 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
+#include "tools/report/info.h"
+#include "tools/report/lost_bricks.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

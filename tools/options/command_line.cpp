@@ -31,7 +31,10 @@ std::string wrapped(const std::string& text) {
 
 class HelpLayout : public CLI::Formatter {
  public:
-  HelpLayout() { column_width(left_column); }
+  HelpLayout() {
+    column_width(left_column);
+    label("SUBCOMMAND", "COMMAND");
+  }
 
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
     std::string help = CLI::Formatter::make_help(app, std::move(name), mode);
@@ -128,6 +131,19 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
       name, word, several);
 }
 
+/// What the parser found wrong with the options of a command.
+std::string wrong_use(const CLI::App& command, const CLI::ParseError& error) {
+  std::string what = error.what();
+  std::replace(what.begin(), what.end(), '\n', ' ');
+  if (const std::size_t verb = what.find(" excludes "); verb != what.npos)
+    return fmt::format("{} and {} cannot be combined", what.substr(0, verb), what.substr(verb + 10));
+  // An option that is the last word: "--max-error: 1 required TEXT missing".
+  const std::string name = what.substr(0, what.find(':'));
+  const CLI::Option* option = command.get_option_no_throw(name);
+  if (error.get_name() != "ArgumentMismatch" || option == nullptr) return what;
+  return fmt::format("{}: needs a value: {} <{}>", name, name, option->get_option_text());
+}
+
 }  // namespace
 
 void lay_out_help(CLI::App& app) { app.formatter(std::make_shared<HelpLayout>()); }
@@ -166,11 +182,11 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     return where + "--: everything after it is a file name; give options before it, and one name after it";
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
-  if (given.empty() && !words.empty()) return unknown("subcommand", words.front(), help, subcommands_of(app));
+  if (given.empty() && !words.empty()) return unknown("command", words.front(), help, subcommands_of(app));
   if (!words.empty()) return too_many(command, words.front(), help);
-  std::string what = error.what();
-  std::replace(what.begin(), what.end(), '\n', ' ');
-  return fmt::format("{}{}; see {}", where, what, help);
+  if (given.empty() && error.get_name() == "RequiredError")
+    return "give a command, such as: tagrid encode VOLUME; see " + help;
+  return fmt::format("{}{}; see {}", where, wrong_use(command, error), help);
 }
 
 }  // namespace tagrid

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <utility>
+
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
@@ -40,7 +44,8 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   if (!source.spacing.empty()) {
     raw.spacing = three_distances(source.spacing);
     if (!raw.spacing)
-      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z", source.spacing);
+      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25",
+                        source.spacing);
   }
   return raw;
 }
@@ -95,6 +100,21 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
        input == "-" ? "" : "--range auto takes the span of the samples, ");
 }
 
+// Errors of integers are integers. Where a slope is known, EncodeResult::reason_of_bound says what is kept.
+void warn_of_rounded_bounds(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                            const EncodeResult& result) {
+  const CodingParameters& p = result.header.parameters;
+  if (is_float_type(p.type) || std::abs(rescale_of_bounds(result.header.nrrd_fields).slope) != 1) return;
+  for (const auto& [bound, given] : {std::pair(&setting::max_error, asked.max_error),
+                                     {&setting::surface_error, asked.surface_error},
+                                     {&setting::mesh_error, asked.mesh_error}}) {
+    if (!given || *given == std::floor(*given)) continue;
+    const bool is_lossless = bound == &setting::max_error && p.is_exact();
+    warn(run, "{}: --{} {}: samples are integers, so this is {}{}", shown_input(input), bound->name, *given,
+         std::floor(*given), is_lossless ? " (lossless)" : "");
+  }
+}
+
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
   if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
@@ -132,7 +152,9 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
     encoding.options.range = value_range(range);
-    if (!encoding.options.range) throw usage_error("--range {}: must be lo:hi or auto", range);
+    if (!encoding.options.range)
+      throw usage_error("--range {}: must be lo:hi or auto{}", range,
+                        hint_of_decimal_comma(range, [](auto given) { return value_range(given); }));
   }
   require(rules.size() + options.max_error.has_value() <= 1,
           "--max-error, --relative-error and --psnr all set the maximum error; give only one");
@@ -172,6 +194,7 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                       const EncodeResult& result) {
   for (const std::string& warning : result.warnings) warn(run, warning);
+  warn_of_rounded_bounds(run, input, asked, result);
   warn_of_range(run, input, asked, result);
   warn_of_lossy_source(run, input, result);
 }

@@ -92,8 +92,9 @@ SampleType sample_type_option(const std::string& name);
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// Gives the warnings of an encoding. Also warns if the grid was made for the usual range of a type, but the
-/// samples span far more, and if the source was compressed with loss, and the .tag file is larger.
+/// Gives the warnings of an encoding. Also warns if a bound was rounded down to an integer, if the grid was made
+/// for the usual range of a type, but the samples span far more, and if the source was compressed with loss, and
+/// the .tag file is larger.
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                       const EncodeResult& result);
 

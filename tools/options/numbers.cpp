@@ -31,12 +31,6 @@ std::optional<double> finite_number(std::string_view text) {
   return number + 0.0;  // -0 becomes 0
 }
 
-std::string hint_of_decimal_comma(std::string_view text) {
-  std::string with_point(text);
-  std::ranges::replace(with_point, ',', '.');
-  return with_point != text && finite_number(with_point) ? "; use a decimal point, not a comma" : "";
-}
-
 std::optional<std::uint64_t> byte_count(std::string_view text) {
   constexpr std::string_view units = "KMGT", small_units = "kmgt";
   const auto unit = text.find_last_not_of("+.0123456789iB");

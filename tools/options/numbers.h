@@ -2,6 +2,7 @@
 // else returns nullopt; the caller reports the option.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
@@ -28,9 +29,6 @@ std::optional<Whole> whole_number(std::string_view text) {
 /// A finite number: "2", "-0.5", "1e3". Zero has no sign.
 std::optional<double> finite_number(std::string_view text);
 
-/// Advice for a text that would be a number with a decimal point instead of a comma; "" for others.
-std::string hint_of_decimal_comma(std::string_view text);
-
 /// A number of bytes: a whole number, or a number followed by K, M, G or T for that many times 1024, 1024^2,
 /// 1024^3 or 1024^4. As in xz, k, KB and KiB are the same as K.
 std::optional<std::uint64_t> byte_count(std::string_view text);
@@ -43,6 +41,15 @@ std::optional<std::array<double, 3>> three_distances(std::string_view text);
 
 /// "lo:hi", two finite numbers.
 std::optional<std::pair<double, double>> value_range(std::string_view text);
+
+/// Advice for a text that `read`, one of the functions above, would read with decimal points instead of
+/// commas; "" for others.
+template <class Read>
+std::string hint_of_decimal_comma(std::string_view text, Read read) {
+  std::string with_points(text);
+  std::ranges::replace(with_points, ',', '.');
+  return with_points != text && read(with_points) ? "; use a decimal point, not a comma" : "";
+}
 
 /// From the first number up to, but not including, the second; a missing end is open.
 using IndexRange = std::pair<std::optional<std::int64_t>, std::optional<std::int64_t>>;

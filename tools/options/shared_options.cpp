@@ -87,7 +87,8 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
   const auto set = [&options](const std::string& text) {
     options.memory = byte_count(text);
     if (!options.memory || *options.memory == 0)
-      throw usage_error("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G", text);
+      throw usage_error("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G{}", text,
+                        hint_of_decimal_comma(text, byte_count));
   };
   command
       .add_option_function<std::string>(

@@ -1,4 +1,4 @@
-// Options that mean the same in every subcommand.
+// Options that mean the same in every command.
 #pragma once
 
 #include <fmt/format.h>
@@ -78,7 +78,7 @@ void read_number(const std::string& option, const std::string& text, Value& valu
     number = finite_number(text);
   if (!number)
     throw UsageError(fmt::format("{}: {}: must be {}{}", option, text, number_wanted<Number>(),
-                                 std::integral<Number> ? "" : hint_of_decimal_comma(text)));
+                                 std::integral<Number> ? "" : hint_of_decimal_comma(text, finite_number)));
   value = *number;
 }
 

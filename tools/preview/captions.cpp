@@ -9,8 +9,8 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {

@@ -2,202 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <functional>
-#include <map>
 
-#include "io/envelope/envelope.h"
 #include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/region.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
-#include "stages/grid/lattice.h"
+#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
 
 using nlohmann::ordered_json;
 
-struct LevelRow {
-  int level;
-  std::uint64_t points, active;
-};
-
-std::vector<LevelRow> level_rows(const TagHeader& header, const TagIndex& index) {
-  const std::vector<std::uint64_t> points = points_up_to_level(header.parameters.domain());
-  std::vector<LevelRow> rows;
-  std::uint64_t active = 0;
-  for (std::size_t level = 0; level < points.size(); ++level)
-    rows.push_back({static_cast<int>(level), points[level], active += index.total.active[level]});
-  return rows;
-}
-
-ordered_json number_or_null(double value, bool present) {
-  if (!present) return nullptr;
-  // Whole numbers are shown without a fraction.
-  if (value == std::floor(value) && std::abs(value) < 9e15) return static_cast<std::int64_t>(value);
-  return value;
-}
-
-/// A negative bound is none.
-ordered_json bound_or_null(double bound) { return number_or_null(bound, bound >= 0); }
-
-std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
-
-/// `bytes` as text that JSON can hold.
-std::string json_text(const std::string& bytes) {
-  using nlohmann::json;
-  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
-
-/// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
-ordered_json slice_positions(const TagHeader& header) {
-  const std::string list = text_of_key(header.nrrd_fields, slice_positions_key);
-  if (list.empty()) return nullptr;
-  ordered_json positions = ordered_json::array();
-  for (const std::string_view place : positions_in(list)) {
-    ordered_json position = ordered_json::array();
-    for (const std::string_view word : tagrid::words_of(place)) {
-      const auto number = number_of(word);
-      position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
-    }
-    positions.push_back(std::move(position));
-  }
-  return positions;
-}
-
-ordered_json geometry_json(const TagHeader& header) {
-  ordered_json json = {{"spacing", nullptr}, {"directions", nullptr},
-                       {"origin", nullptr},  {"space", nullptr},
-                       {"units", nullptr},   {"slice_positions", slice_positions(header)}};
-  const Geometry g = geometry_of(header.nrrd_fields);
-  // An unknown spacing is a NaN, which becomes null.
-  if (g.has_spacing) json["spacing"] = g.spacing;
-  if (g.has_directions) json["directions"] = g.directions;
-  if (g.has_origin) json["origin"] = g.origin;
-  if (!g.space.empty()) json["space"] = json_text(g.space);
-  if (g.units == std::array<std::string, 3>()) return json;
-  json["units"] = ordered_json::array();
-  for (const std::string& unit : g.units) json["units"].push_back(json_text_or_null(unit));
-  return json;
-}
-
-std::string vector_text(const std::array<double, 3>& v) {
-  return fmt::format("({}, {}, {})", v[0], v[1], v[2]);
-}
-
-/// Three lengths along x, y and z with their units.
-std::string lengths_text(const std::array<double, 3>& lengths, const std::array<std::string, 3>& units) {
-  const bool one_unit = units[0] == units[1] && units[1] == units[2];
-  std::string text;
-  for (std::size_t i = 0; i < 3; ++i) {
-    text += i > 0 ? " x " : "";
-    text += std::isnan(lengths[i]) ? "unknown" : fmt::format("{:.6g}", lengths[i]);
-    if (!one_unit && !units[i].empty()) text += fmt::format(" {}", printable(units[i]));
-  }
-  return one_unit && !units[0].empty() ? fmt::format("{} {}", text, printable(units[0])) : text;
-}
-
-using Line = std::function<void(const char* name, const std::string& value)>;
-
-/// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
-ordered_json source_json(const TagHeader& header) {
-  ordered_json json = {{"fields", ordered_json::object()},
-                       {"pairs", ordered_json::object()},
-                       {"comments", ordered_json::array()}};
-  std::string_view rest = header.nrrd_fields;
-  while (!rest.empty()) {
-    const std::string_view line = take_line(rest);
-    const NrrdLine parsed = parse_nrrd_line(line);
-    if (parsed.kind == NrrdLine::Kind::field) {
-      json["fields"][json_text(std::string(parsed.field))] = json_text(std::string(parsed.value));
-    } else if (parsed.kind == NrrdLine::Kind::key_value) {
-      const std::size_t sign = line.find(":=");
-      json["pairs"][json_text(std::string(line.substr(0, sign)))] =
-          json_text(std::string(line.substr(sign + 2)));
-    } else {
-      json["comments"].push_back(json_text(std::string(line)));
-    }
-  }
-  return json;
-}
-
-/// The position of the samples in the world, as far as the source gave it.
-void print_geometry(const TagHeader& header, const Line& line) {
-  const Geometry g = geometry_of(header.nrrd_fields);
-  if (!g.has_spacing && !g.has_origin && g.space.empty()) return line("geometry", "not given by the source");
-  if (g.has_spacing) {
-    std::array<double, 3> size = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
-      size[a] = std::abs(g.spacing[a]) * static_cast<double>(header.parameters.dims[axis]);
-    }
-    // Each slice counts as thick as the spacing says, the last one included.
-    if (const auto distances = slice_distances(header.nrrd_fields, header.parameters.dims.z);
-        !distances.empty())
-      size[2] = distances.back() + std::abs(g.spacing[2]);
-    // Units of coordinates are not units of axes, unless they are all the same.
-    const auto& units = g.units;
-    const bool fit = !g.has_directions || (units[0] == units[1] && units[1] == units[2]);
-    line("spacing", lengths_text(g.spacing, fit ? units : std::array<std::string, 3>()));
-    line("physical size", lengths_text(size, fit ? units : std::array<std::string, 3>()));
-    if (!fit) line("units", printable(fmt::format("{}, {}, {}", units[0], units[1], units[2])));
-  }
-  if (g.has_directions)
-    line("directions", fmt::format("{} {} {}", vector_text(g.directions[0]), vector_text(g.directions[1]),
-                                   vector_text(g.directions[2])));
-  if (g.has_origin) line("origin", vector_text(g.origin));
-  if (!g.space.empty()) line("space", printable(g.space));
-}
-
-/// How values follow from samples: "2 * sample - 1024 HU". What the source does not say is "".
-std::string values_text(const std::string& slope, const std::string& intercept, const std::string& units) {
-  std::string text = slope.empty() ? "sample" : slope + " * sample";
-  if (!intercept.empty()) text += intercept[0] == '-' ? " - " + intercept.substr(1) : " + " + intercept;
-  return units.empty() ? text : text + " " + units;
-}
-
-/// What people should know of the source: what samples mean, whose they are, and that there is more.
-void print_source(const TagHeader& header, const Line& line) {
-  const auto listed = key_values_of(header.nrrd_fields);
-  const std::map<std::string, std::string> pairs(listed.begin(), listed.end());
-  const auto text = [&](const char* key) {
-    const auto found = pairs.find(key);
-    return found == pairs.end() ? std::string() : printable(found->second);
-  };
-  if (has_slopes_of_slices(header.nrrd_fields))
-    line("values", "individual slope and intercept of each slice; --json lists them");
-  else if (pairs.contains("rescale_slope") || pairs.contains("rescale_intercept"))
-    line("values", values_text(text("rescale_slope"), text("rescale_intercept"), text("rescale_units")));
-  if (pairs.contains("slice_positions")) line("slices", "unequally spaced; --json lists their positions");
-  if (pairs.contains("dicom_PatientName"))
-    line("patient", fmt::format("{} ({})", text("dicom_PatientName"), text("dicom_PatientID")));
-  if (!pairs.empty()) line("metadata", fmt::format("{} key/value pairs, which --json shows", pairs.size()));
-}
-
 std::uint64_t voxels(const TagHeader& header) {
   return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
-}
-
-/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
-std::string compression_of(const TagSummary& file) {
-  const auto& beginning = file.beginning_of_envelope;
-  return beginning.empty() ? "" : compression_in("the file", beginning);
-}
-
-std::string source_files_text(const TagSummary& file) {
-  if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
-  const bool is_exact = file.header.parameters.is_exact();
-  const std::string compression = compression_of(file);
-  if (!compression.empty())
-    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
-                       printable(compression), is_exact ? "" : ", with the decoded samples");
-  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
 }
 
 }  // namespace
@@ -214,6 +35,11 @@ std::string coordinates_text(const TagHeader& header) {
   if (units[0] == units[1] && units[1] == units[2] && !units[0].empty())
     text += ", in " + printable(units[0]);
   return text;
+}
+
+std::string json_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 ordered_json json_text_or_null(const std::string& bytes) {
@@ -252,119 +78,6 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
   const std::string memory = fmt::format("memory: {:.1f} MiB at its peak, {:.1f} MiB planned at most",
                                          mebibytes(peak_memory()), mebibytes(planned));
   return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
-}
-
-ordered_json settings_json(const CodingParameters& p) {
-  const ordered_json range = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
-  return {{"cube", p.cube_size},
-          {"brick", p.brick_edge},
-          {"accuracy", p.accuracy},
-          {"field_scale", p.field_scale},
-          {"range", p.range_low == p.range_high ? ordered_json(nullptr) : range},
-          {"max_level", p.max_level},
-          {"max_error", bound_or_null(p.max_error)},
-          {"surface_error", bound_or_null(p.surface_error)},
-          {"mesh_error", bound_or_null(p.mesh_error)},
-          {"effort", name_of(p.effort)},
-          {"mode", p.mode == FileMode::voxels ? "voxels" : "grid"},
-          {"grid", name_of(p.grid)}};
-}
-
-ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
-  const Achieved a = achieved_of(index.total);
-  const bool is_known =
-      !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
-  const Rescale rescale = rescale_of(header.nrrd_fields);
-  const double slope = std::abs(rescale.slope);
-  return {{"max_error", number_or_null(a.max_error, true)},
-          {"rmse", a.rmse},
-          {"psnr", std::isnan(a.psnr) ? ordered_json(nullptr) : ordered_json(a.psnr)},
-          {"mesh_error", bound_or_null(index.total.mesh_error)},
-          {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
-          {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
-          {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
-}
-
-ordered_json info_json(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning] = file;
-  ordered_json json;
-  const Index3& n = header.parameters.dims;
-  json["dims"] = {n.x, n.y, n.z};
-  json["type"] = name_of(header.parameters.type);
-  json["geometry"] = geometry_json(header);
-  json.update(settings_json(header.parameters));
-  json["levels"] = nullptr;
-  if (with_levels) {
-    json["levels"] = ordered_json::array();
-    for (const LevelRow& row : level_rows(header, index))
-      json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
-  }
-  json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
-                   {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
-  json["achieved"] = achieved_json(header, index);
-  const std::string compression = compression_of(file);
-  json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
-  json["compression"] = json_text_or_null(compression);
-  json["source"] = source_json(header);
-  return json;
-}
-
-std::string info_text(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning] = file;
-  const CodingParameters& p = header.parameters;
-  const std::uint64_t n = voxels(header), raw = n * size_of(p.type);
-  std::string out;
-  const auto line = [&](const char* name, const std::string& value) {
-    out += fmt::format("{:<16}{}\n", name, value);
-  };
-  line("volume",
-       fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
-  print_geometry(header, line);
-  print_source(header, line);
-  line("source files", source_files_text(file));
-  if (const std::string loss = text_of_key(header.nrrd_fields, lossy_source_key); !loss.empty())
-    line("", fmt::format("was already compressed with loss: {}", printable(loss)));
-  for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
-  line("mode",
-       p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
-  if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
-  if (p.grid == GridOrigin::implied) line("grid", "that of the original, which the voxels determine");
-  line("effort", std::string(name_of(p.effort)));
-  line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
-                                    error_text(index.total.max_error, header)));
-  if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
-  if (p.mesh_error >= 0)
-    line("mesh error",
-         fmt::format("bound {}, reached {}", p.mesh_error, error_text(index.total.mesh_error, header)));
-  const Achieved a = achieved_of(index.total);
-  line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
-                     : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
-                                                : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
-  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {}", p.cube_size, p.brick_edge,
-                                 counted(p.bricks().count(), "brick")));
-  line("criterion",
-       fmt::format(
-           "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
-           p.range_low == p.range_high ? "" : fmt::format(" (range {} .. {})", p.range_low, p.range_high)));
-  const auto part = [&, whole = sizes.file](const char* name, std::uint64_t bytes) {
-    line(name, fmt::format("{:>12}  {:5.1f} %  {:.4f} bits per voxel", bytes,
-                           100.0 * static_cast<double>(bytes) / static_cast<double>(whole),
-                           8.0 * static_cast<double>(bytes) / static_cast<double>(n)));
-  };
-  part("file", sizes.file);
-  part("  header", sizes.header);
-  part("  activity", sizes.activity);
-  part("  values", sizes.values);
-  if (sizes.envelope > 0) part("  source files", sizes.envelope);
-  part("  index, frames", sizes.index);
-  line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
-  if (!with_levels) return out;
-  out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "per cent");
-  for (const LevelRow& row : level_rows(header, index))
-    if (row.level <= p.max_level)
-      out += fmt::format("{:>5} {:>14} {:>14} {:>9.2f}\n", row.level, row.points, row.active,
-                         100.0 * static_cast<double>(row.active) / static_cast<double>(row.points));
-  return out;
 }
 
 }  // namespace tagrid

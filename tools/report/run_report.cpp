@@ -9,6 +9,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
+#include "tools/report/info.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 

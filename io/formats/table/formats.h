@@ -58,6 +58,9 @@ struct Format {
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) = nullptr;
 
+  bool has_series = false;         ///< SourceDescription::series applies to files that tagrid itself reads.
+  bool takes_description = false;  ///< SourceDescription::raw may be given.
+
   /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
   std::string_view reader = "";
   bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
@@ -92,6 +95,8 @@ struct Format {
   bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
   /// The prefix of key-value pairs that this format stores in its own fields; "" if there are none.
   std::string_view own_pairs = "";
+  /// A sentence if a file of this volume has no place for its slope and intercept; otherwise "".
+  std::string (*lost_rescale)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
   /// What else this format loses of the volume, one sentence for each loss.
   std::vector<std::string> (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) {
     return std::vector<std::string>();
@@ -131,7 +136,7 @@ std::size_t bytes_to_recognize();
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);
 
-/// What a file of this format cannot say of the volume: sentences for users.
+/// What a file of this format cannot say of the volume, besides Format::lost_rescale: sentences for users.
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info);
 /// A sentence on the attributes of DICOM that a file of this format has no place for; "" if there are none.
 /// They are not among losses(), as nobody who chooses the format expects them there.

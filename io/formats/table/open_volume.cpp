@@ -203,13 +203,11 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
       throw UsageError(
           Sentence{"{}: samples without a header need {} and {}",
                    {file->name(), Setting{"dims", "their size"}, Setting{"type", "their type"}}});
-    const bool has_series = way.format->name == "nifti" || way.format->name == "metaimage";
-    if ((!source.series.empty() && !has_series) || !source.dataset.empty())
+    if ((!source.series.empty() && !way.format->has_series) || !source.dataset.empty())
       throw UsageError(Sentence{"{}: is one volume; leave out {}",
                                 {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
                                                                       : Setting{"dataset", "the data set"}}});
-    if (!source.raw || way.format->name == "raw" || way.format->name == "nrrd")
-      return way.format->open(std::move(file), path, source);
+    if (!source.raw || way.format->takes_description) return way.format->open(std::move(file), path, source);
   }
   if (source.raw)
     throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);

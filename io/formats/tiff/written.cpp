@@ -187,14 +187,16 @@ bool keeps_values_in_tiff(const VolumeInfo& info) {
          fits_line(rescale_of(info.nrrd_fields).units);
 }
 
+std::string lost_rescale_in_tiff(const VolumeInfo& info) {
+  if (rescale_of(info.nrrd_fields) == Rescale{} || keeps_values_in_tiff(info)) return "";
+  return fmt::format(
+      "TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, uint16 and int16)",
+      name_of(info.type));
+}
+
 std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   std::vector<std::string> lost;
   const Rescale rescale = rescale_of(info.nrrd_fields);
-  if (rescale != Rescale{} && !keeps_values_in_tiff(info))
-    lost.push_back(
-        fmt::format("TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, "
-                    "uint16 and int16)",
-                    name_of(info.type)));
   // Readers take these for signed samples, and some intercepts come back from the sum of two numbers.
   if (info.type == SampleType::uint16 && rescale.intercept == -half && rescale.slope == 1)
     lost.emplace_back(

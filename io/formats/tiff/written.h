@@ -17,7 +17,10 @@ std::string tiff_headers(const VolumeInfo& info);
 /// True if the file says what samples mean: ImageJ has a calibration of some types.
 bool keeps_values_in_tiff(const VolumeInfo& info);
 
-/// What TIFF loses of this volume, one sentence for each loss.
+/// A sentence if TIFF loses the slope and the intercept of this volume; otherwise "".
+std::string lost_rescale_in_tiff(const VolumeInfo& info);
+
+/// What else TIFF loses of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_tiff(const VolumeInfo& info);
 
 /// The bytes of memory that the headers of all pages take.

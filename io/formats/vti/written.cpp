@@ -29,12 +29,15 @@ std::string vti_header(const VolumeInfo& info) {
   return text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
+std::string lost_rescale_in_image_data(const VolumeInfo& info) {
+  return info.nrrd_fields.find("rescale_slope:=") == std::string::npos
+             ? ""
+             : "VTK's image data has no place for slope and intercept";
+}
+
 std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
   std::vector<std::string> lost;
   const Geometry& geometry = info.geometry;
-  if (info.nrrd_fields.find("rescale_slope:=") != std::string::npos)
-    lost.emplace_back(
-        "VTK's image data has no place for slope and intercept of its values: samples are written");
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (has_unknown_spacing(geometry))
     lost.emplace_back("VTK's image data cannot record that a spacing is unknown; 1 is written");

@@ -15,10 +15,13 @@ std::string vti_header(const VolumeInfo& info);
 /// What comes after them.
 inline constexpr std::string_view vti_trailer = "\n</AppendedData>\n</VTKFile>\n";
 
-/// What VTK's image data loses in every file, one sentence for each loss.
+/// A sentence if this volume has a slope and an intercept, which VTK's image data loses; otherwise "".
+std::string lost_rescale_in_image_data(const VolumeInfo& info);
+
+/// What else VTK's image data loses in every file, one sentence for each loss.
 std::vector<std::string> lost_in_image_data(const VolumeInfo& info);
 
-/// What VTK's image data loses of this volume, one sentence for each loss.
+/// What else VTK's image data loses of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_vti(const VolumeInfo& info);
 
 }  // namespace tagrid

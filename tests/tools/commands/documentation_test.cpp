@@ -34,7 +34,7 @@ class Documentation : public CommandLine {
   /// The commands that `tagrid --help` lists.
   Words commands() const {
     const std::string help = tagrid({"--help"}).out;
-    return all_matches(help.substr(help.find("Subcommands:")), "\n  ([a-z]+) ");
+    return all_matches(help.substr(help.find("Commands:")), "\n  ([a-z]+) ");
   }
   /// The options of a command, short and long; those of the program itself for "".
   Words options(const std::string& command) const {

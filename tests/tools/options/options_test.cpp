@@ -6,7 +6,13 @@
 namespace tagrid {
 namespace {
 
-class Options : public CommandLine {};
+class Options : public CommandLine {
+ protected:
+  static void expect_warned_not(const Ending& ending) {
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_EQ(ending.err.find("warning"), std::string::npos) << ending.err;
+  }
+};
 
 TEST_F(Options, HelpAndVersionEndWithSuccess) {
   for (const char* command : {"encode", "decode", "info", "verify", "mesh", "preview", "phantom"}) {
@@ -29,13 +35,13 @@ TEST_F(Options, UnknownOptionsFarFromAllPointToTheHelp) {
   expect_error(tagrid({"-z"}), usage, "see tagrid --help");
 }
 
-TEST_F(Options, UnknownSubcommandsSuggestTheNearest) {
-  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "did you mean encode?");
+TEST_F(Options, UnknownCommandsSuggestTheNearest) {
+  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "unknown command encdoe; did you mean encode?");
   expect_error(tagrid({"veryfi", "x.tag"}), usage, "did you mean verify?");
 }
 
-TEST_F(Options, ASubcommandAndItsInputAreRequired) {
-  expect_error(tagrid({}), usage, "tagrid --help");
+TEST_F(Options, ACommandAndItsInputAreRequired) {
+  expect_error(tagrid({}), usage, "give a command, such as: tagrid encode VOLUME; see tagrid --help");
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command}), usage, "INPUT is required");
   expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: only one input is accepted");
@@ -44,6 +50,13 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({"convert", "a"}), usage, "convert takes a list: tagrid convert --find a > list.tsv");
   expect_error(tagrid({"convert", "--manifest", "a", "b"}), usage,
                "b: one argument too many; see tagrid convert --help");
+}
+
+TEST_F(Options, WithoutTheirValueTheySayWhichTheyNeed) {
+  expect_error(tagrid({"encode", "a.nrrd", "--max-error"}), usage,
+               "encode: --max-error: needs a value: --max-error <E|noise:K>; see tagrid encode --help");
+  expect_error(tagrid({"decode", "a.tag", "-o"}), usage, "--output: needs a value: --output <FILE>");
+  expect_error(tagrid({"info", "a.tag", "-T"}), usage, "--threads: needs a value: --threads <N>");
 }
 
 TEST_F(Options, NamesAfterTwoDashesMayBeginWithOne) {
@@ -183,6 +196,45 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
     expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
   }
   EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, BoundsThatAreRoundedDownToIntegersAreTold) {
+  const auto warning_of = [this](const Arguments& options) {
+    phantom("volume.nrrd", {"-f"});
+    const Ending encoded = tagrid(with({"encode", "volume.nrrd", "-f"}, options));
+    EXPECT_EQ(encoded.code, 0);
+    return encoded.err;
+  };
+  const std::string begin = "tagrid: warning: volume.nrrd: ", rounded = ": samples are integers, so this is ";
+  EXPECT_EQ(warning_of({"--max-error", "0.5"}), begin + "--max-error 0.5" + rounded + "0 (lossless)\n");
+  EXPECT_EQ(warning_of({"--max-error", "2.5"}), begin + "--max-error 2.5" + rounded + "2\n");
+  EXPECT_EQ(warning_of({"--mesh-error", "0.5"}), begin + "--mesh-error 0.5" + rounded + "0\n");
+  EXPECT_EQ(warning_of({"--max-error", "3", "--surface-error", "1.5"}),
+            begin + "--surface-error 1.5" + rounded + "1\n");
+  EXPECT_EQ(warning_of({"--grid-only", "--max-error", "9.5"}), begin + "--max-error 9.5" + rounded + "9\n");
+  EXPECT_EQ(warning_of({"--max-error", "2"}), "");
+  EXPECT_EQ(warning_of({"--max-error", "2.5", "-q"}), "");
+  // Half a Hounsfield unit is five steps of 0.1.
+  file("steps.nrrd",
+       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nrescale_slope:=0.1\n\nabcdefgh");
+  expect_warned_not(tagrid({"encode", "steps.nrrd", "--max-error", "0.5"}));
+  file("floats.raw", std::string(32, '\0'));
+  expect_ok(tagrid({"encode", "floats.raw", "--dims", "2,2,2", "--type", "float32", "--max-error", "0.5"}));
+}
+
+TEST_F(Options, ADecimalCommaIsToldToBeAPoint) {
+  const std::string hint = "; use a decimal point, not a comma";
+  expect_error(tagrid({"encode", "a.nrrd", "--max-error", "1,5"}), usage, "such as 0.5" + hint);
+  expect_error(tagrid({"encode", "a.nrrd", "-M", "1,5G"}), usage, "-M: 1,5G: must be a number of bytes");
+  expect_error(tagrid({"encode", "a.nrrd", "-M", "1,5G"}), usage, "such as 800M or 1.5G" + hint);
+  expect_error(tagrid({"encode", "a.nrrd", "--range", "0,5:3"}), usage, "must be lo:hi or auto" + hint);
+  expect_error(tagrid({"preview", "a.tag", "--window", "0:2,5"}), usage, "must be lo:hi with lo < hi" + hint);
+  expect_error(tagrid({"encode", "a", "--dims", "1,1,1", "--type", "int8", "--spacing", "0,5,0,5,1"}), usage,
+               "must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25");
+  // Others are not.
+  const Ending other = tagrid({"encode", "a.nrrd", "-M", "1,5X"});
+  expect_error(other, usage, "1.5G");
+  EXPECT_FALSE(has(other.err, "comma"));
 }
 
 TEST_F(Options, NumbersAreDecimalWhateverTheyBeginWith) {

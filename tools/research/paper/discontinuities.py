@@ -38,7 +38,7 @@ class Found:
     mesh: object
     crossed: int  # leaves with both sides of the plane
     coarsest: int  # level of the coarsest of them
-    active: float  # per cent of all points
+    active: float  # percent of all points
     off: float  # how far the isosurface of a step is from the plane
 
 

@@ -10,7 +10,7 @@ from report import FAILS, HOLDS
 from scene import Scene, contour_of_samples
 from vtk_data import read_ply
 
-# What the paper prints: Table 1, and the text below it. Level: seconds, points of the complete grid, active points, per cent.
+# What the paper prints: Table 1, and the text below it. Level: seconds, points of the complete grid, active points, percent.
 PRINTED_LOBSTER = {3: (0.044664, 1323, 416, 31.4), 6: (0.084752, 8405, 1983, 23.60), 9: (0.394752, 59049, 11937, 20.2),
                    12: (3.08826, 440657, 42475, 9.3902), 15: (18.7092, 3400353, 298892, 8.79)}
 PRINTED_FOOT = {9: 15.2063, 12: 10.3186}

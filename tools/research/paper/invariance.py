@@ -6,7 +6,7 @@ import drawing
 from report import FAILS, HOLDS, PARTLY
 from study import write
 
-ALIKE = 2.0  # per cent by which numbers of points may differ from their mean
+ALIKE = 2.0  # percent by which numbers of points may differ from their mean
 # Axes of the array [z, y, x] between which the volume is turned.
 TURNS = {"as it lies": None, "90° about z": (1, 2), "90° about y": (0, 2), "90° about x": (0, 1)}
 
@@ -32,7 +32,7 @@ class Measured:
 
 
 def spread(numbers):
-    """By how many per cent numbers differ from their mean at most."""
+    """By how many percent numbers differ from their mean at most."""
     mean = numpy.mean(numbers)
     return float(100 * numpy.abs(numpy.array(numbers) / mean - 1).max())
 

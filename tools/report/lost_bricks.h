@@ -1,4 +1,4 @@
-// Sizes, and the lost parts of a damaged .tag file, for people and for scripts.
+// The lost parts of a damaged .tag file, for people and for scripts.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,6 @@
 #include "stages/grid/brick_grid.h"
 
 namespace tagrid {
-
-/// "1.2 MB" and the like, in powers of 1000, as in file managers.
-std::string human_bytes(std::uint64_t bytes);
 
 /// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);

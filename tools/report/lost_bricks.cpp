@@ -1,4 +1,4 @@
-#include "tools/report/words.h"
+#include "tools/report/lost_bricks.h"
 
 #include <fmt/format.h>
 
@@ -15,18 +15,6 @@ std::string region_of(const Box& box) {
 }
 
 }  // namespace
-
-std::string human_bytes(std::uint64_t bytes) {
-  if (bytes < 1000) return fmt::format("{} B", bytes);
-  double size = static_cast<double>(bytes);
-  const char* unit = "";
-  for (const char* next : {"kB", "MB", "GB", "TB", "PB"}) {
-    size /= 1000;
-    unit = next;
-    if (size < 1000) break;
-  }
-  return fmt::format("{:.{}f} {}", size, size < 10 ? 2 : size < 100 ? 1 : 0, unit);
-}
 
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks) {
   std::vector<std::string> lines;
