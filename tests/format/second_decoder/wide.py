@@ -67,8 +67,8 @@ class ResidualModel:
             path = 1
             for _ in range(6):
                 path = 2 * path + self.coder.adaptive(self.bits["length", energy // 2, path], 255)
-            digits, usual = path - 64, energy // 4
-            place = 0 if digits + 4 < usual else 2 if digits + 3 > usual else 1
+            digits, likely = path - 64, energy // 4
+            place = 0 if digits + 4 < likely else 2 if digits + 3 > likely else 1
             left, node = digits, 1
             while left > 0 and node < 8:
                 bit = self.coder.adaptive(self.bits["digit", digits, place, node], 255)
