@@ -150,8 +150,8 @@ def decode_samples(header, closed, owned, active, values):
 
     carried = bytearray()
 
-    def decode_narrow(data, sample_type, errors):
-        return decode_voxels(data, size, sample_type, lambda *p: errors[is_active(*p)], min(errors[:1 + two]),
+    def decode_narrow(data, sample_type, bounds):
+        return decode_voxels(data, size, sample_type, lambda *p: bounds[is_active(*p)], min(bounds[:1 + two]),
                              (LanesDecoder, FastDecoder, BestDecoder)[header.effort], carried)
 
     bounds = header.max_error, header.surface_error if two else header.max_error
@@ -160,7 +160,7 @@ def decode_samples(header, closed, owned, active, values):
     elif values[:1] == b"\2":
         uint16 = SampleType(3)
         samples = decode_wide_as_narrow(values[1:], header.type, bounds,
-                                        lambda data, errors: decode_narrow(data, uint16, errors))
+                                        lambda data, bounds: decode_narrow(data, uint16, bounds))
     else:
         samples = decode_wide_voxels(values, size, header.type, two and is_active)
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}, bytes(carried)
@@ -242,14 +242,14 @@ def check_source_files(content, header):
         take("<Q" if kind & 1 else "<")
         end, others, kept = 0, size, 0
         for _ in range(take("<I")[0]):
-            first, count, offset, step, flags, bits, spare, add = take("<QQQQBBBi")
-            row_step, = take("<Q") if flags & 4 else (row_bytes,)
-            span = (header.dims[1] - 1) * row_step + row_bytes
+            first, count, offset, distance, flags, used, spare, add = take("<QQQQBBBi")
+            row_distance, = take("<Q") if flags & 4 else (row_bytes,)
+            span = (header.dims[1] - 1) * row_distance + row_bytes
             require(count >= 1 and first + count <= header.dims[2], "a slice does not exist")
-            require(offset >= end and step >= span and row_step >= row_bytes, "slices overlap")
-            require(flags <= 15 and flags & 12 != 8 and spare <= 2 and bits <= 8 * header.type.size, "samples are stored in an impossible way")
-            require((bits or not spare) and (not header.type.is_float or not bits and not add), "impossible bits")
-            end = offset + (count - 1) * step + span
+            require(offset >= end and distance >= span and row_distance >= row_bytes, "slices overlap")
+            require(flags <= 15 and flags & 12 != 8 and spare <= 2 and used <= 8 * header.type.size, "samples are stored in an impossible way")
+            require((used or not spare) and (not header.type.is_float or not used and not add), "impossible bits")
+            end = offset + (count - 1) * distance + span
             for z in range(first, first + count):
                 places[z] += 1
             others -= count * slice_bytes

@@ -10,6 +10,8 @@ tools/install_packages.sh pictures
 directory=$(mktemp -d)
 trap 'rm -r "$directory"' EXIT
 
+tools/research/format_figures.py docs/images
+
 "$tagrid" phantom --dims 256,256,96 -o "$directory/phantom.nhdr"
 "$tagrid" encode "$directory/phantom.nhdr" --quiet
 "$tagrid" mesh "$directory/phantom.tag" --quiet

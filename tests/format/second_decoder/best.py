@@ -37,8 +37,8 @@ class LeastSquares:
         self.batch = []
         for i in range(self.turn, 24, 2):
             row, old = self.products[i], self.weights[i]
-            step = toward_zero(self.gradient[i] - self.penalty * old, row[i] + self.penalty)
-            self.weights[i] = clamp(old + step, -524288, 524288)
+            change = toward_zero(self.gradient[i] - self.penalty * old, row[i] + self.penalty)
+            self.weights[i] = clamp(old + change, -524288, 524288)
             for j in FEATURES:
                 self.gradient[j] -= row[j] * (self.weights[i] - old)
         self.turn = 1 - self.turn
@@ -75,9 +75,9 @@ class MixedModel:
         nearer = at + (part > 64)
         refined[nearer] += (target - refined[nearer]) >> 6
         for ws, m in zip(weights, mixed):
-            error = (target - SQUASH[m + 2048]) >> 1
+            err = (target - SQUASH[m + 2048]) >> 1
             for i, a in enumerate(inputs):
-                ws[i] = clamp(ws[i] + ((a * error * 3 + 16384) >> 15), -524288, 524288)
+                ws[i] = clamp(ws[i] + ((a * err * 3 + 16384) >> 15), -524288, 524288)
         for b in bits:
             b.learn(bit, 400)
         return bit
@@ -86,12 +86,12 @@ class MixedModel:
         if not self.event(0, *context):
             return 0
         negative = self.event(1, *context)
-        high = 0
-        while high < 14 and self.event(2 + high, *context):
-            high += 1
-        if high == 14:
-            high += min(self.coder.integer(self.far), 1 << 18)
-        magnitude, node = high, 16 + 4 * min(high, 3)
+        upper = 0
+        while upper < 14 and self.event(2 + upper, *context):
+            upper += 1
+        if upper == 14:
+            upper += min(self.coder.integer(self.far), 1 << 18)
+        magnitude, node = upper, 16 + 4 * min(upper, 3)
         if k > 0:
             top = self.event(node, *context)
             magnitude = 2 * magnitude + top
@@ -104,29 +104,29 @@ class MixedModel:
 
 
 class BestDecoder(VoxelDecoder):
-    def __init__(self, data, size, sample_type, error_at, smallest_error):
-        super().__init__(data, size, sample_type, error_at, smallest_error)
-        self.u = clamp(12 - (self.high - self.low).bit_length(), -3, 4)
-        self.squares = LeastSquares(self.energy(1 + smallest_error * (smallest_error + 1) // 3))
-        self.gradient = GradientDescent(self.energy(160))
-        self.missed = {}
+    def __init__(self, data, size, sample_type, bound_at, least_bound):
+        super().__init__(data, size, sample_type, bound_at, least_bound)
+        self.fine = clamp(12 - (self.high - self.low).bit_length(), -3, 4)
+        self.squares = LeastSquares(self.squared(1 + least_bound * (least_bound + 1) // 3))
+        self.gradient = GradientDescent(self.squared(160))
+        self.miss = {}
         self.sign_biases = [Bias() for _ in range(8 * 81)]
         self.mixed = MixedModel(self.coder)
 
-    def energy(self, square):
-        return 1 + (square >> -2 * self.u if self.u < 0 else square << 2 * self.u)
+    def squared(self, square):
+        return 1 + (square >> -2 * self.fine if self.fine < 0 else square << 2 * self.fine)
 
     def features(self, x, y, z, fitted):
         def V(dx, dy, dz):
             return self.V(x + dx, y - 1, 0) if z == 0 and dz < 0 else self.V(x + dx, y + dy, z + dz)
 
-        return [clamp((V(*tap) * 2048 - fitted) >> 11 - self.u, -4095, 4095) for tap in TAPS + MORE_TAPS]
+        return [clamp((V(*tap) * 2048 - fitted) >> 11 - self.fine, -4095, 4095) for tap in TAPS + MORE_TAPS]
 
     def missed_around(self, x, y, z):
         sums = [0, 0, 0]
         for weight, dx, dy, dz in ((2, -1, 0, 0), (1, -2, 0, 0), (2, 0, -1, 0), (1, -1, -1, 0), (1, 1, -1, 0),
                                    (1, 0, -2, 0), (2, 0, 0, -1), (1, -1, 0, -1), (1, 1, 0, -1), (1, 0, 1, -1)):
-            for c, m in enumerate(self.missed.get((x + dx, y + dy, z + dz), (0, 0, 0))):
+            for c, m in enumerate(self.miss.get((x + dx, y + dy, z + dz), (0, 0, 0))):
                 sums[c] += weight * m
         return sums
 
@@ -137,7 +137,7 @@ class BestDecoder(VoxelDecoder):
         p.fitted = clamp(p.exact, self.low * 2048, self.high * 2048)
         p.features = self.features(x, y, z, p.fitted)
         p.gradient, p.squares = (
-            clamp(p.fitted + (model.predict(p.features) >> bits - 11 + self.u), self.low * 2048, self.high * 2048)
+            clamp(p.fitted + (model.predict(p.features) >> bits - 11 + self.fine), self.low * 2048, self.high * 2048)
             for model, bits in ((self.gradient, 20), (self.squares, 16)))
         missed = self.missed_around(x, y, z)
         p.missed = missed[2]
@@ -159,19 +159,19 @@ class BestDecoder(VoxelDecoder):
             number = 3 * number + trit(self.R(x + dx, y + dy, z + dz))
         return number
 
-    def decode_other_residual(self, x, y, z, p, error):
+    def decode_other_residual(self, x, y, z, p, E):
         def R(dx, dy, dz):
             return abs(self.R(x + dx, y + dy, z + dz))
 
-        step = 2 * error + 1
+        step = 2 * E + 1
         left, above, behind = R(-1, 0, 0), R(0, -1, 0), R(0, 0, -1)
         energy = p.before + 4 * left + R(-2, 0, 0)
-        fine, coarse, k = log_scale(2, energy), min(log_scale(1, energy), 15), low_bits(energy)
+        mixer1, coarse, k = log_scale(2, energy), min(log_scale(1, energy), 15), low_bits(energy)
         here = self.V(x - 1, y, z)
-        spread = min(log_scale(1, 4 * (max(p.high, here) - min(p.low, here)) // step), 31)
-        level = ((p.value - self.low) * self.level_scale) >> 16
+        unlike = min(log_scale(1, 4 * (max(p.high, here) - min(p.low, here)) // step), 31)
+        grey = ((p.value - self.low) * self.grey_scale) >> 16
         fraction = clamp(p.corrected - p.value * 2048, -1024, 1023)
-        side, off = ((fraction + 1024) >> 8, min(3, abs(fraction) >> 8)) if error < 2 else (3, 0)
+        side, off = ((fraction + 1024) >> 8, min(3, abs(fraction) >> 8)) if E < 2 else (3, 0)
         reciprocal = (1 << 40) // step + 1
 
         def quarters(difference):
@@ -183,21 +183,22 @@ class BestDecoder(VoxelDecoder):
         pattern = cap(left, 3)
         for v in (above, behind, R(-1, -1, 0) + R(1, -1, 0), R(1, 0, -1) + R(0, 1, -1)):
             pattern = 3 * pattern + cap(v, 2)
-        contexts = ((3 * fine + trit(self.R(x - 1, y, z))) * 8 + side,
-                    (8 * spread + coarse // 2) * 8 + side,
-                    (8 * level + coarse // 2) * 4 + off,
+        contexts = ((3 * mixer1 + trit(self.R(x - 1, y, z))) * 8 + side,
+                    (8 * unlike + coarse // 2) * 8 + side,
+                    (8 * grey + coarse // 2) * 4 + off,
                     8 * pattern + side,
                     (16 * p.texture + coarse) * 8 + side,
                     (quarters(p.squares - p.fitted) * 15 + quarters(p.gradient - p.fitted)) * 16 + coarse,
                     (8 * p.signs + coarse // 2) * 4 + side // 2,
                     8 * min(log_scale(2, 2 * p.missed // step >> 4), 63) + side)
-        return self.mixed.residual(k, self.largest, contexts, fine, 8 * spread + side)
+        return self.mixed.residual(k, self.largest, contexts, mixer1, 8 * unlike + side)
 
-    def learn(self, x, y, z, p, v, error):
+    def learn(self, x, y, z, p, v, E):
         truth = v * 2048
-        self.missed[x, y, z] = [min(abs(truth - c) >> 7, 65535) for c in (p.fitted, p.gradient, p.squares)]
-        self.squares.learn(p.features, clamp((truth - p.fitted) >> 11 - self.u, -4095, 4095))
-        self.gradient.learn(p.features, (truth - p.gradient) >> 11 - self.u)
-        usual = (p.before + 8) * (2 * error + 1) * 256
+        self.miss[x, y, z] = [min(abs(truth - c) >> 7, 65535) for c in (p.fitted, p.gradient, p.squares)]
+        self.squares.learn(p.features, clamp((truth - p.fitted) >> 11 - self.fine, -4095, 4095))
+        self.gradient.learn(p.features, (truth - p.gradient) >> 11 - self.fine)
+        usual = (p.before + 8) * (2 * E + 1) * 256
+        deviation = clamp(truth - p.corrected, -usual, usual)
         for bias in p.biases:
-            bias.learn(clamp(truth - p.corrected, -usual, usual))
+            bias.learn(deviation)

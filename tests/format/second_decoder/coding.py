@@ -69,10 +69,10 @@ class SymbolModel:
         self.below = [18432] + [sum(weight[:s]) * 32640 // total + 8 * s for s in range(1, 16)]
 
     def learn(self, symbol):
-        rate = min(17 - (32767 - self.below[0]).bit_length(), 6)
+        slowness = min(17 - (32767 - self.below[0]).bit_length(), 6)
         for i, v in enumerate(self.below):
             target = 32767 if i == 0 else 4 * i if i <= symbol else 32768 - 4 * (16 - i)
-            self.below[i] = v + ((target - v) >> rate)
+            self.below[i] = v + ((target - v) >> slowness)
 
 
 class Decoder:
@@ -122,9 +122,9 @@ class Decoder:
         s = [STRETCH[b.state >> 20] for b in bits]
         p = SQUASH[clamp(sum(a * w for a, w in zip(s, weights)) >> 16, -2047, 2047) + 2048]
         bit = self.decode(p)
-        error = (65535 if bit else 0) - p
+        err = (65535 if bit else 0) - p
         for i, b in enumerate(bits):
-            weights[i] = clamp(weights[i] + ((s[i] * error + 32768) >> 16), -largest, largest)
+            weights[i] = clamp(weights[i] + ((s[i] * err + 32768) >> 16), -largest, largest)
             b.learn(bit, limit)
         return bit
 

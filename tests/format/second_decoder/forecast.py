@@ -86,7 +86,7 @@ def series(x, divisors):
     return value
 
 
-def leg_weights():
+def shares_of_legs():
     """The shares of three legs in each of the four pieces of a segment."""
     def shares(t):
         b0, b3 = (1 - t) * (1 - t) * (1 - t) / 6, t * t * t / 6
@@ -94,7 +94,7 @@ def leg_weights():
     return [[f32(to - start) for start, to in zip(shares(k / 4), shares((k + 1) / 4))] for k in range(4)]
 
 
-LEG_WEIGHTS = leg_weights()
+SHARES = shares_of_legs()
 
 
 class Criterion:
@@ -103,19 +103,19 @@ class Criterion:
         x = half * half
         d = x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156)))))
         self.excesses = [f32(f * (d / (1 - d))) for f in (0.6, 1.0, 1.6)]
-        self.step_angle = f32(2 * half)
-        self.limit = f32(1184.5 / accuracy**2)
+        self.turn = f32(2 * half)
+        self.least = f32(1184.5 / accuracy**2)
 
     def around_end(self, slope, bend, longest):
         """The control points before and after an end, relative to it."""
         unit = quotient(1, f32(math.sqrt(f32(1 + f32(slope * slope)))))
         curvature = f32(abs(bend) * f32(f32(unit * unit) * unit))
-        arc = quotient(self.step_angle, curvature)
-        step = arc if arc < longest else longest
-        angle = f32(step * curvature)
+        arc = quotient(self.turn, curvature)
+        arc = arc if arc < longest else longest
+        angle = f32(arc * curvature)
         square = f32(angle * angle)
-        along = f32(step * series(square, (6, 20, 42, 72, 110, 156)))
-        inwards = f32(f32(step * angle) * f32(0.5 * series(square, (12, 30, 56, 90, 132))))
+        along = f32(arc * series(square, (6, 20, 42, 72, 110, 156)))
+        inwards = f32(f32(arc * angle) * f32(0.5 * series(square, (12, 30, 56, 90, 132))))
         across = -inwards if bend < 0 else inwards
         tangent = unit, f32(slope * unit)
         centre = f32(-across * tangent[1]), f32(across * tangent[0])
@@ -134,33 +134,33 @@ class Criterion:
         (l_before, l_after), (r_before, r_after) = (self.around_end(*e, third) for e in zip(slopes, bends))
         legs = [(-l_before[0], -l_before[1]), l_after, plus(end, minus(r_before, l_after)),
                 (-r_before[0], -r_before[1]), r_after]
-        chord = plus(end, times(f32(1 / 6), minus(plus(r_before, r_after), plus(l_before, l_after))))
-        length = f32(math.sqrt(dot(chord, chord)))
-        direction = times(quotient(1, length), chord)
+        line = plus(end, times(f32(1 / 6), minus(plus(r_before, r_after), plus(l_before, l_after))))
+        distance = f32(math.sqrt(dot(line, line)))
+        direction = times(quotient(1, distance), line)
 
         def piece(segment, k):
-            w = LEG_WEIGHTS[k]
+            w = SHARES[k]
             v = plus(plus(times(w[0], legs[segment]), times(w[1], legs[segment + 1])), times(w[2], legs[segment + 2]))
-            along, across = dot(v, direction), f32(f32(v[0] * direction[1]) - f32(v[1] * direction[0]))
-            total = f32(f32(math.sqrt(dot(v, v))) + abs(along))
-            return quotient(f32(across * across), total) if along > 0 else total
+            forward, aside = dot(v, direction), f32(f32(v[0] * direction[1]) - f32(v[1] * direction[0]))
+            both = f32(f32(math.sqrt(dot(v, v))) + abs(forward))
+            return quotient(f32(aside * aside), both) if forward > 0 else both
 
         segments = [f32(f32(piece(s, 0) + piece(s, 1)) + f32(piece(s, 2) + piece(s, 3))) for s in range(3)]
         over = f32(f32(segments[0] + segments[1]) + segments[2])
         if not over < math.inf:
             return 0
-        return sum(over > f32(e * length) for e in self.excesses)
+        return sum(over > f32(e * distance) for e in self.excesses)
 
     def varies(self, rise, slopes, bends, k, u):
         chord = f32(rise * f32(INVERSE_SQRT[k] * (0.5 / u)))
-        stretch = f32(1 + f32(chord * chord))
+        incline = f32(1 + f32(chord * chord))
         sixth = f32(SQRT_OVER_THREE[k] * u)
         sl, sr = (f32(v - chord) for v in slopes)
         bl, br = (f32(sixth * v) for v in bends)
-        p, s, a, b = f32(sl - sr), f32(sl + sr), f32(br - bl), f32(bl + br)
-        even = f32(f32(p * f32(f32(91 * p) + f32(106 * b))) + f32(39 * f32(b * b)))
-        other = f32(f32(s * f32(f32(117 * s) - f32(166 * a))) + f32(73 * f32(a * a)))
-        return f32(even + other) > f32(self.limit * f32(stretch * stretch))
+        dl, sl_sr, db, bl_br = f32(sl - sr), f32(sl + sr), f32(br - bl), f32(bl + br)
+        even_part = f32(f32(dl * f32(f32(91 * dl) + f32(106 * bl_br))) + f32(39 * f32(bl_br * bl_br)))
+        odd_part = f32(f32(sl_sr * f32(f32(117 * sl_sr) - f32(166 * db))) + f32(73 * f32(db * db)))
+        return f32(even_part + odd_part) > f32(self.least * f32(incline * incline))
 
 
 def height_of(sample, range_low, scale):

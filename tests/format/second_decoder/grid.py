@@ -81,8 +81,8 @@ def offsets(u, odd):
 
 
 # Of points with the forecast 0 .. 3, not at the border and there.
-OF_NEAR = [[-830, -249, 719, 1484], [-526, -121, 452, 993]]
-OF_PAST = [[-16, 354, 1040, 982], [76, 329, 631, 668]]
+FIRST_LOGIT = [[-830, -249, 719, 1484], [-526, -121, 452, 993]]
+SECOND_LOGIT = [[-16, 354, 1040, 982], [76, 329, 631, 668]]
 
 
 def new_bit(logit):
@@ -120,9 +120,9 @@ class Activity:
         e = balance([add(p, v) for v in around], lambda q: True)
         border = any(p[a] in (self.box.low[a], self.box.high[a]) for a in range(3))
         own = self.forecast.get(p, 0)
-        return ((0, len(odd), own, border, surprise, d, e), OF_NEAR[border][own] + 400 * surprise + 64 * d + 96 * e,
+        return ((0, len(odd), own, border, surprise, d, e), FIRST_LOGIT[border][own] + 400 * surprise + 64 * d + 96 * e,
                 (1, len(odd), own, border, on, off, forecasts // 2),
-                OF_PAST[border][own] + 160 * on - 320 * off - 80 * (forecasts // 2), own)
+                SECOND_LOGIT[border][own] + 160 * on - 320 * off - 80 * (forecasts // 2), own)
 
     def without_forecast(self, p, u, odd, around, beside):
         on = directed = 0
@@ -170,7 +170,7 @@ def base_edge(p, u, odd, S):
     return add(p, tuple(-v for v in r)), add(p, r)
 
 
-def steps(v, s):
+def rounded(v, s):
     return (2 * v + s) // (2 * s)
 
 
@@ -185,21 +185,21 @@ def guess_of(p, u, odd, box, values):
     sides = [values.get(q, 0) for a in range(3) if a not in odd
              for q in (add(p, along(a, -u)), add(p, along(a, u))) if q in box]
     cs, ss, ns = sum(corners), sum(sides), len(sides)
-    guess = (steps(cs, 8), steps(cs * ns + 8 * ss, 12 * ns) if ns else 0,
-             steps(cs + ss, 2 + ns))[3 - len(odd)]
+    guess = (rounded(cs, 8), rounded(cs * ns + 8 * ss, 12 * ns) if ns else 0,
+             rounded(cs + ss, 2 + ns))[3 - len(odd)]
     return guess, max(corners + sides) - min(corners + sides)
 
 
 def decode_points(data, box, active, S, point_error, limits):
     """Values of the active points, by point."""
     coder = Decoder(data)
-    step = 2 * point_error + 1
+    width = 2 * point_error + 1
     models = {}
     values = {}
 
     def decode_value(guess, kind, context):
         r = coder.signed(models.setdefault((kind, context), IntegerModel()))
-        return clamp((steps(guess, step) + r) * step, *limits)
+        return clamp((rounded(guess, width) + r) * width, *limits)
 
     for p in box.raster((S, S, S)):
         guess = 0
@@ -213,7 +213,7 @@ def decode_points(data, box, active, S, point_error, limits):
             if p not in active:
                 continue
             guess, spread = guess_of(p, u, odd, box, values)
-            context = min((4 * spread // step).bit_length(), 23)
+            context = min((4 * spread // width).bit_length(), 23)
             values[p] = decode_value(guess, 4 - len(odd) + (3 if u == 1 else 0), context)
         coder.check_exhausted()
     coder.check_end()

@@ -21,11 +21,11 @@ def start_of(least):
     return energy + 1, 16 << max(0, energy.bit_length() - 6)
 
 
-class BitsWithoutModel:
+class ExtraBits:
     def __init__(self, data):
         self.data, self.at, self.pending, self.count = data, 0, 0, 0
 
-    def bits(self, n):
+    def extra(self, n):
         while self.count < n:
             byte = self.data[self.at] if self.at < len(self.data) else 0
             self.at += 1
@@ -38,9 +38,9 @@ class BitsWithoutModel:
 
     def number(self):
         n = 2
-        while n < 18 and self.bits(1):
+        while n < 18 and self.extra(1):
             n += 1
-        return self.bits(n) + (1 << n) - 4
+        return self.extra(n) + (1 << n) - 4
 
     def finished(self):
         return self.at == len(self.data) and self.pending == 0
@@ -64,7 +64,7 @@ class States:
     def slot(self, half, lane):
         return self.states[self.index(half, lane)] & 65535
 
-    def advance(self, half, lane, start, length):
+    def advance_lane(self, half, lane, start, length):
         i = self.index(half, lane)
         state = (self.states[i] >> 16) * length + (self.states[i] & 65535) - start
         if state < 65536:
@@ -87,8 +87,8 @@ class Bias:
 
     def learn(self):
         n = self.count + self.seen
-        step = math.trunc(float32(float32(self.sum) / float32(n + 0.5)))
-        self.value = clamp(self.value + step, -(1 << 27), 1 << 27)
+        change = math.trunc(float32(float32(self.sum) / float32(n + 0.5)))
+        self.value = clamp(self.value + change, -(1 << 27), 1 << 27)
         self.seen, self.sum, self.count = min(n, 64), 0, 0
 
 
@@ -100,20 +100,20 @@ class LanesDecoder(Surroundings):
     one_distribution = False
     carried = b""
 
-    def __init__(self, data, size, sample_type, error_at, _smallest_error):
+    def __init__(self, data, size, sample_type, bound_at, _least_bound):
         kind, data = data[0], data[1:]
         if kind not in (1, 2, 4, 5):
             raise Broken("values of an unknown kind")
         self.carries = kind >= 4
         self.mx, self.my, self.mz = size
-        self.error_at = error_at
+        self.bound_at = bound_at
         head, data = self.part(data)
         bits, data = self.part(data)
         coder = Decoder(head)
         self.low, self.high, self.reference, self.weights = read_parameters(coder, sample_type)
         self.read_quiet_rows(coder)
-        self.bits, self.states = BitsWithoutModel(bits), States(data, kind in (1, 4))
-        self.level_scale = 4194304 // (self.high - self.low + 1)
+        self.extra, self.states = ExtraBits(bits), States(data, kind in (1, 4))
+        self.grey_scale = 4194304 // (self.high - self.low + 1)
         self.values, self.residuals, self.models = {}, {}, {}
         self.biases = [Bias() for _ in range(192)]
         self.values_of_biases = [0] * 192
@@ -144,8 +144,8 @@ class LanesDecoder(Surroundings):
     def R(self, x, y, z):
         return self.residuals.get((x, 0, z - 1) if y < 0 else (x, y, z), 0)
 
-    def steps(self):
-        """By step and half: lanes and voxels, in the order of lanes."""
+    def ticks(self):
+        """By tick and half: lanes and voxels, in the order of lanes."""
         groups = (self.my + 15) // 16
         period = max(self.mx + 4, 48)
         lag = 32 if groups == 1 else max(32, period - 43)
@@ -155,14 +155,14 @@ class LanesDecoder(Surroundings):
                 begin = (z // 2 * groups + y // 16) * period + 3 * (y % 16) + 2 + lag * (z % 2)
                 for x in range(self.mx):
                     voxels[begin + x, z % 2].append((y % 16, x, y, z))
-        for of_step in voxels.values():
-            of_step.sort()
+        for of_tick in voxels.values():
+            of_tick.sort()
         return voxels, max((t for t, _ in voxels), default=-1)
 
     def predict(self, x, y, z, biases):
         V, R, p = self.V, self.R, Prediction()
-        p.error = self.error_at(x, y, z)
-        step = 2 * p.error + 1
+        p.E = self.bound_at(x, y, z)
+        step = 2 * p.E + 1
         left, above = V(x - 1, y, z), V(x, y - 1, z)
         behind = V(x, y, z - 1) if z > 0 else above
         seen = [V(x - 1, y - 1, z), above, V(x + 1, y - 1, z)]
@@ -171,7 +171,7 @@ class LanesDecoder(Surroundings):
         high, low = max(seen), min(seen)
         p.k, p.flip = 0, False
         if high == left == low:
-            p.flat, p.value, p.texture, p.level = True, left, 768, 1024
+            p.flat, p.value, p.texture, p.grey = True, left, 768, 1024
             return p
         exact = weighted_sum(self, x, y, z)
         n, nn = [abs(R(x + d, y - 1, z)) for d in (0, -1, 1)], abs(R(x, y - 2, z))
@@ -194,18 +194,18 @@ class LanesDecoder(Surroundings):
         coarse = min(log_scale(1, energy), 15)
         p.k = max(0, energy.bit_length() - 6)
         spread = max(high, left) - min(low, left)
-        level = ((p.value - self.low) * self.level_scale) >> 16
+        grey = ((p.value - self.low) * self.grey_scale) >> 16
         centre = 0
-        if p.error < 2:
+        if p.E < 2:
             p.flip, centre = p.fraction < 0, min(3, abs(p.fraction) >> 8)
         side = 2 - sign if p.flip else sign
         p.texture = 3 * (16 * coarse + min(log_scale(1, 4 * spread // step), 15)) + side
-        p.level = 4 * (4 * level + coarse // 4) + centre
+        p.grey = 4 * (4 * grey + coarse // 4) + centre
         return p
 
     def model(self, kind, c):
         if (kind, c) not in self.models:
-            if c == {"texture": 768, "level": 1024}[kind]:
+            if c == {"texture": 768, "grey": 1024}[kind]:
                 start = 1, 64
             else:
                 start = start_of(c // 48 if kind == "texture" else c // 4 % 4 * 4 + 2)
@@ -214,14 +214,14 @@ class LanesDecoder(Surroundings):
 
     def models_of(self, p):
         texture = self.model("texture", p.texture)
-        return texture, texture if self.one_distribution else self.model("level", p.level)
+        return texture, texture if self.one_distribution else self.model("grey", p.grey)
 
     def read_symbol(self, half, lane, p):
         a, b = self.models_of(p)
-        m = [0] + [a.below[i] + b.below[i] for i in range(1, 16)] + [65536]
+        begin = [0] + [a.below[i] + b.below[i] for i in range(1, 16)] + [65536]
         slot = self.states.slot(half, lane)
-        s = max(i for i in range(16) if m[i] <= slot)
-        self.states.advance(half, lane, m[s], m[s + 1] - m[s])
+        s = max(i for i in range(16) if begin[i] <= slot)
+        self.states.advance_lane(half, lane, begin[s], begin[s + 1] - begin[s])
         return s
 
     def learn(self, coded):
@@ -241,27 +241,27 @@ class LanesDecoder(Surroundings):
                 model.below = below
 
     def decode_residuals(self, half, voxels):
-        """Of one step of a half: lanes and predictions of voxels in rows that are not quiet."""
+        """Of one tick of a half: lanes and predictions of voxels in rows that are not quiet."""
         symbols = [(lane, p, self.read_symbol(half, lane, p)) for lane, p in voxels]
-        low = {}
+        low_bits = {}
         for lane, p, _ in symbols:
             if p.k > 0:
-                low[lane] = self.states.slot(half, lane) >> (16 - p.k)
-                self.states.advance(half, lane, low[lane] << (16 - p.k), 1 << (16 - p.k))
+                low_bits[lane] = self.states.slot(half, lane) >> (16 - p.k)
+                self.states.advance_lane(half, lane, low_bits[lane] << (16 - p.k), 1 << (16 - p.k))
         self.learn(symbols)
         for lane, p, s in symbols:
-            u = s - 7
+            d = s - 7
             if s == 15:
-                negative = self.bits.bits(1)
-                u = 8 + self.bits.number()
-                u = -u if negative else u
-            u = (u << p.k) + low.get(lane, 0)
-            largest = (self.high - self.low) // (2 * p.error + 1) + 1
-            u = clamp(u, -largest, largest)
-            p.residual = -u if p.flip else u
+                negative = self.extra.extra(1)
+                d = 8 + self.extra.number()
+                d = -d if negative else d
+            d = (d << p.k) + low_bits.get(lane, 0)
+            largest = (self.high - self.low) // (2 * p.E + 1) + 1
+            d = clamp(d, -largest, largest)
+            p.residual = -d if p.flip else d
 
     def run(self):
-        voxels, last = self.steps()
+        voxels, last = self.ticks()
         before = [b.value for b in self.biases]
         for t in range(last + 1):
             now = [b.value for b in self.biases]
@@ -272,18 +272,19 @@ class LanesDecoder(Surroundings):
                     p.residual = 0
                 self.decode_residuals(half, [(lane, p) for lane, (_, y, z), p in predictions if not self.quiet[y, z]])
                 for _, at, p in predictions:
-                    v = clamp(p.value + p.residual * (2 * p.error + 1), self.low, self.high)
+                    v = clamp(p.value + p.residual * (2 * p.E + 1), self.low, self.high)
                     self.values[at] = v
                     self.residuals[at] = clamp(p.residual, -4095, 4095)
                     if not p.flat:
-                        p.bias.sum += clamp((v - p.value) * 2048 - p.fraction, -p.usual, p.usual)
+                        deviation = clamp((v - p.value) * 2048 - p.fraction, -p.usual, p.usual)
+                        p.bias.sum += deviation
                         p.bias.count += 1
             before = now
             if t in (0, 1, 3, 7, 15, 31) or (t > 31 and t % 8 == 7):
                 for b in self.biases:
                     if b.count:
                         b.learn()
-        if not (self.bits.finished() and self.states.finished()):
+        if not (self.extra.finished() and self.states.finished()):
             raise Broken("values that do not end")
         if self.carries:
             self.carried = self.states.carried()

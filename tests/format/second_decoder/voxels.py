@@ -24,8 +24,8 @@ class Bias:
     def __init__(self):
         self.value = self.seen = 0
 
-    def learn(self, error):
-        self.value = clamp(self.value + ((error * RATE[self.seen]) >> 16), -(1 << 27), 1 << 27)
+    def learn(self, deviation):
+        self.value = clamp(self.value + ((deviation * RATE[self.seen]) >> 16), -(1 << 27), 1 << 27)
         self.seen += self.seen < 128
 
 
@@ -76,20 +76,20 @@ def weighted_sum(brick, x, y, z):
 
 
 class VoxelDecoder(Surroundings):
-    """What the best effort is based on. `error_at(x, y, z)` is the bound of a voxel, `smallest_error` the
+    """What the best effort is based on. `bound_at(x, y, z)` is the bound of a voxel, `least_bound` the
     smallest that the header allows."""
 
     carried = b""
 
-    def __init__(self, data, size, sample_type, error_at, smallest_error):
+    def __init__(self, data, size, sample_type, bound_at, least_bound):
         if data[:1] != b"\1":
             raise Broken("values of an unknown kind")
         self.coder = Decoder(data[1:])
         self.mx, self.my, self.mz = size
-        self.error_at = error_at
+        self.bound_at = bound_at
         self.low, self.high, self.reference, self.weights = read_parameters(self.coder, sample_type)
-        self.largest = (self.high - self.low) // (2 * smallest_error + 1) + 1
-        self.level_scale = 4194304 // (self.high - self.low + 1)
+        self.largest = (self.high - self.low) // (2 * least_bound + 1) + 1
+        self.grey_scale = 4194304 // (self.high - self.low + 1)
         self.values, self.residuals = {}, {}
         self.biases = [Bias() for _ in range(8 * 24)]
         self.bits = Bits()
@@ -139,16 +139,16 @@ class VoxelDecoder(Surroundings):
         return -a if coder.adaptive(bits["flat sign"], 250) else a
 
     def decode_voxel(self, x, y, z, quiet):
-        error = self.error_at(x, y, z)
-        step = 2 * error + 1
+        E = self.bound_at(x, y, z)
+        step = 2 * E + 1
         p = self.predict(x, y, z)
         r = (0 if quiet else self.decode_flat_residual() if p.flat else
-             self.decode_other_residual(x, y, z, p, error))
+             self.decode_other_residual(x, y, z, p, E))
         v = clamp(p.value + r * step, self.low, self.high)
         self.values[x, y, z] = v
         self.residuals[x, y, z] = clamp(r, -4095, 4095)
         if not p.flat:
-            self.learn(x, y, z, p, v, error)
+            self.learn(x, y, z, p, v, E)
 
     def run(self):
         was_quiet = {}
@@ -166,7 +166,7 @@ class VoxelDecoder(Surroundings):
         return self.values
 
 
-def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder, carried):
+def decode_voxels(data, size, sample_type, bound_at, least_bound, decoder, carried):
     """Samples by (x, y, z), counted from 0 in the owned box. Bytes that the states carry are appended to `carried`."""
     if data[:1] == b"\0":
         if len(data) != 1 + sample_type.size:
@@ -183,7 +183,7 @@ def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder, ca
         samples = (sample_type.from_bits(int.from_bytes(data[i:i + sample_type.size], "little"))
                    for i in range(1, len(data), sample_type.size))
         return {(x, y, z): next(samples) for z in range(mz) for y in range(my) for x in range(mx)}
-    brick = decoder(data, size, sample_type, error_at, smallest_error)
+    brick = decoder(data, size, sample_type, bound_at, least_bound)
     samples = brick.run()
     carried += brick.carried
     return samples

@@ -10,7 +10,7 @@ from .voxels import TAPS, Surroundings, trit
 LARGEST_FIXED = 1 << 46
 
 
-def log_scale(m, v):
+def log_steps(m, v):
     if v < 2 << m:
         return v
     octave = v.bit_length() - (m + 1)
@@ -55,20 +55,20 @@ class ResidualModel:
         weights = self.weights.setdefault(mixer, [98304 // len(bits)] * len(bits))
         return self.coder.mixed_several(bits, weights, 255)
 
-    def step(self, which, energy, views):
+    def more(self, which, energy, views):
         keys = [("energy", which, energy)] + [("view", i, which, v) for i, v in enumerate(views)]
         return self.mixed([self.bits[key] for key in keys], (which, energy // 8))
 
     def decode(self, energy, views=(0, 0, 0), signs=(0, 0)):
-        if not self.step(0, energy, views):
+        if not self.more(0, energy, views):
             return 0
         magnitude = 1
-        if self.step(1, energy, views):
+        if self.more(1, energy, views):
             path = 1
             for _ in range(6):
                 path = 2 * path + self.coder.adaptive(self.bits["length", energy // 2, path], 255)
-            digits, usual = path - 64, energy // 4
-            place = 0 if digits + 4 < usual else 2 if digits + 3 > usual else 1
+            digits, likely = path - 64, energy // 4
+            place = 0 if digits + 4 < likely else 2 if digits + 3 > likely else 1
             left, node = digits, 1
             while left > 0 and node < 8:
                 bit = self.coder.adaptive(self.bits["digit", digits, place, node], 255)
@@ -83,8 +83,8 @@ class Bias:
     def __init__(self):
         self.value = self.seen = 0
 
-    def learn(self, error):
-        self.value = clamp(self.value + ((error * RATE[self.seen]) >> 16), -(1 << 40), 1 << 40)
+    def learn(self, deviation):
+        self.value = clamp(self.value + ((deviation * RATE[self.seen]) >> 16), -(1 << 40), 1 << 40)
         self.seen += self.seen < 128
 
 
@@ -118,7 +118,7 @@ class WideVoxelDecoder(Surroundings):
         impossible = self.exponent > 960 or (self.corrected and not (self.fixed and two))
         if impossible:
             raise Broken("values with impossible parameters")
-        self.error = [coder.raw_bits(48) for _ in range(1 + two)]
+        self.E = [coder.raw_bits(48) for _ in range(1 + two)]
         self.low, self.high, self.reference = (
             (v ^ 1 << 63) - (1 << 63) for v in (coder.raw_bits(64) for _ in range(3)))
         model, self.weights = IntegerModel(), []
@@ -130,7 +130,7 @@ class WideVoxelDecoder(Surroundings):
                     weights[t] += clamp(coder.signed(model), -65536, 65536)
             self.weights.append(weights)
         if (self.low < least or self.high > most or not self.low <= self.reference <= self.high or
-                max(self.error) > LARGEST_FIXED or any(sum(map(abs, w)) > 16384 for w in self.weights)):
+                max(self.E) > LARGEST_FIXED or any(sum(map(abs, w)) > 16384 for w in self.weights)):
             raise Broken("values with impossible parameters")
 
     def predict(self, x, y, z):
@@ -157,7 +157,7 @@ class WideVoxelDecoder(Surroundings):
             for t, (dx, dy, dz) in enumerate(TAPS[:count]))
         plain, s = exact >> 11, trit(R(-1, 0, 0))
         p.texture = (above > plain) + 2 * (left > plain) + 4 * (behind > plain) + 8 * s
-        size = min(log_scale(0, p.before), 15) // 2
+        size = min(log_steps(0, p.before), 15) // 2
         signs = 81 * size + 27 * trit(R(1, -1, 0)) + 9 * trit(R(0, -1, 0)) + 3 * trit(R(0, 0, -1)) + s
         p.biases = self.texture_biases[24 * size + p.texture], self.sign_biases[signs]
         corrected = exact + p.biases[0].value + p.biases[1].value
@@ -165,7 +165,7 @@ class WideVoxelDecoder(Surroundings):
         p.value, p.fraction = clamp(rounded, self.low, self.high), corrected - 2048 * rounded
         return p
 
-    def contexts(self, x, y, z, p, error):
+    def contexts(self, x, y, z, p, E):
         def R(dx, dy, dz):
             return self.residuals.get((x + dx, y + dy, z + dz), 0)
 
@@ -175,14 +175,14 @@ class WideVoxelDecoder(Surroundings):
         def cap(most, *offsets):
             return min(sum(abs(R(*d)) for d in offsets) >> k, most)
 
-        centre = min(3 * abs(p.fraction) >> 10, 2) if error == 0 else 0
-        views = (3 * log_scale(1, p.spread // (error + 1)) + centre,
+        centre = min(3 * abs(p.fraction) >> 10, 2) if E == 0 else 0
+        views = (3 * log_steps(1, p.spread // (E + 1)) + centre,
                  (((cap(3, (-1, 0, 0)) * 3 + cap(2, (0, -1, 0))) * 3 + cap(2, (0, 0, -1))) * 3 +
                   cap(2, (-1, -1, 0), (1, -1, 0))) * 3 + cap(2, (1, 0, -1), (0, 1, -1)),
-                 16 * p.texture + min(log_scale(0, energy), 15))
+                 16 * p.texture + min(log_steps(0, energy), 15))
         signs = (((trit(R(-1, 0, 0)) * 3 + trit(R(0, -1, 0))) * 3 + trit(R(0, 0, -1))) * 8 + ((p.fraction + 1024) >> 8),
                  ((trit(R(-1, -1, 0)) * 3 + trit(R(1, -1, 0))) * 3 + trit(R(1, 0, -1))) * 8 + p.texture % 8)
-        return log_scale(2, energy), views, signs
+        return log_steps(2, energy), views, signs
 
     def escaped_sample(self):
         if not self.coder.adaptive(self.bits["repeats"], 250):
@@ -198,7 +198,7 @@ class WideVoxelDecoder(Surroundings):
 
     def corrected_sample(self, lattice):
         size = self.type.size
-        d = self.correction.decode(log_scale(2, self.last_correction))
+        d = self.correction.decode(log_steps(2, self.last_correction))
         self.last_correction = abs(d)
         half = 1 << (8 * size - 1)
         return bits_from_key(clamp(key_of(lattice, size) + d, -half, half - 1), size)
@@ -213,18 +213,18 @@ class WideVoxelDecoder(Surroundings):
                 self.values[x, y, z] = p.value
                 return self.escaped_sample()
         active = self.active is not None and self.active(x, y, z)
-        error = self.error[active]
-        step = 2 * error + 1
-        r = self.model.decode(*self.contexts(x, y, z, p, error))
+        E = self.E[active]
+        step = 2 * E + 1
+        r = self.model.decode(*self.contexts(x, y, z, p, E))
         largest = min((self.high - self.low) // step + 1, (1 << 64) - 1)
         v = clamp(p.value + clamp(r, -largest, largest) * step, self.low, self.high)
         self.values[x, y, z] = v
         self.residuals[x, y, z] = clamp(r, -(1 << 58), 1 << 58)
         if p.spread > 0 and p.before < 1 << 13:
             usual = min((p.before + 8) * step * 256, 1 << 40)
-            missed = clamp((v - p.value) * 2048 - p.fraction, -usual, usual)
+            deviation = clamp((v - p.value) * 2048 - p.fraction, -usual, usual)
             for bias in p.biases:
-                bias.learn(missed)
+                bias.learn(deviation)
         sample = self.sample_of(v)
         return self.corrected_sample(sample) if self.corrected and active else sample
 
@@ -253,7 +253,7 @@ def decode_wide_voxels(data, size, sample_type, active):
 
 
 def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
-    """11.3, kind 2. `decode_narrow` decodes samples of uint16, from bytes and both errors."""
+    """11.3, kind 2. `decode_narrow` decodes samples of uint16, from bytes and both bounds."""
     if len(data) < (14 if sample_type.is_float else 8):
         raise Broken("values end too soon")
     low, = struct.unpack_from("<q", data)
@@ -262,11 +262,11 @@ def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
             raise Broken("values with impossible parameters")
         numbers = decode_narrow(data[8:], [min(b, 65535) for b in bounds])
         return {at: min(low + n, sample_type.limits[1]) for at, n in numbers.items()}
-    exponent, *errors = struct.unpack_from("<hHH", data, 8)
+    exponent, *bounds_of_numbers = struct.unpack_from("<hHH", data, 8)
     if not -1000 <= exponent <= 960 or abs(low) > LARGEST_FIXED:
         raise Broken("values with impossible parameters")
     unit = math.ldexp(1.0, exponent)
-    return {at: bits_of((low + n) * unit, sample_type.size) for at, n in decode_narrow(data[14:], errors).items()}
+    return {at: bits_of((low + n) * unit, sample_type.size) for at, n in decode_narrow(data[14:], bounds_of_numbers).items()}
 
 
 def decode_wide_points(data, box, active, S, point_error, sample_type):
@@ -303,7 +303,7 @@ def decode_wide_points(data, box, active, S, point_error, sample_type):
             values[p] = last_escaped
             return
         was_escape = 0
-        numbers[p] = clamp(guess + models[kind].decode(log_scale(2, spread)), least, most)
+        numbers[p] = clamp(guess + models[kind].decode(log_steps(2, spread)), least, most)
         values[p] = value_of(numbers[p])
 
     for p in box.raster((S, S, S)):
