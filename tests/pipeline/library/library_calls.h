@@ -117,9 +117,11 @@ inline tagrid_encode_options encode_options(Index3 dims, SampleType type) {
 }
 
 template <class T>
-MemoryFile encoded_file(Index3 dims, const std::vector<T>& samples, bool grid_only = false) {
+MemoryFile encoded_file(Index3 dims, const std::vector<T>& samples, bool grid_only = false,
+                        double max_error = 0) {
   tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
   options.grid_only = grid_only;
+  if (!grid_only) options.max_error = max_error;
   Encoded encoded;
   encode(options, samples.data(), encoded);
   if (encoded.status != TAGRID_OK) throw std::runtime_error(encoded.message);

@@ -170,7 +170,7 @@ TEST_F(LibraryMesh, ABoxHasTheTetrahedraOfTheWholeMeshThatMeetItAndEveryPointOnc
 TEST_F(LibraryMesh, ABoxReadsTheBricksAroundItAndNothingElse) {
   const Index3 dims = {45, 45, 45};
   const auto samples = blobs<std::int16_t>(dims, 4);
-  MemoryFile memory = encoded_file(dims, samples);
+  MemoryFile memory = encoded_file(dims, samples, false, 1);
   const ReaderHandle reader = open_reader(memory);
   Taken taken;
   const tagrid_mesh_sink sink = taken.sink();

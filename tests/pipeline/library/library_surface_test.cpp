@@ -125,7 +125,7 @@ TEST_F(LibrarySurface, AValueIsOneOfSamplesUnlessItIsRescaled) {
 
 TEST_F(LibrarySurface, ABoxReadsTheBricksAroundItAndNothingElse) {
   const Index3 dims = {45, 45, 45};
-  MemoryFile memory = encoded_file(dims, blobs<std::int16_t>(dims, 4));
+  MemoryFile memory = encoded_file(dims, blobs<std::int16_t>(dims, 4), false, 1);
   const ReaderHandle reader = open_reader(memory);
   TakenSurface taken;
   const tagrid_surface_sink sink = taken.sink();

@@ -27,8 +27,9 @@ class ReadPreview : public TemporaryFolder {
     decode_volume(path("file.tag"), path("whole.nrrd"), format_named("nrrd"), true, Resources(2));
     source_ = std::make_shared<MemorySource>(file_content(path("file.tag")));
   }
+  /// With a bound, so that bricks have their grid.
   static EncodeOptions small_bricks() {
-    EncodeOptions options{.cube_size = 4, .brick_edge = 2};
+    EncodeOptions options{.max_error = 1, .cube_size = 4, .brick_edge = 2};
     return options;
   }
 
@@ -67,6 +68,7 @@ TEST_F(ReadPreview, GivesTheSamplesOfTheVolume) {
     expect_slices<std::int16_t>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
     wishes.slices = {36, 0, 17};
     expect_slices<std::int16_t>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
+    options.max_error.reset();
     options.grid_only = true;
     encode<float>({37, 45, 29}, options);
     expect_slices<float>(read_preview(TagBricks(source_), wishes, Resources(2), 0));
@@ -107,10 +109,16 @@ TEST_F(ReadPreview, APixelHasTheLevelOfTheLeafAtItsPlace) {
   }
   std::set<int> levels;
   std::mt19937 random(5);
-  for (const std::int64_t z : {0, 1, 8, 11}) {
+  // The grid of a lossless file is the same, but computed.
+  EncodeOptions lossless = small_bricks();
+  lossless.max_error = 0;
+  const std::shared_ptr<MemorySource> bounded = source_;
+  encode<std::uint8_t>({23, 17, 12}, lossless);
+  for (const auto& [z, source] :
+       {std::pair{0, bounded}, {0, source_}, {1, source_}, {8, bounded}, {11, source_}}) {
     PreviewWishes wishes;
     wishes.slices[2] = z;
-    const PreviewContent content = read_preview(file, wishes, Resources(2), 0);
+    const PreviewContent content = read_preview(TagBricks(source), wishes, Resources(2), 0);
     const Panel& p = content.slices[2].panel;
     ASSERT_EQ(content.leaves.size(), static_cast<std::size_t>(p.across.pixels * p.down.pixels));
     for (int i = 0; i < 150; ++i) {
