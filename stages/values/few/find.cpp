@@ -65,7 +65,7 @@ bool are_like_labels(std::span<const T> samples, Index3 size) {
     unlike += count_unlike(row, above, behind, row_size);
     seen += row_size - 1;
   });
-  return unlike * 128 < seen;
+  return unlike * 32 < seen;
 }
 
 /// An offset of a sample and of the next one, in steps that a few thousand samples are apart.

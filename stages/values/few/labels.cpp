@@ -8,29 +8,46 @@
 
 #include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
-#include "stages/sample/vector_code.h"
 
 namespace tagrid {
 
-/// calm[x]: 1 where the labels above and behind agree: here, after this one, and in the row after this one.
-TAGRID_VECTOR_CODE void find_calm(const std::uint16_t* above, const std::uint16_t* behind,
-                                  const std::uint16_t* below_behind, std::size_t count, std::uint8_t* calm) {
-  for (std::size_t x = 0; x < count; ++x)
-    calm[x] = (above[x] == behind[x]) & (above[x + 1] == above[x]) & (behind[x + 1] == above[x]) &
-              (below_behind[x] == above[x]);
+namespace {
+
+/// Four labels, the first one in the lowest bits.
+std::uint64_t four(const std::uint16_t* labels) {
+  std::uint64_t result;
+  std::memcpy(&result, labels, sizeof result);
+  if constexpr (std::endian::native == std::endian::big)
+    result = std::uint64_t{labels[0]} | std::uint64_t{labels[1]} << 16 | std::uint64_t{labels[2]} << 32 |
+             std::uint64_t{labels[3]} << 48;
+  return result;
 }
 
-namespace {
+/// A bit for each of 64 voxels: 1 where the labels above and behind agree: here, after this one, and in the row
+/// after this one. Four at a time.
+std::uint64_t calm_voxels(const std::uint16_t* above, const std::uint16_t* behind,
+                          const std::uint16_t* below_behind) {
+  constexpr std::uint64_t low = 0x7fff7fff7fff7fff;
+  std::uint64_t calm = 0;
+  for (std::size_t x = 0; x < 64; x += 4) {
+    const std::uint64_t here = four(above + x);
+    const std::uint64_t differ = (four(behind + x) ^ here) | (four(above + x + 1) ^ here) |
+                                 (four(behind + x + 1) ^ here) | (four(below_behind + x) ^ here);
+    const std::uint64_t equal = ~(((differ & low) + low) | differ | low) >> 15;
+    calm |= (equal * 0x1000200040008 >> 48 & 15) << x;
+  }
+  return calm;
+}
 
 /// The labels of a slice and of those around it.
 class LabelSlice {
  public:
   explicit LabelSlice(Index3 size)
-      : stride_(static_cast<std::size_t>(size.x) + 3),
+      : stride_((static_cast<std::size_t>(size.x) + 63) / 64 * 64 + 4),
         rows_(static_cast<std::size_t>(size.y) + 3),
         labels_(stride_ * rows_) {}
 
-  /// Row y from -2 to the number of rows; its x are -2 to the number of samples.
+  /// Row y from -2 to the number of rows; its x are -2 to the number of samples, and more up to a multiple of 64.
   std::uint16_t* row(std::int64_t y) {
     return labels_.data() + static_cast<std::size_t>(y + 2) * stride_ + 2;
   }
@@ -54,8 +71,7 @@ class LabelPass {
         count_(count),
         index_bits_(std::bit_width(count - 1)),
         now_(size),
-        before_(size),
-        calm_(static_cast<std::size_t>(size.x + 63) / 64 * 64) {
+        before_(size) {
     for (std::size_t context = 0; context < expected_.size(); ++context) {
       int agree = 0;
       for (std::size_t i = 0; i < weight.size(); ++i) agree += (context >> i & 1) != 0 ? weight[i] : 0;
@@ -85,16 +101,16 @@ class LabelPass {
   static constexpr std::array<int, 12> weight = {4, 4, 4, 2, 2, 2, 2, 2, 2, 1, 1, 1};
   static constexpr int total = 27;
 
-  void row(std::int64_t y) {
+  // Everything is inlined: calls would take longer than what they do.
+  __attribute__((flatten)) void row(std::int64_t y) {
     std::uint16_t* const c = now_.row(y);
     const std::uint16_t *const a = now_.row(y - 1), *const aa = now_.row(y - 2), *const b = before_.row(y),
                                *const ba = before_.row(y - 1), *const d = before_.row(y + 1);
     const auto count = static_cast<std::size_t>(size_.x);
     c[-1] = c[-2] = a[0];
-    find_calm(a, b, d, count, calm_.data());
     for (std::size_t first = 0; first < count; first += 64) {
       const std::size_t end = std::min(count, first + 64);
-      const std::uint64_t calm = bits(first);
+      const std::uint64_t calm = calm_voxels(a + first, b + first, d + first);
       for (std::size_t x = first; x < end;) {
         const int run = std::min(std::countr_one(calm >> (x - first)), static_cast<int>(end - x));
         if (run > 0 && c[static_cast<std::int64_t>(x) - 1] == a[x]) {
@@ -108,17 +124,6 @@ class LabelPass {
     // The x before the first one are those of the finished row.
     c[-1] = c[-2] = c[0];
     c[count] = c[count - 1];
-  }
-
-  std::uint64_t bits(std::size_t first) const {
-    std::uint64_t result = 0;
-    for (std::size_t byte = 0; byte < 8; ++byte) {
-      std::uint64_t eight;
-      std::memcpy(&eight, calm_.data() + first + 8 * byte, 8);
-      if constexpr (std::endian::native == std::endian::big) eight = __builtin_bswap64(eight);
-      result |= (eight * 0x0102040810204080 >> 56) << (8 * byte);
-    }
-    return result;
   }
 
   // A run of voxels whose neighbours all have the label `usual`. Returns how many voxels were coded.
@@ -194,7 +199,6 @@ class LabelPass {
   std::uint32_t count_;
   int index_bits_;
   LabelSlice now_, before_;
-  std::vector<std::uint8_t> calm_;
   std::array<AdaptiveBit, 4096> expected_{};
   std::array<AdaptiveBit, 64> other_{};
   std::array<AdaptiveBit, 7> whole_{};
@@ -230,9 +234,8 @@ class LimitedEncoder {
 };
 
 std::uint64_t working_bytes_of_pass(Index3 size) {
-  const auto slice = static_cast<std::uint64_t>((size.x + 3) * (size.y + 3));
-  return 2 * slice * sizeof(std::uint16_t) + static_cast<std::uint64_t>(size.x) + 64 +
-         sizeof(LabelPass<RansDecoder>);
+  const auto slice = static_cast<std::uint64_t>(((size.x + 63) / 64 * 64 + 4) * (size.y + 3));
+  return 2 * slice * sizeof(std::uint16_t) + sizeof(LabelPass<RansDecoder>);
 }
 
 }  // namespace
