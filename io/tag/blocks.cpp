@@ -207,7 +207,8 @@ Status FileEnd::check_sizes(const PageLayout& layout, const TagIndex& index, std
   for (std::int64_t i = 0; i < layout.pages(); ++i) {
     const PageFacts& page = index.pages[static_cast<std::size_t>(i)];
     const auto count = static_cast<std::uint64_t>(layout.bricks_in(i));
-    if (!fits(page.sizes_bytes, count * sizes_entry) || !fits(page.statistics_bytes, count * statistics_entry))
+    if (!fits(page.sizes_bytes, count * sizes_entry) ||
+        !fits(page.statistics_bytes, count * statistics_entry))
       return Status::broken("a page has an impossible size");
     if (page.brick_bytes > left || page.bytes() > left || page.brick_bytes < count * block_frame_size)
       return do_not_add_up();

@@ -22,14 +22,15 @@ IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::
     throw broken_part(name(), "the header", size,
                       "the file ends in it; it is truncated, and nothing can be read");
   if (header_size_ > bytes.size()) bytes = bytes_at(0, header_size_);
-  header_ = header_of(name(), std::span(bytes).first(static_cast<std::size_t>(header_size_)), header_checksum_);
+  header_ =
+      header_of(name(), std::span(bytes).first(static_cast<std::size_t>(header_size_)), header_checksum_);
 }
 
 std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
   return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-IndexedTag::End IndexedTag::read_end(std::optional<std::uint64_t> last_checksum) const {
+IndexedTag::End IndexedTag::read_end() const {
   const std::uint64_t size = source_->size();
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
@@ -44,8 +45,7 @@ IndexedTag::End IndexedTag::read_end(std::optional<std::uint64_t> last_checksum)
   if (end.start < first + 8) throw broken_part(name(), "the index", size, "the index has an impossible size");
   const auto from_start = all.subspan(static_cast<std::size_t>(end.start - first));
   const auto stored = load_little_endian<std::uint64_t>(from_start.data() - 8);
-  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start,
-                         last_checksum ? *last_checksum : stored};
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - end.start;
   if (present < index_head_size)
@@ -94,8 +94,7 @@ BrickBytes TagBricks::read(std::int64_t brick) const {
   Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
   if (status.ok() && result.activity.size() != at.sizes->activity[at.number])
     status = Status::broken("its size is not the one in the index");
-  if (!status.ok())
-    throw broken_part(name(), "brick " + std::to_string(brick), start + size, status.what());
+  if (!status.ok()) throw broken_part(name(), "brick " + std::to_string(brick), start + size, status.what());
   return result;
 }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,9 +37,8 @@ class IndexedTag {
   }
   /// The checksum that is stored before a position.
   std::uint64_t checksum_before(std::uint64_t position) const;
-  /// Reads and checks directory and footer, in one read of at most largest_end bytes. `last_checksum` is that
-  /// of the last block; by default, the stored one. Throws BrokenInput.
-  End read_end(std::optional<std::uint64_t> last_checksum = std::nullopt) const;
+  /// Reads and checks directory and footer, in one read of at most largest_end bytes. Throws BrokenInput.
+  End read_end() const;
 
   std::shared_ptr<const ByteSource> source_;
   TagHeader header_;

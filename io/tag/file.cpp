@@ -190,7 +190,8 @@ void TagReader::read_index_section() {
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());
   read_growing(rest, "the index");
   if (Status status = end.parse(block_, index_, envelope); !status.ok()) fail(status.what());
-  if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes || index_.pages != seen_.pages)
+  if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes ||
+      index_.pages != seen_.pages)
     fail("the sizes of the bricks, or the pages, are not those in the directory");
   std::byte extra;
   if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);

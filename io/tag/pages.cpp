@@ -47,7 +47,8 @@ class Recent {
 
  private:
   std::shared_ptr<const Part> find(std::int64_t page) {
-    const auto at = std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.first == page; });
+    const auto at =
+        std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.first == page; });
     if (at == parts_.end()) return nullptr;
     std::rotate(parts_.begin(), at, at + 1);
     return parts_.front().second;
@@ -72,9 +73,9 @@ PageBlocks::PageBlocks(std::int64_t bricks, std::uint64_t& checksum,
                        std::function<void(const std::vector<std::byte>&)> use)
     : layout_(bricks), checksum_(checksum), use_(std::move(use)) {
   if (!layout_.is_possible())
-    throw UsageError(Sentence{"a file of {} bricks is not possible, only of {}; take larger bricks ({})",
-                              {bricks, PageLayout::most_pages * PageLayout::most_bricks,
-                               Setting{"brick", "their edge"}}});
+    throw UsageError(
+        Sentence{"a file of {} bricks is not possible, only of {}; take larger bricks ({})",
+                 {bricks, PageLayout::most_pages * PageLayout::most_bricks, Setting{"brick", "their edge"}}});
 }
 
 void PageBlocks::add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick) {

@@ -22,9 +22,9 @@ WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : IndexedTag(
   look_at_bricks();
 }
 
-void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
+void WholeBricks::read_index() {
   try {
-    End end = read_end(last_checksum);
+    End end = read_end();
     index_ = std::move(end.index);
     index_start_ = end.start;
     pages_.emplace(source_, header_size_, header_.parameters.bricks().count(), index_->pages);

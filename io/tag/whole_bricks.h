@@ -54,8 +54,8 @@ class WholeBricks : public IndexedTag {
  private:
   /// A brick from its length to its checksum; nothing if its length is impossible, or if the file ends in it.
   std::vector<std::byte> block_at(std::uint64_t position, std::int64_t brick) const;
-  /// Reads the index, if `last_checksum` is the checksum before it; by default, that which is stored there.
-  void read_index(std::optional<std::uint64_t> last_checksum = std::nullopt);
+  /// Reads the directory, if it is intact.
+  void read_index();
   void look_at_bricks();
   /// Where the bricks of a page begin and the last one ends, by its sizes; nothing if these are damaged.
   std::vector<std::uint64_t> starts_of(std::int64_t page) const;

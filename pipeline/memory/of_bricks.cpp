@@ -218,7 +218,8 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1)), face = 2 * z.bits() / z.edge;
     const ByteCount face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
     const ByteCount original_and_decoded = 2 * slice;
-    inspection = layer * 3 * (face + face_points + bytes_of_face) + (bricks_of_page(z) + ByteCount(load.bricks_in_flight)) * grown * bytes_of_range +
+    inspection = layer * 3 * (face + face_points + bytes_of_face) +
+                 (bricks_of_page(z) + ByteCount(load.bricks_in_flight)) * grown * bytes_of_range +
                  original_and_decoded;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
     // Bricks wait for the original samples of their layer.

@@ -121,8 +121,8 @@ class PartsStore : public BrickStore {
   void finish(EncodeResult& result) override {
     if (!file_) return describe_finished(result);
     envelope_->finish();
-    const Bytes end =
-        file_end(parts_->header().parameters, pages_->index(), position_, checksum_, parts_->header_checksum());
+    const Bytes end = file_end(parts_->header().parameters, pages_->index(), position_, checksum_,
+                               parts_->header_checksum());
     file_->write_at(position_, end);
     file_->sync();
     result.index = pages_->index();
@@ -258,7 +258,7 @@ class PartsStore : public BrickStore {
   // The file is in that directory until it gets its name.
   std::unique_ptr<PartFolder> folder_;
   std::unique_ptr<PartsOfRun> parts_;
-  std::unique_ptr<OutputFile> file_;  // none if an earlier run has already given it its name
+  std::unique_ptr<OutputFile> file_;           // none if an earlier run has already given it its name
   std::uint64_t position_ = 0, checksum_ = 0;  // the end of what was written
   std::optional<PageBlocks> pages_;
   std::optional<EnvelopeBlocks> envelope_;

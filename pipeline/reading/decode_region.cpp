@@ -200,8 +200,7 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
       static_cast<std::uint64_t>(bricks.owned_box({0, 0, 0}).count()) * value_bytes;
   const auto needed = [&](int threads, std::int64_t rows) {
     return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows, sample_bytes) +
-           static_cast<std::uint64_t>(threads) * values_of_brick +
-           besides;
+           static_cast<std::uint64_t>(threads) * values_of_brick + besides;
   };
   const std::int64_t least = any_order ? 1 : all;
   const auto best = [&](std::uint64_t limit) -> std::optional<RegionPlan> {

@@ -20,9 +20,9 @@ void parse(std::span<const std::byte> fields, int cube_size, bool floats, bool m
   if (!parse_directory(fields, pages, form, index).ok()) return;
   claim(std::ssize(index.pages) == pages, "an index has all pages");
   const std::vector<std::byte> again = serialize_directory(index, form);
-  claim(!index.unknown_sections.empty() ||
-            std::equal(fields.begin(), fields.end(), again.begin(), again.end()),
-        "an index is written as it was");
+  claim(
+      !index.unknown_sections.empty() || std::equal(fields.begin(), fields.end(), again.begin(), again.end()),
+      "an index is written as it was");
   TagHeader header;
   header.parameters.dims = {9, 8, 7};
   header.parameters.cube_size = cube_size;

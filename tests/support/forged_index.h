@@ -32,7 +32,8 @@ inline void add_only_page(const std::vector<IndexEntry>& entries, std::uint64_t&
   }
   take_range(entries, facts);
   const std::vector<std::byte> sizes = packed_block(sizes_marker, serialize_sizes(entries), checksum),
-                               statistics = packed_block(statistics_marker, serialize_statistics(entries), checksum);
+                               statistics =
+                                   packed_block(statistics_marker, serialize_statistics(entries), checksum);
   facts.sizes_bytes = static_cast<std::uint32_t>(sizes.size());
   facts.statistics_bytes = static_cast<std::uint32_t>(statistics.size());
   write(sizes);
@@ -55,8 +56,9 @@ class ForgedTag : public ByteSource {
       std::uint64_t checksum = 0;  // of the bricks, which are zeros
       std::vector<std::byte> blocks;
       TagIndex one;
-      add_only_page(entries, checksum, one,
-                    [&](const std::vector<std::byte>& block) { blocks.insert(blocks.end(), block.begin(), block.end()); });
+      add_only_page(entries, checksum, one, [&](const std::vector<std::byte>& block) {
+        blocks.insert(blocks.end(), block.begin(), block.end());
+      });
       last_checksum_ = checksum;
       blocks_.push_back(blocks);
       facts_.push_back(one.pages[0]);
@@ -70,10 +72,13 @@ class ForgedTag : public ByteSource {
     end_at_ = end;
     const auto header_checksum = load_little_endian<std::uint64_t>(header_.data() + header_.size() - 8);
     end_ = file_end(header.parameters, index, end, last_checksum_, header_checksum);
-    whole_at_ = header_.size() + static_cast<std::uint64_t>(layout_.page_of(whole_brick)) * facts_[0].bytes() +
-                static_cast<std::uint64_t>(whole_brick - layout_.first(layout_.page_of(whole_brick))) * brick_bytes;
+    whole_at_ =
+        header_.size() + static_cast<std::uint64_t>(layout_.page_of(whole_brick)) * facts_[0].bytes() +
+        static_cast<std::uint64_t>(whole_brick - layout_.first(layout_.page_of(whole_brick))) * brick_bytes;
     struct Kept : ByteSink {
-      void write(std::span<const std::byte> bytes) override { all.insert(all.end(), bytes.begin(), bytes.end()); }
+      void write(std::span<const std::byte> bytes) override {
+        all.insert(all.end(), bytes.begin(), bytes.end());
+      }
       std::vector<std::byte> all;
     } sink;
     write_block(sink, header.parameters, {whole_brick, {}, values}, 0);
@@ -96,8 +101,10 @@ class ForgedTag : public ByteSource {
     reads_.emplace_back(position, position + to.size());
     std::fill(to.begin(), to.end(), std::byte{0});
     const auto put = [&](std::uint64_t at, const std::vector<std::byte>& bytes) {
-      const std::uint64_t first = std::max(at, position), last = std::min(at + bytes.size(), position + to.size());
-      if (first < last) std::memcpy(to.data() + (first - position), bytes.data() + (first - at), last - first);
+      const std::uint64_t first = std::max(at, position),
+                          last = std::min(at + bytes.size(), position + to.size());
+      if (first < last)
+        std::memcpy(to.data() + (first - position), bytes.data() + (first - at), last - first);
     };
     put(0, header_);
     put(end_at_, end_);

@@ -56,7 +56,7 @@ inline std::vector<std::pair<std::size_t, std::size_t>> frames(const std::string
   };
   std::vector<std::pair<std::size_t, std::size_t>> result;
   for (std::size_t at = u32(12); u32(at) != 0;) {
-    if (u32(at) == sizes_marker || u32(at) == statistics_marker) {
+    if (u32(at) < 4) {  // a block of a page, or of the envelope
       at += packed_frame_size + u32(at + 8);
       continue;
     }

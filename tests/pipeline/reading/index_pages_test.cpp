@@ -63,8 +63,8 @@ TEST(IndexPages, AFileOfAnySizeIsOpenedByTheLast256KiB) {
   std::vector<std::int16_t> samples(static_cast<std::size_t>(owned.count()));
   const Index3 n = owned.size();
   const auto read = [&] {
-    read_region(file, {owned, {1, 1, 1}}, reinterpret_cast<std::byte*>(samples.data()), {2, 2 * n.x, 2 * n.x * n.y},
-                1);
+    read_region(file, {owned, {1, 1, 1}}, reinterpret_cast<std::byte*>(samples.data()),
+                {2, 2 * n.x, 2 * n.x * n.y}, 1);
   };
   read();
   EXPECT_TRUE(std::ranges::all_of(samples, [](std::int16_t v) { return v == 5; }));
@@ -93,7 +93,8 @@ TEST(IndexPages, ADamagedPageIsOneOfItsBricksOnly) {
     source->damage(at);
     const TagBricks file(source);
     const std::string what = message_of<BrokenInput>([&] { file.read(brick); });
-    EXPECT_TRUE(what.starts_with("forged: page 3 of the index (bricks 12288 to 16383), before byte ")) << what;
+    EXPECT_TRUE(what.starts_with("forged: page 3 of the index (bricks 12288 to 16383), before byte "))
+        << what;
     EXPECT_EQ(file.block_bytes(2 * 4096), 19U);
     EXPECT_EQ(file.block_bytes(4 * 4096), 19U);
     EXPECT_EQ(file.entry(4 * 4096).low, -1);
@@ -110,9 +111,10 @@ TEST(IndexPages, ADamagedPageIsOneOfItsBricksOnly) {
 
 TEST(IndexPages, TheDirectoryOfAnyFileIsSmall) {
   const IndexForm largest = {max_level(256) + 1, true, true};
-  for (const std::int64_t bricks : {std::int64_t{1}, std::int64_t{4096}, std::int64_t{4097}, std::int64_t{25'165'824},
-                                    std::int64_t{25'165'825}, std::int64_t{2'000'000'000},
-                                    PageLayout::most_pages * PageLayout::most_bricks}) {
+  for (const std::int64_t bricks :
+       {std::int64_t{1}, std::int64_t{4096}, std::int64_t{4097}, std::int64_t{25'165'824},
+        std::int64_t{25'165'825}, std::int64_t{2'000'000'000},
+        PageLayout::most_pages * PageLayout::most_bricks}) {
     const PageLayout layout(bricks);
     EXPECT_TRUE(layout.is_possible());
     EXPECT_LE(layout.pages(), PageLayout::most_pages);
@@ -139,7 +141,9 @@ TEST(IndexPages, SectionsThatAreNotKnown) {
     all.resize(all.size() + present);
     return all;
   };
-  const auto parsed = [&](const std::vector<std::byte>& bytes) { return parse_directory(bytes, 3, form, index); };
+  const auto parsed = [&](const std::vector<std::byte>& bytes) {
+    return parse_directory(bytes, 3, form, index);
+  };
   EXPECT_TRUE(parsed(good).ok());
   EXPECT_TRUE(index.unknown_sections.empty());
   EXPECT_TRUE(parsed(with(1 << 16, 5, 5)).ok()) << "skipped by its length";
@@ -174,7 +178,8 @@ class TwoPages : public TemporaryFolder {
     for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
       for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
         for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-          samples += static_cast<char>(samples_[static_cast<std::size_t>(Box::of_size(dims_).offset({x, y, z}))]);
+          samples +=
+              static_cast<char>(samples_[static_cast<std::size_t>(Box::of_size(dims_).offset({x, y, z}))]);
     return samples;
   }
 
@@ -195,7 +200,8 @@ TEST_F(TwoPages, AreReadFrontToBackAndByTheIndex) {
   // Entries are the same, whichever way they come.
   TagReader reader(path("a.tag"));
   std::vector<IndexEntry> entries;
-  reader.look_at_pages([&](std::span<const IndexEntry> page) { entries.insert(entries.end(), page.begin(), page.end()); });
+  reader.look_at_pages(
+      [&](std::span<const IndexEntry> page) { entries.insert(entries.end(), page.begin(), page.end()); });
   reader.read_to_end();
   ASSERT_EQ(std::ssize(entries), file.count());
   double low = INFINITY;

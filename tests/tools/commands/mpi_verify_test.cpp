@@ -197,7 +197,8 @@ TEST_F(MpiVerify, WrongStatisticsAreFound) {
   expect_refused_with("the recorded error is not a number",
                       [](Contents& wrong) { wrong.index.total.max_error = NAN; });
   expect_refused_with("the recorded errors do not match",
-                      [](Contents& wrong) { ++wrong.index.total.sum_squared_error; }, {"--against=volume.nhdr"});
+                      [](Contents& wrong) { ++wrong.index.total.sum_squared_error; },
+                      {"--against=volume.nhdr"});
 }
 
 TEST_F(MpiVerify, DamagedBytesAreFound) {
