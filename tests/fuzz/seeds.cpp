@@ -77,7 +77,8 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
   const std::size_t header_size = u32(file, 12);
   seeds["header"].emplace_back(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header_size));
   std::size_t at = header_size;
-  while (u32(file, at) != 0) at += 4 + u32(file, at) + 8;
+  // The blocks of bricks begin with their length, those of the envelope with 1.
+  while (u32(file, at) != 0) at += u32(file, at) == 1 ? 12 + u32(file, at + 8) + 8 : 4 + u32(file, at) + 8;
   const std::size_t size = u32(file, at + 4), packed = u32(file, at + 12);
   const int cube_size = file[42] | file[43] << 8;
   std::uint8_t kind = 0;
