@@ -99,7 +99,7 @@ Status check_parameters(const CodingParameters& p) {
   if (!p.stores_activity() && (p.mode == FileMode::grid || p.surface_error >= 0 || p.mesh_error >= 0))
     return Status::broken("a grid that is not stored has a mode or a bound that needs it");
   if (p.grid == GridOrigin::implied && !p.implies_grid())
-    return Status::broken("a grid is said to follow from samples that are not exact");
+    return Status::broken("the grid is implied, but the samples are not exact");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};

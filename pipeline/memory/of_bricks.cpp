@@ -204,8 +204,9 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * bytes_of_array;
   const ByteCount pieces = grown * std::max(part_of_rows, z.nx * s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
-  const ByteCount brick = z.code() + z.owned * (z.s + s) +
-                          (load.with_grid && p.stores_activity() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+  const ByteCount brick =
+      z.code() + z.owned * (z.s + s) +
+      (load.with_grid && p.stores_activity() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
   // While samples become values, both are there.
   const ByteCount work = ByteCount(load.threads) *
                          (work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples) +

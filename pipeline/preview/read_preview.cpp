@@ -84,7 +84,7 @@ class LeafMap : public GridTaker {
   }
 
   // Sets the pixels whose places the brick owns.
-  void add(Index3 position, const LatticeBits& active) const {
+  void add_brick(Index3 position, const LatticeBits& active, const ValueOf&) override {
     const Box owned = bricks_.owned_box(position);
     const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
     const int cube_size = bricks_.domain.cube_size;
@@ -95,9 +95,6 @@ class LeafMap : public GridTaker {
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
       }
-  }
-  void add_brick(Index3 position, const LatticeBits& active, const ValueOf&) override {
-    add(position, active);
   }
 
  private:
@@ -270,15 +267,14 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
       for (PreviewSlice* part : parts)
         bytes += copy_samples(brick, p, region_of(part->panel), part->samples.data(),
                               strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
-      if (with_grid) leaves.add(p.bricks().position(brick.id), brick.active);
+      if (with_grid) leaves.add_brick(p.bricks().position(brick.id), brick.active, {});
       if (!progress) return;
       const std::lock_guard lock(telling);
       progress(done += bytes, total);
     });
   });
-  if (p.grid == GridOrigin::implied) {
+  if (p.grid == GridOrigin::implied)
     take_some(file, bricks_across(of_levels, p.bricks()), 0, Resources(plan.threads), leaves);
-  }
   return content;
 }
 

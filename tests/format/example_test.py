@@ -129,7 +129,7 @@ def describe_brick(data, start):
     activity, values, end, kind = one_brick(data, start)
     lines = dump(start, data[start:start + 4], f"L = {end - start - 4}")
     lines += dump(start + 4, data[start + 4:start + 8], f"A = {activity}")
-    lines += dump(start + 8, data[start + 8:values], "activity, but for what the values carry")
+    lines += dump(start + 8, data[start + 8:values], "activity, without what the values carry")
     lines += dump(values, data[values:values + 1], f"values: kind {kind}")
     at = values + 1
     for what in ("parameters and quiet rows", "extra bits"):
