@@ -88,8 +88,8 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
     const std::uint64_t values = working_bytes_of_decoding_points(z.type, z.closed);
     return bits + std::max(activity, z.point_bytes + z.voxel_bytes + std::max(values, interpolation(z)));
   }
-  const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.owned, p.effort)
-                                      : working_bytes_of_decoding_voxels(z.owned, p.effort);
+  const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.type, z.owned, p.effort)
+                                      : working_bytes_of_decoding_voxels(z.type, z.owned, p.effort);
   if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
   if (!grid) return z.voxel_bytes + values;
   // Bytes that were carried are put before the others.

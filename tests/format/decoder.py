@@ -14,6 +14,7 @@ import sys
 
 from second_decoder.best import BestDecoder
 from second_decoder.coding import Broken
+from second_decoder.few import decode_few, is_few
 from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
 from second_decoder.lanes import FastDecoder, LanesDecoder
@@ -150,17 +151,26 @@ def decode_samples(header, closed, owned, active, values):
 
     carried = bytearray()
 
-    def decode_narrow(data, sample_type, bounds):
+    def decode_as_it_is(data, sample_type, bounds):
         return decode_voxels(data, size, sample_type, lambda *p: bounds[is_active(*p)], min(bounds[:1 + two]),
                              (LanesDecoder, FastDecoder, BestDecoder)[header.effort], carried)
+
+    def decode_numbers(data, bounds):
+        return decode_as_it_is(data, SampleType(3), bounds or (0, 0))
+
+    def decode_narrow(data, sample_type, bounds):
+        if is_few(data):
+            return decode_few(data, size, sample_type, bounds, decode_numbers)
+        return decode_as_it_is(data, sample_type, bounds)
 
     bounds = header.max_error, header.surface_error if two else header.max_error
     if not header.type.is_wide:
         samples = decode_narrow(values, header.type, bounds)
     elif values[:1] == b"\2":
-        uint16 = SampleType(3)
         samples = decode_wide_as_narrow(values[1:], header.type, bounds,
-                                        lambda data, bounds: decode_narrow(data, uint16, bounds))
+                                        lambda data, bounds: decode_narrow(data, SampleType(3), bounds))
+    elif is_few(values):
+        samples = decode_few(values, size, header.type, bounds, decode_numbers)
     else:
         samples = decode_wide_voxels(values, size, header.type, two and is_active)
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}, bytes(carried)

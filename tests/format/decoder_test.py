@@ -96,6 +96,20 @@ MADE = [
     ("int16", "phantom", (14, 15, 13), ["--cube=8", "--grid=derived", "--max-error=2"]),
     ("float32", "phantom", (9, 15, 13), ["--cube=8", "--brick=1", "--grid=derived", "--effort=fast"]),
     ("uint8", "phantom", (66, 6, 3), ["--cube=64"]),  # more than a word of points in a row
+    ("uint16", "scaled", (14, 15, 13), ["--cube=8"]),
+    ("int8", "scaled", (14, 15, 13), ["--cube=8", "--effort=best"]),
+    ("uint16", "scaled", (14, 15, 13), ["--cube=8", "--max-error=700", "--surface-error=300"]),
+    ("int32", "scaled", (14, 15, 13), ["--cube=8", "--effort=fast"]),
+    ("uint16", "table", (14, 15, 13), ["--cube=8"]),
+    ("int32", "table", (14, 15, 13), ["--cube=8", "--max-error=40", "--surface-error=1"]),
+    ("uint32", "table", (14, 15, 13), ["--cube=8", "--effort=best", "--max-error=3"]),
+    ("float32", "scaled", (14, 15, 13), ["--cube=8"]),
+    ("float64", "scaled", (14, 15, 13), ["--cube=8", "--effort=best"]),
+    ("float32", "table", (14, 15, 13), ["--cube=8", "--brick=1", "--grid=derived"]),
+    ("uint8", "labels", (70, 9, 11), ["--cube=32"]),
+    ("uint16", "labels", (34, 17, 13), ["--cube=16"]),
+    ("uint32", "labels", (70, 9, 6), ["--cube=32", "--effort=best"]),
+    ("float32", "labels", (34, 17, 3), ["--cube=16", "--max-error=0.5", "--surface-error=0"]),
 ]
 
 
@@ -176,7 +190,39 @@ def float_volume(sample_type, kind, dims):
     return bytes(out)
 
 
+FEW = ("scaled", "table", "labels")
+
+
+def few_values(sample_type, kind, dims):
+    """Samples of a few values: integers times a number, any values in order, or labels."""
+    chance = random.Random(7)
+    regions = [[chance.randrange(dims[a]) for a in range(3)] for _ in range(6)]
+    levels = []
+    for z in range(dims[2]):
+        for y in range(dims[1]):
+            for x in range(dims[0]):
+                far = [sum((a - b) ** 2 for a, b in zip(c, (x, y, z))) for c in regions]
+                levels.append(far.index(min(far)) if kind == "labels" else 9 + x + z // 2 + chance.randrange(4))
+    if sample_type in FLOATS:
+        values = [n * 0.1 - 0.5 if kind == "scaled" else chance.uniform(-9, 9) for n in range(64)]
+        if kind == "labels":
+            values[0] = math.nan
+    else:
+        low, high = LIMITS[sample_type]
+        step = (high - low) // 63
+        values = [low + n * step if kind == "scaled" else chance.randint(low, high) for n in range(64)]
+    if kind == "table":
+        values.sort()
+    layout = FLOATS[sample_type][0] if sample_type in FLOATS else {1: "b", 2: "<h", 4: "<i"}[
+        (high - low).bit_length() // 8]
+    if sample_type.startswith("u"):
+        layout = layout.upper()
+    return b"".join(struct.pack(layout, values[n]) for n in levels)
+
+
 def volume(sample_type, kind, dims):
+    if kind in FEW:
+        return few_values(sample_type, kind, dims)
     if sample_type in FLOATS:
         return float_volume(sample_type, kind, dims)
     low, high = LIMITS[sample_type]

@@ -94,6 +94,48 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
   seeds["index"].push_back(input);
 }
 
+/// A brick of few values: an affine one, a table, and labels.
+void add_bricks_of_few(std::map<std::string, Seeds>& seeds) {
+  for (const unsigned kind : {0u, 1u, 2u})
+    for (unsigned number = 0; number < 8; ++number) {
+      CodingParameters p;
+      p.type = static_cast<SampleType>(1 + number);
+      p.dims = {12, 12, 12};
+      p.cube_size = 8;
+      p.brick_edge = 1;
+      p.max_level = max_level(p.cube_size);
+      p.field_scale = 1;
+      const Index3 size = p.bricks().owned_box({0, 0, 0}).size();
+      BrickSamples samples{p.bricks().owned_box({0, 0, 0}), {}};
+      with_sample_type(p.type, [&](auto type) {
+        using T = decltype(type);
+        std::vector<T> values;
+        for (std::int64_t i = 0; i < size.x * size.y * size.z; ++i) {
+          const std::int64_t x = i % size.x, level = kind == 2 ? x / 5 : (x + i / 40) % 12 + i * i % 3;
+          values.push_back(static_cast<T>(kind == 1 ? level * level / 2 + level * 2 : level * 7));
+        }
+        const auto bytes = std::as_bytes(std::span(values));
+        samples.bytes.assign(bytes.begin(), bytes.end());
+      });
+      BrickCode code;
+      encode_brick(samples, LatticeBits(p.bricks().closed_box({0, 0, 0})), p, {0, 0, 0}, code);
+      const auto activity = static_cast<unsigned>(code.activity.size());
+      Input input = {static_cast<std::uint8_t>((number & 3) | (number & 4) << 5 | 8),
+                     255,
+                     11,
+                     11,
+                     11,
+                     0,
+                     255,
+                     0,
+                     static_cast<std::uint8_t>(activity),
+                     static_cast<std::uint8_t>(activity >> 8)};
+      input.insert(input.end(), code.activity.begin(), code.activity.end());
+      input.insert(input.end(), code.values.begin(), code.values.end());
+      seeds["brick"].push_back(input);
+    }
+}
+
 /// Bricks behind the bytes that brick_target.cpp expects: of the first one of a small file.
 void add_bricks(std::map<std::string, Seeds>& seeds) {
   for (unsigned kind = 0; kind < 128; ++kind) {
@@ -377,6 +419,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
     seeds["file"].push_back(file);
   }
   add_bricks(seeds);
+  add_bricks_of_few(seeds);
   add_volumes(seeds["nrrd"]);
   add_nifti_files(seeds["nifti"]);
   add_meta_images(seeds["metaimage"]);

@@ -29,17 +29,23 @@ std::uint64_t noise(SampleType type, std::mt19937_64& random) {
 }
 
 /// One in `rarely` is noise, the others are 1: the noise that surprises is dearer than the one that is usual.
-/// `narrow`: whole numbers below 2^16, which types of 32 and 64 bits code in another way.
-BrickSamples samples_of(const CodingParameters& p, const Box& box, std::uint64_t rarely,
-                        bool narrow = false) {
+/// `narrow`: whole numbers below 2^16, which types of 32 and 64 bits code in another way. `few`: as many values
+/// as a table can have, far apart.
+BrickSamples samples_of(const CodingParameters& p, const Box& box, std::uint64_t rarely, bool narrow = false,
+                        bool few = false) {
   const std::size_t size = size_of(p.type);
   BrickSamples samples{box, std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size)};
   std::mt19937_64 random(7);
+  std::vector<std::uint64_t> values;
+  if (few)
+    for (std::int64_t i = 0; i < box.count() / 4; ++i)
+      values.push_back(narrow || size < 4 ? random() % 8192 * 8 : noise(p.type, random));
   for (std::size_t at = 0; at < samples.bytes.size(); at += size) {
     const bool is_noise = random() % rarely == 0;
     std::uint64_t sample = is_noise ? noise(p.type, random) : std::uint64_t{1};
+    if (few) sample = values[random() % values.size()];
     if (narrow) {
-      const std::uint64_t whole = is_noise ? random() % 65536 : 1;
+      const std::uint64_t whole = few ? sample : is_noise ? random() % 65536 : 1;
       sample = p.type == SampleType::float32   ? bits_of(static_cast<float>(whole))
                : p.type == SampleType::float64 ? bits_of(static_cast<double>(whole))
                                                : whole;
@@ -149,11 +155,15 @@ TEST_F(WorkingBytes, OfEncodingAndDecodingAreWhatNoiseTakes) {
         const Index3 brick{0, 0, 0};
         const LatticeBits active = activity_of(p.bricks().closed_box(brick), p.cube_size, 2);
         std::uint64_t encode_peak = 0, decode_peak = 0, samples_peak = 0;
-        bool narrow = false;
-        for (const std::uint64_t rarely : {1, 3, 1, 3}) {
-          const BrickSamples samples =
-              samples_of(p, samples_to_encode(p, brick), rarely, narrow && is_wide_type(type));
-          narrow = narrow || rarely == 3;
+        struct Kind {
+          std::uint64_t rarely;
+          bool narrow, few;
+        };
+        constexpr Kind kinds[] = {{1, false, false}, {3, false, false}, {1, true, false},
+                                  {3, true, false},  {1, false, true},  {1, true, true}};
+        for (const Kind& kind : kinds) {
+          const BrickSamples samples = samples_of(p, samples_to_encode(p, brick), kind.rarely,
+                                                  kind.narrow && is_wide_type(type), kind.few);
           BrickCode code;
           const HeapPeak encoding;
           encode_brick(samples, active, p, brick, code);

@@ -7,6 +7,7 @@
 #include "stages/values/best/pass.h"
 #include "stages/values/prediction/parameters.h"
 #include "stages/values/voxels/constant_brick.h"
+#include "stages/values/voxels/few_brick.h"
 #include "stages/values/wavefront/code.h"
 
 namespace tagrid {
@@ -77,19 +78,10 @@ PendingWave begin_in_lanes(std::span<const T> samples, const VoxelBrick& brick, 
                     [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); });
 }
 
-}  // namespace
-
+/// `may_be_few`: whether samples may be written as numbers.
 template <class T>
-std::optional<std::size_t> PendingVoxels<T>::finish(std::span<const std::uint8_t> to_carry) {
-  if (is_complete()) return 0;
-  const std::size_t begin = out_->size(), carried = append_wave(*std::exchange(wave_, {}), to_carry, *out_);
-  if (replaced_by_samples(samples_, reconstruction_, begin, *out_)) return {};
-  return carried;
-}
-
-template <class T>
-PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& brick,
-                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+PendingVoxels<T> encode_narrow_voxels(std::span<const T> samples, const VoxelBrick& brick, bool may_be_few,
+                                      std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
   assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
@@ -106,6 +98,8 @@ PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& bri
     std::fill(reconstruction.begin(), reconstruction.end(), middle);
     return {};
   }
+  if (may_be_few)
+    if (auto few = encode_few(samples, brick, low, high, reconstruction, out)) return std::move(*few);
   const VoxelParameters parameters =
       fit_parameters(samples, brick.owned.size(), brick.bounds.max_error, low, high);
   if (brick.effort == Effort::best) {
@@ -115,9 +109,41 @@ PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& bri
   return {begin_in_lanes(samples, brick, parameters, reconstruction), samples, reconstruction, out};
 }
 
+}  // namespace
+
+template <class T>
+std::optional<std::size_t> PendingVoxels<T>::finish(std::span<const std::uint8_t> to_carry) {
+  if (is_complete()) return 0;
+  const std::size_t begin = out_->size(), carried = append_wave(*std::exchange(wave_, {}), to_carry, *out_);
+  const bool replaced = numbers_.empty()
+                            ? replaced_by_samples(samples_, reconstruction_, begin, *out_)
+                            : replaced_by_samples<std::uint16_t>(numbers_, numbers_, begin, *out_);
+  if (replaced) return {};
+  return carried;
+}
+
+template <class T>
+PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  return encode_narrow_voxels(samples, brick, true, reconstruction, out);
+}
+
+template <class T>
+PendingVoxels<T> encode_as_it_is(std::span<const T> samples, const VoxelBrick& brick,
+                                 std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  return encode_narrow_voxels(samples, brick, false, reconstruction, out);
+}
+
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
+  if (is_few_brick(bytes)) return decode_few(bytes, brick, samples, carried);
+  return decode_as_it_is(bytes, brick, samples, carried);
+}
+
+template <class T>
+Status decode_as_it_is(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
+                       std::vector<std::uint8_t>& carried) {
   const std::int64_t slices = slices_in(brick.owned, samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   const auto count = static_cast<std::size_t>(brick.owned.count());
@@ -137,31 +163,44 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& bric
   });
 }
 
-std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
-  if (effort != Effort::best) return working_bytes_of_encoding_wave(type, size);
-  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
-  // New models code residuals in more bits; parameters come first.
-  constexpr std::uint64_t learning = 32768;
-  return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
-}
-
-std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort) {
-  return effort == Effort::best ? 0 : working_bytes_of_pending_wave(type, size);
-}
-
-std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
+std::uint64_t working_bytes_of_decoding_as_it_is(Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_decoding_wave(size);
   const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
   return quiet + VoxelWindow::working_bytes(size) + sizeof(MixedResidualModel) +
          MixedResidualModel::working_bytes();
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                   \
-  template class PendingVoxels<T>;                                                              \
-  template PendingVoxels<T> encode_voxels(std::span<const T>, const VoxelBrick&, std::span<T>,  \
-                                          std::vector<std::uint8_t>&);                          \
-  template Status decode_voxels(std::span<const std::uint8_t>, const VoxelBrick&, std::span<T>, \
-                                std::vector<std::uint8_t>&);
+std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
+  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
+  // New models code residuals in more bits; parameters come first.
+  constexpr std::uint64_t learning = 32768;
+  const std::uint64_t as_it_is = effort != Effort::best
+                                     ? working_bytes_of_encoding_wave(type, size)
+                                     : working_bytes_of_decoding_as_it_is(size, effort) +
+                                           RansEncoder::working_bytes(17 * bytes + learning);
+  return working_bytes_of_encoding_few(type, size, as_it_is);
+}
+
+std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort) {
+  return effort == Effort::best
+             ? 0
+             : working_bytes_of_numbers(type, size) + working_bytes_of_pending_wave(type, size);
+}
+
+std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort) {
+  return working_bytes_of_decoding_few(type, size, working_bytes_of_decoding_as_it_is(size, effort));
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                     \
+  template class PendingVoxels<T>;                                                                \
+  template PendingVoxels<T> encode_voxels(std::span<const T>, const VoxelBrick&, std::span<T>,    \
+                                          std::vector<std::uint8_t>&);                            \
+  template Status decode_voxels(std::span<const std::uint8_t>, const VoxelBrick&, std::span<T>,   \
+                                std::vector<std::uint8_t>&);                                      \
+  template PendingVoxels<T> encode_as_it_is(std::span<const T>, const VoxelBrick&, std::span<T>,  \
+                                            std::vector<std::uint8_t>&);                          \
+  template Status decode_as_it_is(std::span<const std::uint8_t>, const VoxelBrick&, std::span<T>, \
+                                  std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

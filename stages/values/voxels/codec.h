@@ -27,6 +27,10 @@ class [[nodiscard]] PendingVoxels {
   PendingVoxels(PendingWave wave, std::span<const T> samples, std::span<T> reconstruction,
                 std::vector<std::uint8_t>& out)
       : wave_(std::move(wave)), samples_(samples), reconstruction_(reconstruction), out_(&out) {}
+  /// Numbers that stand for samples replace each other when they are coded. So if they are stored, the
+  /// reconstruction does not change.
+  PendingVoxels(PendingVoxels<std::uint16_t> of_numbers, std::vector<std::uint16_t> numbers)
+      : wave_(std::move(of_numbers.wave_)), out_(of_numbers.out_), numbers_(std::move(numbers)) {}
 
   bool is_complete() const { return !wave_; }
 
@@ -41,6 +45,10 @@ class [[nodiscard]] PendingVoxels {
   std::span<const T> samples_;
   std::span<T> reconstruction_;
   std::vector<std::uint8_t>* out_ = nullptr;
+  std::vector<std::uint16_t> numbers_;  ///< if they are coded instead of the samples
+
+  template <class>
+  friend class PendingVoxels;
 };
 
 /// Appends the coded values of a brick to `out`, except for what finish() appends.
@@ -62,6 +70,14 @@ template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried);
 
+/// The same for values that are not few: no kind of few_brick.h. Others can have these as numbers.
+template <class T>
+PendingVoxels<T> encode_as_it_is(std::span<const T> samples, const VoxelBrick& brick,
+                                 std::span<T> reconstruction, std::vector<std::uint8_t>& out);
+template <class T>
+Status decode_as_it_is(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
+                       std::vector<std::uint8_t>& carried);
+
 /// The peak of the heap that encode_voxels() takes for a box of `size` voxels, including the bytes that it
 /// appends: the window, the model, and the events of noise, which is the worst case. The number of events was
 /// measured: up to 4.1 for each byte of samples, for which 4.25 are counted. With Effort::best, a residual is
@@ -69,7 +85,9 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& bric
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort);
 /// The heap that a PendingVoxels has.
 std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort);
-/// The same for decode_voxels(): the window and the model.
-std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort);
+/// The same for decode_as_it_is(): the window and the model; and for decode_voxels(), which may need numbers
+/// that stand for samples, too.
+std::uint64_t working_bytes_of_decoding_as_it_is(Index3 size, Effort effort);
+std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort);
 
 }  // namespace tagrid

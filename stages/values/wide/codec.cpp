@@ -7,6 +7,7 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/values/voxels/constant_brick.h"
+#include "stages/values/voxels/few_brick.h"
 #include "stages/values/wide/parameters.h"
 #include "stages/values/wide/residual_model.h"
 #include "stages/values/wide/window.h"
@@ -219,6 +220,7 @@ PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, st
     out.push_back(narrow_brick);
     return encode_narrow(samples, *form, brick, reconstruction, out);
   }
+  if (auto few = encode_few(samples, brick, T{}, T{}, reconstruction, out)) return {{}, std::move(*few)};
   WideNumbers numbers;
   WideParameters parameters = choose_parameters(samples, brick.owned.size(), brick.bounds, numbers);
   const std::size_t start = out.size();
@@ -242,6 +244,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
     return decode_narrow(bytes.subspan(1), brick, samples, carried);
+  if (is_few_brick(bytes)) return decode_few(bytes, brick, samples, carried);
   const auto count = static_cast<std::size_t>(brick.owned.count());
   return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
     WideParameters parameters;
@@ -268,11 +271,16 @@ std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size
   const std::uint64_t wide =
       numbers + std::max(floats ? numbers : 0,
                          working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));
-  return std::max(wide, working_bytes_of_encoding_narrow(size, effort));
+  // Numbers that stand for samples take no more than narrow ones; the search for them takes much less.
+  return std::max({wide, working_bytes_of_encoding_narrow(size, effort),
+                   working_bytes_of_encoding_few(
+                       type, size, working_bytes_of_encoding_voxels(SampleType::uint16, size, effort))});
 }
 
-std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) {
-  return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
+std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort) {
+  return std::max(
+      {working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort),
+       working_bytes_of_decoding_few(type, size, working_bytes_of_decoding_as_it_is(size, effort))});
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                  \

@@ -54,7 +54,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
                                                     Effort effort);
 /// The same for decode_voxels(): the window and the models.
-std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort);
+std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort);
 
 /// Bricks whose numbers span less than 2^16 are coded as samples of 16 bits, as fast, in as few bytes and
 /// with the same efforts. Most CT in wide types is of this kind. A sample is (low + n) * 2^exponent for a

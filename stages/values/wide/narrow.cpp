@@ -230,7 +230,7 @@ std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort) {
 }
 std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort) {
   return static_cast<std::uint64_t>(size.x * size.y * size.z) * sizeof(std::uint16_t) +
-         working_bytes_of_decoding_voxels(size, effort);
+         working_bytes_of_decoding_voxels(SampleType::uint16, size, effort);
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                               \
