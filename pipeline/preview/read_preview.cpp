@@ -145,8 +145,8 @@ struct WantedBrick {
 Box bricks_across(const Panel& panel, const CodingParameters& p) {
   const BrickGrid bricks = p.bricks();
   const Box points = region_of(panel, p).box;
-  const auto owner = [&](Index3 p) {
-    return Index3{bricks.owner(p.x), bricks.owner(p.y), bricks.owner(p.z)};
+  const auto owner = [&](Index3 at) {
+    return Index3{bricks.owner(at.x), bricks.owner(at.y), bricks.owner(at.z)};
   };
   return {owner(points.low), owner(points.high)};
 }
