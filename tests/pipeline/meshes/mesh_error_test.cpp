@@ -219,7 +219,7 @@ TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
       counted.add(verifier.verify({y, y + 1, z, z + 1}, {[](std::uint64_t) {}}).counted);
   EXPECT_EQ(counted.mesh_error, recorded);
-  EXPECT_NO_THROW(verifier.finish(counted, file.sizes()));
+  EXPECT_NO_THROW(verifier.finish(counted, true, file.sizes()));
 }
 
 TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
