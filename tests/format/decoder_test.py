@@ -102,7 +102,7 @@ MADE = [
     ("uint8", "phantom", (66, 6, 3), ["--cube=64"]),  # more than a word of points in a row
     ("uint16", "scaled", (14, 15, 13), ["--cube=8"]),
     ("int8", "scaled", (14, 15, 13), ["--cube=8", "--effort=best"]),
-    ("uint16", "scaled", (14, 15, 13), ["--cube=8", "--max-error=700", "--surface-error=300"]),
+    ("uint16", "scaled", (14, 15, 13), ["--cube=8", "--max-error=500", "--surface-error=300"]),
     ("int32", "scaled", (14, 15, 13), ["--cube=8", "--effort=fast"]),
     ("uint16", "table", (14, 15, 13), ["--cube=8"]),
     ("int32", "table", (14, 15, 13), ["--cube=8", "--max-error=40", "--surface-error=1"]),
