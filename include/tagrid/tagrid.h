@@ -162,7 +162,8 @@ typedef struct tagrid_input {
 
 TAGRID_API void tagrid_input_init(tagrid_input* input);
 
-/* Opens a file: reads its header, its index and its footer, and checks their checksums.
+/* Opens a file: reads its header and its last 256 KiB, which have the directory of its index, and checks their
+ * checksums. The index itself is read page by page, when a brick is wanted.
  *
  * `*reader` is always set, even on failure, unless memory runs out, so that tagrid_reader_message() can say
  * what failed. It must always be closed. `path` is passed to the operating system as it is. */

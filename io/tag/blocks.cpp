@@ -57,7 +57,7 @@ std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, con
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum) {
-  const std::vector<std::byte> fields = serialize_index(index, index_form(parameters));
+  const std::vector<std::byte> fields = serialize_directory(index, index_form(parameters));
   const std::vector<std::byte> packed = zstd_compress(fields);
   FieldWriter section;
   section.put(std::uint32_t{0});
@@ -82,40 +82,45 @@ void EnvelopeBlocks::write(std::span<const std::byte> bytes) {
 
 void EnvelopeBlocks::finish() {
   if (waiting_.empty()) return;
-  const std::vector<std::byte> packed = zstd_compress(waiting_);
-  FieldWriter block;
-  block.put(envelope_marker);
-  block.put(static_cast<std::uint32_t>(waiting_.size()));
-  block.put(static_cast<std::uint32_t>(packed.size()));
-  block.put_bytes(packed);
-  checksum_ = chained_checksum(checksum_of({block.bytes()}), checksum_);
-  block.put(checksum_);
-  use_(block.bytes());
+  use_(packed_block(envelope_marker, waiting_, checksum_));
   waiting_.clear();
 }
 
-Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest) {
+std::vector<std::byte> packed_block(std::uint32_t marker, std::span<const std::byte> content,
+                                    std::uint64_t& checksum) {
+  const std::vector<std::byte> packed = zstd_compress(content);
+  FieldWriter block;
+  block.put(marker);
+  block.put(static_cast<std::uint32_t>(content.size()));
+  block.put(static_cast<std::uint32_t>(packed.size()));
+  block.put_bytes(packed);
+  checksum = chained_checksum(checksum_of({block.bytes()}), checksum);
+  block.put(checksum);
+  return std::move(block.bytes());
+}
+
+Status parse_packed_head(std::span<const std::byte> head, std::uint32_t marker, ContentSize possible,
+                         std::uint64_t& rest) {
   FieldReader reader(head);
-  const auto marker = reader.get<std::uint32_t>(), size = reader.get<std::uint32_t>(),
+  const auto stored = reader.get<std::uint32_t>(), size = reader.get<std::uint32_t>(),
              packed_size = reader.get<std::uint32_t>();
-  if (marker != envelope_marker || size == 0 || size > largest_envelope_block ||
-      packed_size > size + size / 128 + 1024)
+  if (stored != marker || size < possible.least || size > possible.most || packed_size > largest_packed(size))
     return Status::broken("an impossible size");
   rest = std::uint64_t{packed_size} + 8;
   return {};
 }
 
-Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
-                            std::vector<std::byte>* content) {
+Status parse_packed_block(std::span<const std::byte> block, std::uint64_t& checksum,
+                          std::vector<std::byte>* content) {
   const auto fields = block.first(block.size() - 8);
   const auto in_file = load_little_endian<std::uint64_t>(block.last(8).data());
   if (!checksums_agree(in_file, chained_checksum(checksum_of({fields}), checksum)))
     return Status::broken(
-        "the checksum does not match: the envelope is damaged, or it belongs to another file");
+        "the checksum does not match: it is damaged, or its bytes or those before it come from elsewhere");
   checksum = in_file;
   if (content == nullptr) return {};
   const auto size = load_little_endian<std::uint32_t>(block.data() + 4);
-  return zstd_decompress(fields.subspan(envelope_head_size), size, *content);
+  return zstd_decompress(fields.subspan(packed_head_size), size, *content);
 }
 
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
@@ -158,11 +163,13 @@ Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest)
   FieldReader reader(head);
   const auto marker = reader.get<std::uint32_t>();
   const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
-  const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
+  const PageLayout layout(parameters.bricks().count());
   if (marker != 0) return Status::broken("there are more bricks than the volume has");
-  if (size != index_size(count, index_form(parameters)) || packed_size > size + size / 128 + 1024)
+  if (!layout.is_possible()) return Status::broken("no file has that many bricks");
+  if (size < directory_size(layout.pages(), index_form(parameters)) || size > largest_directory ||
+      packed_size > largest_packed(size))
     return Status::broken("the index has an impossible size");
-  if (count > (start - header_size) / block_frame_size)
+  if (static_cast<std::uint64_t>(layout.bricks()) > (start - header_size) / block_frame_size)
     return Status::broken("the file is too short for that many bricks");
   rest = packed_size + 8 + footer_size;
   return {};
@@ -179,18 +186,40 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   if (!find_file_end(tail.last(footer_size), start_in_footer).ok() || start_in_footer != start ||
       !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum))
     return Status::broken("the footer is damaged");
-  const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
-  const IndexForm form = index_form(parameters);
+  const PageLayout layout(parameters.bricks().count());
+  const auto size = load_little_endian<std::uint64_t>(bytes.data() + 4);
   std::vector<std::byte> fields;
-  if (Status status = zstd_decompress(packed, memory_size(index_size(count, form)), fields); !status.ok())
+  if (Status status = zstd_decompress(packed, memory_size(size), fields); !status.ok()) return status;
+  if (Status status = parse_directory(fields, layout.pages(), index_form(parameters), index); !status.ok())
     return status;
-  if (Status status = parse_index(fields, count, form, index); !status.ok()) return status;
-  std::uint64_t bricks_size = count * block_frame_size;
-  for (const IndexEntry& brick : index.bricks)
-    bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
-  if (header_size + bricks_size > start)
+  return check_sizes(layout, index, envelope);
+}
+
+Status FileEnd::check_sizes(const PageLayout& layout, const TagIndex& index, std::uint64_t& envelope) const {
+  const auto do_not_add_up = [] {
     return Status::broken("the sizes of the bricks do not add up to the size of the file");
-  envelope = start - header_size - bricks_size;
+  };
+  const auto fits = [](std::uint64_t block, std::uint64_t content) {
+    return block >= packed_frame_size && block <= packed_frame_size + largest_packed(content);
+  };
+  // No sum is larger than the file, so none overflows.
+  std::uint64_t left = start - header_size, of_bricks = 0;
+  for (std::int64_t i = 0; i < layout.pages(); ++i) {
+    const PageFacts& page = index.pages[static_cast<std::size_t>(i)];
+    const auto count = static_cast<std::uint64_t>(layout.bricks_in(i));
+    if (!fits(page.sizes_bytes, count * sizes_entry) ||
+        !fits(page.statistics_bytes, count * statistics_entry))
+      return Status::broken("a page has an impossible size");
+    if (page.brick_bytes > left || page.bytes() > left || page.brick_bytes < count * block_frame_size)
+      return do_not_add_up();
+    left -= page.bytes();
+    of_bricks += page.brick_bytes;
+  }
+  const std::uint64_t frames = static_cast<std::uint64_t>(layout.bricks()) * block_frame_size;
+  if (index.activity_bytes > of_bricks - frames ||
+      index.value_bytes != of_bricks - frames - index.activity_bytes)
+    return do_not_add_up();
+  envelope = left;
   return {};
 }
 
@@ -199,10 +228,8 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
   sizes.file = file;
   sizes.header = header;
   sizes.envelope = envelope;
-  for (const IndexEntry& brick : index.bricks) {
-    sizes.activity += brick.activity_bytes;
-    sizes.values += brick.value_bytes;
-  }
+  sizes.activity = index.activity_bytes;
+  sizes.values = index.value_bytes;
   sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
   return sizes;
 }

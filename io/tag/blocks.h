@@ -63,12 +63,36 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
 /// Takes a block apart whose length is possible, and whose checksum is known to be right.
 Status split_block(std::span<const std::byte> block, std::int64_t id, BrickBytes& brick);
 
+/// Bytes of a packed block before its compressed part: its marker and two sizes. The envelope and the pages of
+/// the index are such blocks.
+inline constexpr std::size_t packed_head_size = 4 + 4 + 4;
+/// Bytes of a packed block besides its compressed part: that head and the checksum.
+inline constexpr std::size_t packed_frame_size = packed_head_size + 8;
+
+/// How many bytes a packed block may hold, before they are compressed.
+struct ContentSize {
+  std::uint64_t least = 0, most = 0;
+};
+/// The most bytes that `size` bytes take when they are compressed.
+constexpr std::uint64_t largest_packed(std::uint64_t size) { return size + size / 128 + 1024; }
+
+/// A block with `content`. `checksum` is the one before it, and receives that of the block.
+std::vector<std::byte> packed_block(std::uint32_t marker, std::span<const std::byte> content,
+                                    std::uint64_t& checksum);
+/// Reads the first packed_head_size bytes of a block. `rest` receives the number of bytes that follow.
+Status parse_packed_head(std::span<const std::byte> head, std::uint32_t marker, ContentSize possible,
+                         std::uint64_t& rest);
+/// Reads an entire block, whose head was checked. `content` may be null: then only the checksum is read and
+/// checked.
+Status parse_packed_block(std::span<const std::byte> block, std::uint64_t& checksum,
+                          std::vector<std::byte>* content);
+
 /// The first field of a block of the envelope, where a brick has its length, which is never 1.
 inline constexpr std::uint32_t envelope_marker = 1;
-/// Bytes of a block of the envelope before its compressed part: that field and two sizes.
-inline constexpr std::size_t envelope_head_size = 4 + 4 + 4;
 /// The most bytes that a block of the envelope holds, before they are compressed.
 inline constexpr std::size_t largest_envelope_block = std::size_t{1} << 20;
+/// What such a block may hold.
+inline constexpr ContentSize envelope_content = {1, largest_envelope_block};
 
 /// Cuts the bytes of an envelope into blocks.
 class EnvelopeBlocks {
@@ -87,24 +111,21 @@ class EnvelopeBlocks {
   std::vector<std::byte> waiting_;
 };
 
-/// Reads the first envelope_head_size bytes of a block. `rest` receives the number of bytes that follow.
-Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest);
-/// Reads an entire block. `content` may be null: then only the checksum is read and checked.
-Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
-                            std::vector<std::byte>* content);
-
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
-/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`;
-/// `last_checksum` is that of the last block.
+/// Directory of the index and footer of a file whose blocks, those of pages and the envelope included, end at
+/// byte `start`; `last_checksum` is that of the last block.
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);
 
 /// Bytes of the footer: position of the index, the header's checksum, end_magic.
 inline constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
-/// Bytes of the index before its compressed part: a length of 0 where a brick has its own, and two sizes.
+/// Bytes of the directory before its compressed part: a length of 0 where a brick has its own, and two sizes.
 inline constexpr std::size_t index_head_size = 4 + 8 + 8;
+/// The checksum before a directory, the directory and the footer are within so many bytes from the end.
+inline constexpr std::uint64_t largest_end = 1 << 18;
+static_assert(8 + index_head_size + largest_packed(largest_directory) + 8 + footer_size <= largest_end);
 
 /// Finds the beginning of the index from the footer. Broken if `footer` is not a footer.
 Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start);
@@ -113,21 +134,24 @@ Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start);
 struct FileEnd {
   const CodingParameters& parameters;
   std::uint64_t header_size, header_checksum;
-  std::uint64_t start;          ///< position where the blocks end and the index begins
+  std::uint64_t start;          ///< position where the blocks end and the directory begins
   std::uint64_t last_checksum;  ///< of the last block
 
   /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
-  /// Reads all of it, from the index's first byte to the file's last.
-  /// `envelope` receives the size of the envelope, which lies between the bricks and the index.
+  /// Reads all of it, from the directory's first byte to the file's last.
+  /// `envelope` receives the size of the envelope, which lies between the last page and the directory.
   Status parse(std::span<const std::byte> bytes, TagIndex& index, std::uint64_t& envelope) const;
+
+ private:
+  Status check_sizes(const PageLayout& layout, const TagIndex& index, std::uint64_t& envelope) const;
 };
 
 /// The sizes of the parts of a file; they sum to the size of the file.
 struct TagSizes {
   std::uint64_t file = 0, header = 0, activity = 0, values = 0;
   std::uint64_t envelope = 0;
-  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
+  std::uint64_t index = 0;  ///< the pages and the directory, the footer, and the frames of the bricks
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
 

@@ -13,87 +13,105 @@ namespace tagrid {
 
 IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
   const std::uint64_t size = source_->size();
-  header_size_ = header_size_of(name(), bytes_at(0, std::min<std::uint64_t>(size, tag_preamble_size)));
+  // Usually all of the header, in one read.
+  constexpr std::uint64_t enough = 4096;
+  std::vector<std::byte> bytes = bytes_at(0, std::min(size, enough));
+  header_size_ =
+      header_size_of(name(), std::span(bytes).first(std::min<std::size_t>(bytes.size(), tag_preamble_size)));
   if (header_size_ > size)
     throw broken_part(name(), "the header", size,
                       "the file ends in it; it is truncated, and nothing can be read");
-  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
-}
-
-// A false size takes no memory: it is compared with the size of the file first.
-std::vector<std::byte> IndexedTag::bytes_at(std::uint64_t position, std::uint64_t size) const {
-  if (position > source_->size() || size > source_->size() - position)
-    throw BrokenInput(name() + ": before byte " + std::to_string(position + size) +
-                      ": the file ends; it is truncated");
-  std::vector<std::byte> bytes(memory_size(size));
-  source_->read_at(position, bytes);
-  return bytes;
+  if (header_size_ > bytes.size()) bytes = bytes_at(0, header_size_);
+  header_ =
+      header_of(name(), std::span(bytes).first(static_cast<std::size_t>(header_size_)), header_checksum_);
 }
 
 std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
   return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-IndexedTag::End IndexedTag::read_end(std::optional<std::uint64_t> last_checksum) const {
+IndexedTag::End IndexedTag::read_end() const {
   const std::uint64_t size = source_->size();
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
+  // The header ends in a checksum, which is the one before the directory if there is nothing between.
+  const std::uint64_t first = std::max(header_size_ - 8, size - std::min(size, largest_end));
+  const std::vector<std::byte> bytes = bytes_at(first, size - first);
+  const std::span all(bytes);
   End end;
-  if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), end.start);
+  if (Status status = find_file_end(all.last(footer_size), end.start);
       !status.ok() || end.start < header_size_ || end.start > size - footer_size)
     throw BrokenInput(name() + ": " + no_footer);
-  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start,
-                         last_checksum ? *last_checksum : checksum_before(end.start)};
+  if (end.start < first + 8) throw broken_part(name(), "the index", size, "the index has an impossible size");
+  const auto from_start = all.subspan(static_cast<std::size_t>(end.start - first));
+  const auto stored = load_little_endian<std::uint64_t>(from_start.data() - 8);
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - end.start;
   if (present < index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
-  if (Status status = facts.parse_head(bytes_at(end.start, index_head_size), rest); !status.ok())
+  if (Status status = facts.parse_head(from_start.first(index_head_size), rest); !status.ok())
     throw broken_part(name(), "the index", end.start + index_head_size, status.what());
   if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
   if (rest > present - index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
-  if (Status status = facts.parse(bytes_at(end.start, present), end.index, end.envelope_size); !status.ok())
+  if (Status status = facts.parse(from_start, end.index, end.envelope_size); !status.ok())
     throw broken_part(name(), "the index", size, status.what());
   return end;
 }
 
 TagBricks::TagBricks(std::shared_ptr<const ByteSource> source)
-    : IndexedTag(std::move(source)), end_(read_end()) {
-  starts_.reserve(index().bricks.size() + 1);
-  starts_.push_back(header_size_);
-  for (const IndexEntry& brick : index().bricks)
-    starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
+    : IndexedTag(std::move(source)),
+      end_(read_end()),
+      pages_(source_, header_size_, parameters().bricks().count(), end_.index.pages) {}
+
+TagBricks::Place TagBricks::place(std::int64_t brick) const {
+  assert(brick >= 0 && brick < count());
+  const std::int64_t page = pages_.layout().page_of(brick);
+  return {pages_.sizes(page), static_cast<std::size_t>(brick - pages_.layout().first(page))};
+}
+
+std::uint64_t TagBricks::start(std::int64_t brick) const { return place(brick).start(); }
+std::uint64_t TagBricks::block_bytes(std::int64_t brick) const { return place(brick).bytes(); }
+
+IndexEntry TagBricks::entry(std::int64_t brick) const {
+  const Place at = place(brick);
+  IndexEntry entry = (*pages_.statistics(pages_.layout().page_of(brick)))[at.number];
+  entry.activity_bytes = at.sizes->activity[at.number];
+  entry.value_bytes = static_cast<std::uint32_t>(at.bytes() - block_frame_size - entry.activity_bytes);
+  return entry;
 }
 
 BrickBytes TagBricks::read(std::int64_t brick) const {
-  assert(brick >= 0 && brick < count());
+  const Place at = place(brick);
+  const std::uint64_t start = at.start(), size = at.bytes();
   // Before anything is read: a false size takes no memory.
-  if (block_bytes(brick) > 4 + largest_body(parameters(), brick) + 8)
-    throw broken_part(name(), "brick " + std::to_string(brick), start(brick), "an impossible size");
-  const std::vector<std::byte> bytes = bytes_at(start(brick) - 8, block_bytes(brick) + 8);
+  if (size > 4 + largest_body(parameters(), brick) + 8)
+    throw broken_part(name(), "brick " + std::to_string(brick), start, "an impossible size");
+  const std::vector<std::byte> bytes = bytes_at(start - 8, size + 8);
   auto checksum = load_little_endian<std::uint64_t>(bytes.data());
   BrickBytes result;
-  if (Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
-      !status.ok())
-    throw broken_part(name(), "brick " + std::to_string(brick), start(brick + 1), status.what());
+  Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
+  if (status.ok() && result.activity.size() != at.sizes->activity[at.number])
+    status = Status::broken("its size is not the one in the index");
+  if (!status.ok()) throw broken_part(name(), "brick " + std::to_string(brick), start + size, status.what());
   return result;
 }
 
 std::function<bool(std::vector<std::byte>&)> TagBricks::envelope() const {
-  const std::uint64_t start = starts_.back(), end = start + end_.envelope_size;
+  const std::uint64_t start = end_of_pages(), end = start + end_.envelope_size;
   return [this, position = start, end,
           checksum = checksum_before(start)](std::vector<std::byte>& content) mutable {
     if (position == end) return false;
     const auto require = [&](const Status& status) {
       if (!status.ok()) throw broken_part(name(), "the envelope", position, status.what());
     };
-    if (end - position < envelope_head_size) require(Status::broken("an impossible size"));
+    if (end - position < packed_head_size) require(Status::broken("an impossible size"));
     std::uint64_t rest = 0;
-    require(parse_envelope_head(bytes_at(position, envelope_head_size), rest));
-    if (rest > end - position - envelope_head_size) require(Status::broken("an impossible size"));
-    require(parse_envelope_block(bytes_at(position, envelope_head_size + rest), checksum, &content));
-    position += envelope_head_size + rest;
+    require(parse_packed_head(bytes_at(position, packed_head_size), envelope_marker, envelope_content, rest));
+    if (rest > end - position - packed_head_size) require(Status::broken("an impossible size"));
+    require(parse_packed_block(bytes_at(position, packed_head_size + rest), checksum, &content));
+    position += packed_head_size + rest;
     return true;
   };
 }

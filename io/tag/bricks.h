@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
+#include "io/tag/pages.h"
 
 namespace tagrid {
 
@@ -23,41 +23,46 @@ class IndexedTag {
   const std::string& name() const { return source_->name(); }
 
  protected:
-  /// Index and footer.
+  /// The directory of the index, and the footer.
   struct End {
     TagIndex index;
-    std::uint64_t start = 0;          ///< of the index
+    std::uint64_t start = 0;          ///< of the directory
     std::uint64_t envelope_size = 0;  ///< of the envelope before it
   };
 
   /// Reads and checks the header. Throws BrokenInput.
   explicit IndexedTag(std::shared_ptr<const ByteSource> source);
-  std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
+  std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const {
+    return tagrid::bytes_at(*source_, position, size);
+  }
   /// The checksum that is stored before a position.
   std::uint64_t checksum_before(std::uint64_t position) const;
-  /// Reads and checks index and footer. `last_checksum` is that of the last block; by default, the stored
-  /// one. Throws BrokenInput.
-  End read_end(std::optional<std::uint64_t> last_checksum = std::nullopt) const;
+  /// Reads and checks directory and footer, in one read of at most largest_end bytes. Throws BrokenInput.
+  End read_end() const;
 
   std::shared_ptr<const ByteSource> source_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
 };
 
-/// Reads a .tag file by its index: the header, index and footer at once, and a brick when it is requested.
-/// Wrong bytes throw BrokenInput, which says where they are.
+/// Reads a .tag file by its index: the header, directory and footer at once, and a brick when it is requested,
+/// with the page that knows where it is. Wrong bytes throw BrokenInput, which says where they are.
 class TagBricks : public IndexedTag {
  public:
-  /// Reads header, index and footer, and checks them.
+  /// Reads header, directory and footer, and checks them.
   explicit TagBricks(std::shared_ptr<const ByteSource> source);
 
   const TagIndex& index() const { return end_.index; }
   TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index); }
-  std::int64_t count() const { return static_cast<std::int64_t>(starts_.size()) - 1; }
+  std::int64_t count() const { return pages_.layout().bricks(); }
 
-  /// Position of the block of a brick in the file, and its size in bytes.
-  std::uint64_t start(std::int64_t brick) const { return starts_[static_cast<std::size_t>(brick)]; }
-  std::uint64_t block_bytes(std::int64_t brick) const { return start(brick + 1) - start(brick); }
+  /// Position of the block of a brick in the file, and its size in bytes. Read the page of the brick.
+  std::uint64_t start(std::int64_t brick) const;
+  std::uint64_t block_bytes(std::int64_t brick) const;
+  /// Where the page of the last brick ends.
+  std::uint64_t end_of_pages() const { return pages_.start(pages_.layout().pages()); }
+  /// What the index says of a brick. Reads both parts of its page.
+  IndexEntry entry(std::int64_t brick) const;
 
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
@@ -69,11 +74,19 @@ class TagBricks : public IndexedTag {
   BrickStream bricks_from(std::int64_t first) const;
 
  private:
+  struct Place {
+    std::shared_ptr<const TagPages::Sizes> sizes;
+    std::size_t number = 0;  ///< of the brick in its page
+    std::uint64_t start() const { return sizes->starts[number]; }
+    std::uint64_t bytes() const { return sizes->starts[number + 1] - start(); }
+  };
+  Place place(std::int64_t brick) const;
+
   End end_;
-  std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
+  TagPages pages_;
 };
 
-/// Everything in a .tag file except its bricks.
+/// Everything in a .tag file except its bricks and their entries in the index.
 struct TagSummary {
   TagHeader header;
   TagIndex index;

@@ -18,10 +18,15 @@ constexpr std::size_t marker_size = 4;
 TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
     : out_(out),
       parameters_(header.parameters),
-      envelope_(last_checksum_, [this](const std::vector<std::byte>& block) {
+      envelope_(last_checksum_,
+                [this](const std::vector<std::byte>& block) {
+                  out_.write(block);
+                  position_ += block.size();
+                  envelope_size_ += block.size();
+                }),
+      pages_(header.parameters.bricks().count(), last_checksum_, [this](const std::vector<std::byte>& block) {
         out_.write(block);
         position_ += block.size();
-        envelope_size_ += block.size();
       }) {
   const std::vector<std::byte> bytes = serialize_header(header);
   header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
@@ -31,16 +36,17 @@ TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
 }
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
-  assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
+  assert(brick.id == next_brick_);
+  ++next_brick_;
   last_checksum_ = write_block(out_, parameters_, brick, last_checksum_);
   position_ += block_frame_size + brick.activity.size() + brick.values.size();
-  index_.add(brick.activity.size(), brick.values.size(), statistics);
+  pages_.add(brick.activity.size(), brick.values.size(), statistics);
 }
 
 void TagWriter::finish() {
   envelope_.finish();
   const std::vector<std::byte> end =
-      file_end(parameters_, index_, position_, last_checksum_, header_checksum_);
+      file_end(parameters_, index(), position_, last_checksum_, header_checksum_);
   out_.write(end);
   position_ += end.size();
 }
@@ -58,6 +64,7 @@ TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stre
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_->size() && bricks > (*bytes_->size() - header_size_) / block_frame_size)
     throw BrokenInput(name() + ": the file is too short for the bricks of its volume; it is truncated");
+  layout_ = PageLayout(parameters().bricks().count());
 }
 
 std::string TagReader::place() const {
@@ -92,6 +99,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
   if (ahead_.id < 0) return false;
   brick = std::move(ahead_);
   ahead_ = {};
+  read_page();
   if (next_brick_ < count) {
     read_frame(ahead_);
   } else {
@@ -111,6 +119,48 @@ void TagReader::read_frame(BrickBytes& brick) {
   if (Status status = parse_block(block_, parameters(), next_brick_, last_checksum_, brick); !status.ok())
     fail(status.what());
   ++next_brick_;
+  page_.push_back({static_cast<std::uint32_t>(brick.activity.size()),
+                   static_cast<std::uint32_t>(brick.values.size()), 0, 0, 0});
+}
+
+std::vector<std::byte> TagReader::read_part_of_page(std::uint32_t marker, std::uint64_t size,
+                                                    std::uint32_t& bytes) {
+  const auto require = [&](const Status& status) {
+    if (!status.ok())
+      throw broken_part(name(), name_of_page(layout_, static_cast<std::int64_t>(seen_.pages.size())),
+                        bytes_->position(), status.what());
+  };
+  std::uint64_t rest = 0;
+  std::vector<std::byte> columns;
+  block_.clear();
+  read_growing(packed_head_size, "the index");
+  require(parse_packed_head(block_, marker, {size, size}, rest));
+  read_growing(rest, "the index");
+  require(parse_packed_block(block_, last_checksum_, &columns));
+  bytes = static_cast<std::uint32_t>(block_.size());
+  return columns;
+}
+
+void TagReader::read_page() {
+  const auto page = static_cast<std::int64_t>(seen_.pages.size());
+  if (page == layout_.pages() || static_cast<std::int64_t>(page_.size()) < layout_.bricks_in(page)) return;
+  PageFacts facts;
+  std::vector<IndexEntry> stored(page_.size());
+  parse_sizes(read_part_of_page(sizes_marker, page_.size() * sizes_entry, facts.sizes_bytes), stored);
+  for (std::size_t i = 0; i < page_.size(); ++i) {
+    if (stored[i].activity_bytes != page_[i].activity_bytes || stored[i].value_bytes != page_[i].value_bytes)
+      throw broken_part(name(), name_of_page(layout_, page), bytes_->position(),
+                        "the sizes are not those of its bricks");
+    facts.brick_bytes += block_frame_size + page_[i].activity_bytes + page_[i].value_bytes;
+    seen_.activity_bytes += page_[i].activity_bytes;
+    seen_.value_bytes += page_[i].value_bytes;
+  }
+  parse_statistics(
+      read_part_of_page(statistics_marker, page_.size() * statistics_entry, facts.statistics_bytes), stored);
+  take_range(stored, facts);
+  seen_.pages.push_back(facts);
+  page_.clear();
+  if (look_) look_(stored);
 }
 
 void TagReader::read_envelope() {
@@ -123,12 +173,12 @@ void TagReader::read_envelope() {
     read_growing(marker_size, "the index");
     envelope_size_ = bytes_->position() - marker_size - start;
     if (load_little_endian<std::uint32_t>(block_.data()) != envelope_marker) return;
-    read_growing(envelope_head_size - marker_size, "the envelope");
+    read_growing(packed_head_size - marker_size, "the envelope");
     std::uint64_t rest = 0;
-    require(parse_envelope_head(block_, rest));
+    require(parse_packed_head(block_, envelope_marker, envelope_content, rest));
     read_growing(rest, "the envelope");
     const bool is_first = envelope_size_ == 0;
-    require(parse_envelope_block(block_, last_checksum_, is_first ? &beginning_of_envelope_ : nullptr));
+    require(parse_packed_block(block_, last_checksum_, is_first ? &beginning_of_envelope_ : nullptr));
   }
 }
 
@@ -140,7 +190,9 @@ void TagReader::read_index_section() {
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());
   read_growing(rest, "the index");
   if (Status status = end.parse(block_, index_, envelope); !status.ok()) fail(status.what());
-  if (envelope != envelope_size_) fail("the sizes of the bricks do not add up to the size of the file");
+  if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes ||
+      index_.pages != seen_.pages)
+    fail("the sizes of the bricks, or the pages, are not those in the directory");
   std::byte extra;
   if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();

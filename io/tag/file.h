@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
+#include "io/tag/pages.h"
 
 namespace tagrid {
 
@@ -25,12 +27,12 @@ class TagWriter : public BrickSink {
   void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
   /// Writes the next bytes of the envelope; see io/envelope. REQUIRES: all bricks were written.
   void write_envelope(std::span<const std::byte> bytes) { envelope_.write(bytes); }
-  /// Writes index and footer. The caller commits the file.
+  /// Writes the directory of the index, and the footer. The caller commits the file.
   void finish();
 
-  const TagIndex& index() const { return index_; }
+  const TagIndex& index() const { return pages_.index(); }
   /// The sizes of what was written so far.
-  TagSizes sizes() const { return tag_sizes(position_, header_size_, envelope_size_, index_); }
+  TagSizes sizes() const { return tag_sizes(position_, header_size_, envelope_size_, index()); }
 
  private:
   ByteSink& out_;
@@ -39,8 +41,9 @@ class TagWriter : public BrickSink {
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::uint64_t last_checksum_ = 0;  ///< of the last part written: the header, then each block
   std::uint64_t envelope_size_ = 0;
+  std::int64_t next_brick_ = 0;
   EnvelopeBlocks envelope_;
-  TagIndex index_;
+  PageBlocks pages_;
 };
 
 /// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput with their place.
@@ -56,14 +59,18 @@ class TagReader {
   /// See FileBytes.
   void stop_when(const std::atomic<bool>& stop) { bytes_->stop_when(stop); }
 
-  /// Hands out the next brick, after its checksum and that of the following block have been checked: the next
-  /// brick, or envelope, index and footer, which nothing may follow. Returns false after the last brick.
+  /// Hands out the next brick, after its checksum and that of the following block have been checked: a page
+  /// and the next brick, or page, envelope, directory and footer, which nothing may follow. Returns false after
+  /// the last brick.
   bool read_brick(BrickBytes& brick);
 
   /// All bricks. The reader must outlive the stream.
   BrickStream bricks();
   /// Reads the bricks that are left, and the index.
   void read_to_end();
+
+  /// Passes on the entries of each page when it is read: behind its last brick, before this one is handed out.
+  void look_at_pages(std::function<void(std::span<const IndexEntry>)> look) { look_ = std::move(look); }
 
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
@@ -75,7 +82,11 @@ class TagReader {
   void read_exactly(std::byte* out, std::size_t size, const char* what);
   void read_growing(std::uint64_t size, const char* what);
   void read_frame(BrickBytes& brick);
-  /// Reads the envelope, and the first bytes of the index.
+  /// Reads the two blocks of a page if the last brick of one was read.
+  void read_page();
+  /// Reads a block that must have this marker and so many bytes of content.
+  std::vector<std::byte> read_part_of_page(std::uint32_t marker, std::uint64_t size, std::uint32_t& bytes);
+  /// Reads the envelope, and the first bytes of the directory.
   void read_envelope();
   void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
@@ -89,6 +100,10 @@ class TagReader {
   std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
   std::vector<std::byte> block_;     ///< which is being read
+  PageLayout layout_{0};
+  std::vector<IndexEntry> page_;  ///< bricks that were read since the last page
+  TagIndex seen_;                 ///< sizes and pages of what was read
+  std::function<void(std::span<const IndexEntry>)> look_;
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
   std::vector<std::byte> beginning_of_envelope_;

@@ -1,13 +1,22 @@
 #include "io/tag/index.h"
 
+#include <algorithm>
+#include <string>
+
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 
 namespace tagrid {
 namespace {
 
-/// The fields of an index, for a FieldWriter or a FieldReader. `zero` follows the squared errors of floats.
-void index_fields(auto& fields, auto& index, const IndexForm& form, auto& zero) {
+constexpr std::uint64_t section_head = 4 + 8, page_facts = 4 + 4 + 3 * 8;
+
+std::uint64_t volume_fields_size(const IndexForm& form) {
+  return static_cast<std::uint64_t>(form.levels) * 8 + 9 * 8 + (form.mesh ? 8 : 0);
+}
+
+/// The fields of the volume, for a FieldWriter or a FieldReader. `zero` follows the squared errors of floats.
+void volume_fields(auto& fields, auto& index, const IndexForm& form, auto& zero) {
   auto& total = index.total;
   for (int level = 0; level < form.levels; ++level)
     fields.field(total.active[static_cast<std::size_t>(level)]);
@@ -21,51 +30,119 @@ void index_fields(auto& fields, auto& index, const IndexForm& form, auto& zero) 
   }
   for (auto* number : {&total.low, &total.high, &total.sum}) fields.field(*number);
   fields.field(total.finite);
-  // Stored by columns, which compress better.
-  for (auto& brick : index.bricks) fields.field(brick.activity_bytes);
-  for (auto& brick : index.bricks) fields.field(brick.value_bytes);
-  for (auto& brick : index.bricks) fields.field(brick.low);
-  for (auto& brick : index.bricks) fields.field(brick.high);
-  for (auto& brick : index.bricks) fields.field(brick.mean);
+  fields.field(index.activity_bytes);
+  fields.field(index.value_bytes);
+}
+
+// Stored by columns, which compress better.
+void page_columns(auto& fields, auto& pages) {
+  for (auto& page : pages) fields.field(page.sizes_bytes);
+  for (auto& page : pages) fields.field(page.statistics_bytes);
+  for (auto& page : pages) fields.field(page.brick_bytes);
+  for (auto& page : pages) fields.field(page.low);
+  for (auto& page : pages) fields.field(page.high);
+}
+void sizes_columns(auto& fields, auto& bricks) {
+  for (auto& brick : bricks) fields.field(brick.activity_bytes);
+  for (auto& brick : bricks) fields.field(brick.value_bytes);
+}
+void statistics_columns(auto& fields, auto& bricks) {
+  for (auto& brick : bricks) fields.field(brick.low);
+  for (auto& brick : bricks) fields.field(brick.high);
+  for (auto& brick : bricks) fields.field(brick.mean);
+}
+
+void put_section(FieldWriter& fields, std::uint32_t kind, const std::vector<std::byte>& content) {
+  fields.put(kind);
+  fields.put(static_cast<std::uint64_t>(content.size()));
+  fields.put_bytes(content);
 }
 
 }  // namespace
-
-void TagIndex::add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick) {
-  const double mean = brick.finite == 0 ? 0 : brick.sum / static_cast<double>(brick.finite);
-  bricks.push_back({static_cast<std::uint32_t>(activity_bytes), static_cast<std::uint32_t>(value_bytes),
-                    brick.low, brick.high, mean});
-  total.add(brick);
-}
 
 IndexForm index_form(const CodingParameters& parameters) {
   const int levels = parameters.counts_points() ? max_level(parameters.cube_size) + 1 : 0;
   return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 
-std::uint64_t index_size(std::uint64_t bricks, const IndexForm& form) {
-  const auto of_levels = static_cast<std::uint64_t>(form.levels) * 8;
-  return bricks * (2 * 4 + 3 * 8) + of_levels + 7 * 8 + (form.mesh ? 8 : 0);
+std::uint64_t directory_size(std::int64_t pages, const IndexForm& form) {
+  return section_head + volume_fields_size(form) + section_head +
+         static_cast<std::uint64_t>(pages) * page_facts;
 }
 
-std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form) {
-  FieldWriter fields;
+std::vector<std::byte> serialize_directory(const TagIndex& index, const IndexForm& form) {
+  FieldWriter all, volume, pages;
   const std::uint64_t zero = 0;
-  index_fields(fields, index, form, zero);
+  volume_fields(volume, index, form, zero);
+  page_columns(pages, index.pages);
+  put_section(all, volume_section, volume.bytes());
+  put_section(all, pages_section, pages.bytes());
+  return std::move(all.bytes());
+}
+
+Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, const IndexForm& form,
+                       TagIndex& index) {
+  index = {};
+  FieldReader reader(bytes);
+  bool has_volume = false, has_pages = false;
+  for (std::uint32_t before = 0; reader.left() > 0;) {
+    const auto kind = reader.get<std::uint32_t>();
+    const auto size = reader.get<std::uint64_t>();
+    if (reader.overrun() || size > reader.left()) return Status::broken("a section of the index is cut off");
+    if (kind <= before) return Status::broken("the sections of the index are not in order");
+    before = kind;
+    FieldReader section(reader.get_bytes(memory_size(size)));
+    if (kind == volume_section) {
+      if (size != volume_fields_size(form))
+        return Status::broken("the section of the volume has an impossible size");
+      std::uint64_t zero = 0;
+      volume_fields(section, index, form, zero);
+      if (zero != 0) return Status::broken("the index has bits that must be 0");
+      has_volume = true;
+    } else if (kind == pages_section) {
+      if (size != static_cast<std::uint64_t>(pages) * page_facts)
+        return Status::broken("the number of pages does not fit the number of bricks");
+      index.pages.assign(memory_size(static_cast<std::uint64_t>(pages)), {});
+      page_columns(section, index.pages);
+      has_pages = true;
+    } else if (kind < first_optional_section) {
+      return Status::broken("the index has a section of kind " + std::to_string(kind) +
+                            ", which this version of tagrid does not know; a newer one reads the file");
+    } else {
+      index.unknown_sections.push_back(kind);
+    }
+  }
+  if (!has_volume || !has_pages) return Status::broken("a section of the index is missing");
+  return {};
+}
+
+std::vector<std::byte> serialize_sizes(std::span<const IndexEntry> bricks) {
+  FieldWriter fields;
+  sizes_columns(fields, bricks);
   return std::move(fields.bytes());
 }
 
-Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
-                   TagIndex& index) {
-  if (bytes.size() != index_size(bricks, form))
-    return Status::broken("the size of the index does not fit the number of bricks");
-  FieldReader reader(bytes);
-  index.total = {};
-  index.bricks.assign(memory_size(bricks), {});
-  std::uint64_t zero = 0;
-  index_fields(reader, index, form, zero);
-  if (zero != 0) return Status::broken("the index has bits that must be 0");
-  return {};
+std::vector<std::byte> serialize_statistics(std::span<const IndexEntry> bricks) {
+  FieldWriter fields;
+  statistics_columns(fields, bricks);
+  return std::move(fields.bytes());
+}
+
+void parse_sizes(std::span<const std::byte> bytes, std::span<IndexEntry> bricks) {
+  FieldReader fields(bytes);
+  sizes_columns(fields, bricks);
+}
+
+void parse_statistics(std::span<const std::byte> bytes, std::span<IndexEntry> bricks) {
+  FieldReader fields(bytes);
+  statistics_columns(fields, bricks);
+}
+
+void take_range(std::span<const IndexEntry> bricks, PageFacts& page) {
+  for (const IndexEntry& brick : bricks) {
+    page.low = std::min(page.low, brick.low);
+    page.high = std::max(page.high, brick.high);
+  }
 }
 
 }  // namespace tagrid

@@ -22,11 +22,12 @@ WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : IndexedTag(
   look_at_bricks();
 }
 
-void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
+void WholeBricks::read_index() {
   try {
-    End end = read_end(last_checksum);
+    End end = read_end();
     index_ = std::move(end.index);
     index_start_ = end.start;
+    pages_.emplace(source_, header_size_, header_.parameters.bricks().count(), index_->pages);
   } catch (const BrokenInput&) {
     // Damage is expected: index_ stays empty.
   }
@@ -41,71 +42,100 @@ std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_
   return block <= size - position ? bytes_at(position, block) : std::vector<std::byte>();
 }
 
-void WholeBricks::look_at_bricks() {
-  const std::int64_t count = header_.parameters.bricks().count();
-  std::uint64_t position = header_size_, before = header_checksum_;
-  // The correct checksum before the block, if the stored one is wrong and the previous block may be intact.
-  std::optional<std::uint64_t> should_be;
-  for (std::int64_t id = 0; id < count; ++id) {
-    const std::vector<std::byte> block = block_at(position, id);
-    std::uint64_t bytes = block.size();
-    if (index_) {
-      const IndexEntry& entry = index_->bricks[static_cast<std::size_t>(id)];
-      bytes = block_frame_size + entry.activity_bytes + entry.value_bytes;
-    }
-    if (bytes == 0) break;  // nobody knows where the next brick begins
-    Place place = {position, 0, false};
-    std::optional<std::uint64_t> expected;
-    if (block.size() == bytes) {
-      place.own = own_checksum(std::span(block).first(bytes - bytes_of_checksum), id);
-      expected = chained_checksum(place.own, before);
-      place.is_whole = checksums_agree(stored_checksum(block), *expected);
-      if (!place.is_whole && should_be) {
-        const std::uint64_t other = chained_checksum(place.own, *should_be);
-        if (checksums_agree(stored_checksum(block), other)) {
-          place.is_whole = places_.back().is_whole = is_damaged_elsewhere_ = true;
-          expected = other;
-        }
-      }
-    }
-    // Without the index, nothing binds what follows a lost brick to this file.
-    if (!index_ && !places_.empty() && !places_.back().is_whole) break;
-    places_.push_back(place);
-    position += bytes;
-    should_be = place.is_whole ? std::nullopt : expected;
-    before = position <= source_->size() ? checksum_before(position) : 0;
+std::vector<std::uint64_t> WholeBricks::starts_of(std::int64_t page) const {
+  if (!pages_) return {};
+  try {
+    return pages_->sizes(page)->starts;
+  } catch (const BrokenInput&) {
+    return {};
   }
-  if (static_cast<std::int64_t>(places_.size()) < count) return;
-  if (index_) return look_at_envelope(position, before, should_be);
-  if (!should_be) return;
-  // Perhaps only the checksum of the last brick is damaged.
-  read_index(should_be);
-  if (index_) places_.back().is_whole = is_damaged_elsewhere_ = true;
 }
 
-void WholeBricks::look_at_envelope(std::uint64_t position, std::uint64_t before,
-                                   std::optional<std::uint64_t> should_be) {
-  const auto is_bound_to = [](const std::vector<std::byte>& block, std::uint64_t checksum) {
-    return parse_envelope_block(block, checksum, nullptr).ok();
-  };
-  while (position < index_start_) {
-    const std::uint64_t left = index_start_ - position;
-    std::uint64_t rest = 0;
-    std::vector<std::byte> block;
-    if (left >= envelope_head_size &&
-        parse_envelope_head(bytes_at(position, envelope_head_size), rest).ok() &&
-        rest <= left - envelope_head_size)
-      block = bytes_at(position, envelope_head_size + rest);
-    const bool fits = !block.empty() && is_bound_to(block, before);
-    if (!fits) is_damaged_elsewhere_ = true;
-    if (!fits && !block.empty() && should_be && is_bound_to(block, *should_be))
-      places_.back().is_whole = true;
-    else if (!fits)
-      return;
-    before = stored_checksum(block);
-    should_be.reset();
-    position += block.size();
+std::optional<IndexEntry> WholeBricks::statistics(std::int64_t brick) const {
+  if (!pages_) return std::nullopt;
+  const std::int64_t page = pages_->layout().page_of(brick);
+  try {
+    return (*pages_->statistics(page))[static_cast<std::size_t>(brick - pages_->layout().first(page))];
+  } catch (const BrokenInput&) {
+    return std::nullopt;
   }
+}
+
+bool WholeBricks::look_at_brick(Walk& walk, std::uint64_t bytes) {
+  const auto id = static_cast<std::int64_t>(places_.size());
+  const std::vector<std::byte> block = block_at(walk.position, id);
+  if (bytes == 0) bytes = block.size();
+  if (bytes == 0) return false;
+  Place place = {walk.position, 0, false};
+  std::optional<std::uint64_t> expected;
+  if (block.size() == bytes) {
+    place.own = own_checksum(std::span(block).first(bytes - bytes_of_checksum), id);
+    expected = chained_checksum(place.own, walk.before);
+    place.is_whole = checksums_agree(stored_checksum(block), *expected);
+    if (!place.is_whole && walk.should_be) {
+      const std::uint64_t other = chained_checksum(place.own, *walk.should_be);
+      if (checksums_agree(stored_checksum(block), other)) {
+        place.is_whole = places_.back().is_whole = is_damaged_elsewhere_ = true;
+        expected = other;
+      }
+    }
+  }
+  places_.push_back(place);
+  walk.position += bytes;
+  walk.should_be = place.is_whole ? std::nullopt : expected;
+  walk.before = walk.position <= source_->size() ? checksum_before(walk.position) : 0;
+  return true;
+}
+
+bool WholeBricks::look_at_packed(Walk& walk, std::uint32_t marker, ContentSize possible, std::uint64_t end) {
+  const auto is_bound_to = [](const std::vector<std::byte>& block, std::uint64_t checksum) {
+    return parse_packed_block(block, checksum, nullptr).ok();
+  };
+  const std::uint64_t left = end - std::min(end, walk.position);
+  std::uint64_t rest = 0;
+  std::vector<std::byte> block;
+  if (left >= packed_head_size &&
+      parse_packed_head(bytes_at(walk.position, packed_head_size), marker, possible, rest).ok() &&
+      rest <= left - packed_head_size)
+    block = bytes_at(walk.position, packed_head_size + rest);
+  const bool fits = !block.empty() && is_bound_to(block, walk.before);
+  if (!fits) is_damaged_elsewhere_ = true;
+  if (!fits && !block.empty() && walk.should_be && is_bound_to(block, *walk.should_be))
+    places_.back().is_whole = true;
+  else if (!fits)
+    return false;
+  walk = {walk.position + block.size(), stored_checksum(block)};
+  return true;
+}
+
+void WholeBricks::look_at_bricks() {
+  const PageLayout layout(header_.parameters.bricks().count());
+  Walk walk = {header_size_, header_checksum_};
+  for (std::int64_t page = 0; page < layout.pages(); ++page) {
+    const std::int64_t bricks = layout.bricks_in(page), end = layout.first(page) + bricks;
+    const std::vector<std::uint64_t> starts = starts_of(page);
+    for (std::int64_t i = 0; i < bricks; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      // Without the sizes, nothing binds what follows a lost brick to this file.
+      if (starts.empty() && i > 0 && !places_.back().is_whole) break;
+      if (!look_at_brick(walk, starts.empty() ? 0 : starts[n + 1] - starts[n])) break;
+    }
+    if (!index_ && static_cast<std::int64_t>(places_.size()) < end) return;
+    // Bricks that nobody finds; the directory says where the next page is.
+    const bool are_found = static_cast<std::int64_t>(places_.size()) == end;
+    places_.resize(static_cast<std::size_t>(end));
+    const auto content = static_cast<std::uint64_t>(bricks);
+    const std::uint64_t sizes = content * sizes_entry, statistics = content * statistics_entry,
+                        limit = index_ ? pages_->start(page + 1) : source_->size();
+    const bool is_page_whole = are_found && look_at_packed(walk, sizes_marker, {sizes, sizes}, limit) &&
+                               look_at_packed(walk, statistics_marker, {statistics, statistics}, limit);
+    if (is_page_whole) continue;
+    is_damaged_elsewhere_ = true;
+    if (!index_) return;
+    walk = {pages_->start(page + 1), checksum_before(pages_->start(page + 1))};
+  }
+  while (index_ && walk.position < index_start_)
+    if (!look_at_packed(walk, envelope_marker, envelope_content, index_start_)) return;
 }
 
 std::vector<BrickRun> WholeBricks::lost() const {

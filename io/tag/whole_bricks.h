@@ -15,9 +15,10 @@ namespace tagrid {
 
 /// Finds the intact ("whole") bricks of a damaged file. A brick is intact if its checksum matches, which
 /// depends on the number of the brick and on the checksum before it. It is also intact if only its stored
-/// checksum is damaged: then the checksum of the next brick depends on the correct one. The index says where
-/// bricks are. Without it, only the bricks before the first damage count, because nothing proves that later
-/// ones belong to this file.
+/// checksum is damaged: then the checksum of the next block depends on the correct one. The pages of the index
+/// say where bricks are. If a page is damaged, the lengths of its bricks lead from one to the next, from the
+/// place that the directory gives to the first damage among them. If the directory is damaged, only the bricks
+/// before the first damage count, because nothing proves that later ones belong to this file.
 class WholeBricks : public IndexedTag {
  private:
   struct Place {
@@ -40,8 +41,10 @@ class WholeBricks : public IndexedTag {
   std::int64_t whole_count() const { return std::ranges::count(places_, true, &Place::is_whole); }
   /// The other bricks, in increasing order.
   std::vector<BrickRun> lost() const;
-  /// The index; nothing if it is damaged or missing.
+  /// The directory of the index; nothing if it is damaged or missing.
   const std::optional<TagIndex>& index() const { return index_; }
+  /// The statistics of a brick; nothing if they are damaged or missing.
+  std::optional<IndexEntry> statistics(std::int64_t brick) const;
   /// True if something besides bricks is damaged: a stored checksum, the envelope, the index, the footer.
   bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
 
@@ -51,14 +54,27 @@ class WholeBricks : public IndexedTag {
  private:
   /// A brick from its length to its checksum; nothing if its length is impossible, or if the file ends in it.
   std::vector<std::byte> block_at(std::uint64_t position, std::int64_t brick) const;
-  /// Reads the index, if `last_checksum` is the checksum before it; by default, that which is stored there.
-  void read_index(std::optional<std::uint64_t> last_checksum = std::nullopt);
+  /// Reads the directory, if it is intact.
+  void read_index();
   void look_at_bricks();
-  /// The last brick is intact if only its stored checksum is damaged and the next block depends on what it
-  /// `should_be`. `position` is the end of the bricks, and `before` the checksum that is stored there.
-  void look_at_envelope(std::uint64_t position, std::uint64_t before, std::optional<std::uint64_t> should_be);
+  /// Where the bricks of a page begin and the last one ends, by its sizes; nothing if these are damaged.
+  std::vector<std::uint64_t> starts_of(std::int64_t page) const;
+
+  /// The place up to which the file was looked at.
+  struct Walk {
+    std::uint64_t position = 0, before = 0;  ///< and the checksum that is stored before it
+    /// The correct checksum, if the stored one is wrong and the previous block may be intact.
+    std::optional<std::uint64_t> should_be = {};
+  };
+  /// Looks at the next brick, whose block has so many bytes; 0: its length says how many. False if nobody knows
+  /// where the next one begins.
+  bool look_at_brick(Walk& walk, std::uint64_t bytes);
+  /// Looks at a packed block before `end`. The last brick is intact if only its stored checksum is damaged and
+  /// this block depends on what it should be. False if nobody knows where the next block begins.
+  bool look_at_packed(Walk& walk, std::uint32_t marker, ContentSize possible, std::uint64_t end);
 
   std::optional<TagIndex> index_;
+  std::optional<TagPages> pages_;
   std::uint64_t index_start_ = 0;
   bool is_damaged_elsewhere_ = false;
   std::vector<Place> places_;

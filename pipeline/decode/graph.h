@@ -28,10 +28,14 @@ namespace tagrid {
 DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
                           const std::string& name, Wanted wanted, std::int64_t slices = all_slices);
 
+/// The smallest error with which decoded values of this range can be those of a brick of the index.
+inline double least_error(const ValueRange& range, const IndexEntry& brick) {
+  // Without finite samples both are infinite, and their difference is a NaN, which fmax() ignores.
+  return std::fmax(std::fmax(std::abs(range.low - brick.low), std::abs(range.high - brick.high)), 0.0);
+}
 /// True if the index, whose largest recorded error is `max_error`, allows this range for the brick.
 inline bool can_be_of(const ValueRange& range, const IndexEntry& brick, double max_error) {
-  // Without finite samples both are infinite, and their difference is a NaN.
-  return !(std::abs(range.low - brick.low) > max_error || std::abs(range.high - brick.high) > max_error);
+  return !(least_error(range, brick) > max_error);
 }
 
 struct DecodeStreams {

@@ -18,6 +18,7 @@
 #include "io/samples/file_samples.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
+#include "io/tag/pages.h"
 #include "pipeline/estimate/sample.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
@@ -146,23 +147,27 @@ class Estimator {
     }
   }
 
-  // Header, index and footer. The index of all bricks is as compressible as that of those that were encoded.
+  // Header, index and footer. The pages of all bricks are as compressible as one of those that were encoded.
   double bytes_around_bricks(std::size_t bound) const {
     const CodingParameters& p = of_bounds_[bound];
-    TagIndex index;
-    const auto end = [&] { return static_cast<double>(file_end(p, index, 0, 0, 0).size()); };
     std::vector<std::size_t> in_order(sample_.chosen.size());
+    std::vector<IndexEntry> page;
     std::iota(in_order.begin(), in_order.end(), std::size_t{0});
     std::ranges::sort(in_order, {}, [&](std::size_t i) { return sample_.bricks[sample_.chosen[i]].id; });
     for (const std::size_t i : in_order) {
       const Encoded& brick = encoded_[bound][i];
-      index.add(brick.activity, brick.values, brick.statistics);
+      const double finite = std::max(1.0, static_cast<double>(brick.statistics.finite));
+      page.push_back({static_cast<std::uint32_t>(brick.activity), static_cast<std::uint32_t>(brick.values),
+                      brick.statistics.low, brick.statistics.high, brick.statistics.sum / finite});
     }
-    const double some = end();
-    index.bricks.clear();
-    const double none = end(), of_brick = (some - none) / static_cast<double>(in_order.size());
-    const auto header = static_cast<double>(serialize_header({p, source_.info().nrrd_fields}).size());
-    return header + none + of_brick * static_cast<double>(bricks_.count());
+    const auto none = static_cast<double>(bytes_of_page({})), some = static_cast<double>(bytes_of_page(page));
+    const PageLayout layout(bricks_.count());
+    TagIndex index;
+    index.pages.resize(static_cast<std::size_t>(std::min(layout.pages(), PageLayout::most_pages)));
+    const auto header = static_cast<double>(serialize_header({p, source_.info().nrrd_fields}).size()),
+               end = static_cast<double>(file_end(p, index, 0, 0, 0).size());
+    return header + end + none * static_cast<double>(layout.pages()) +
+           (some - none) / static_cast<double>(page.size()) * static_cast<double>(bricks_.count());
   }
 
   // A brick that was encoded stands for those that are nearest to it in the order. What they take is in

@@ -85,7 +85,7 @@ tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, t
     require(number >= 0 && number < file.count(), "there is no brick with this number");
     const BrickGrid bricks = file.parameters().bricks();
     const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(number)));
-    const IndexEntry& entry = file.index().bricks[static_cast<std::size_t>(number)];
+    const IndexEntry entry = file.entry(number);
     tagrid_brick result = {};
     for (int axis = 0; axis < 3; ++axis) {
       result.box.low[axis] = owned.low[axis];

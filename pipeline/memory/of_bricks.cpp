@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/tag/pages.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/criterion/marking.h"
@@ -25,10 +26,8 @@ constexpr ByteCount bytes_of_job = 700;       // a tile or a brick that waits fo
 constexpr ByteCount bytes_of_pointer = 16;    // a shared pointer
 constexpr ByteCount bytes_of_survey = 64;     // how rough a brick is, without a number for each bound
 constexpr ByteCount bytes_of_estimate = 400;  // what the encoding of a brick with one bound gave
-constexpr ByteCount bytes_of_range = 16;      // the lowest and the highest sample of a brick
+constexpr ByteCount bytes_of_range = 64;      // values of a brick that wait for the index, and its entry
 constexpr ByteCount bytes_of_entry = 32;      // an entry of the index, in memory and as bytes
-// An entry of the index while it is read: packed, unpacked and in memory, and the position of its brick.
-constexpr ByteCount bytes_of_read_entry = 130;
 
 // A vector that grows by copying has room for twice its content, and three times while it is copied.
 constexpr ByteCount grown = 2, growing = 3;
@@ -117,14 +116,20 @@ std::uint64_t whole(ByteCount bytes) {
   return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 9e18));
 }
 
-// The end of encoding: the index and its bytes, and for zstd ten times as much, but at most its window.
-ByteCount index_of_encoding(const Sizes& z) {
-  return z.brick_count * (grown + growing) * bytes_of_entry +
-         std::min(z.brick_count * 10 * bytes_of_entry, 40e6);
+// Bricks of a page of the index, as far as there are so many.
+ByteCount bricks_of_page(const Sizes& z) {
+  const PageLayout layout(static_cast<std::int64_t>(std::min(z.brick_count, 4e18)));
+  return std::min(z.brick_count, ByteCount(layout.per_page()));
 }
-// For zstd, the index counts once more, but at most the largest window that a file may ask for.
+// A page while it is written or read front to back: its entries, their bytes and the packed ones, and for zstd
+// ten times as much, but at most its window; and the directory, thrice.
+ByteCount index_of_stream(const Sizes& z) {
+  const ByteCount page = bricks_of_page(z) * bytes_of_entry;
+  return (grown + growing) * page + std::min(10 * page, 40e6) + 3 * ByteCount(largest_directory);
+}
+// The same for decoding, front to back or by the index.
 ByteCount index_of_decoding(const Sizes& z) {
-  return z.brick_count * bytes_of_read_entry + std::min(z.brick_count * bytes_of_entry, 128e6);
+  return std::max(index_of_stream(z), TagPages::memory(z.brick_count));
 }
 
 // What a schedule keeps of the grid of some rows of bricks: the marks of root layers, and bricks that wait
@@ -186,9 +191,8 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   const ByteCount work =
       ByteCount(load.threads) * std::max({of_grid, work_of_encoding(z), work_of_measuring(z)});
   const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
-  const ByteCount run = samples + marks_and_jobs_of_grid + jobs + work + flight + closed_faces(z, rows) +
-                        z.brick_count * grown * bytes_of_entry;
-  return whole(std::max(run, index_of_encoding(z)));
+  return whole(samples + marks_and_jobs_of_grid + jobs + work + flight + closed_faces(z, rows) +
+               index_of_stream(z));
 }
 
 std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& load) {
@@ -214,7 +218,8 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1)), face = 2 * z.bits() / z.edge;
     const ByteCount face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
     const ByteCount original_and_decoded = 2 * slice;
-    inspection = layer * 3 * (face + face_points + bytes_of_face) + z.brick_count * grown * bytes_of_range +
+    inspection = layer * 3 * (face + face_points + bytes_of_face) +
+                 (bricks_of_page(z) + ByteCount(load.bricks_in_flight)) * grown * bytes_of_range +
                  original_and_decoded;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
     // Bricks wait for the original samples of their layer.
@@ -236,7 +241,7 @@ std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads,
   // The block of the brick, as read and as parsed, and the freed memory of the brick before it.
   const ByteCount brick = 2 * z.code() + z.owned * z.s +
                           work_of_decoding(z, with_grid ? Wanted::samples_and_grid : Wanted::samples);
-  return whole(ByteCount(threads) * brick);
+  return whole(ByteCount(threads) * brick + index_of_decoding(z));
 }
 
 std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threads, std::int64_t bounds,

@@ -13,7 +13,7 @@ TAGRID_MEMBERS(SourceDescription, raw, vdb_grid, from, series, gaps_ok, dataset,
 TAGRID_MEMBERS(Resources, threads, memory, processes, spool)
 
 TAGRID_MEMBERS(PartOrder, input, source, folder, record, resources, code_after_signal)
-TAGRID_MEMBERS(PartPlace, position, checksum_before)
+TAGRID_MEMBERS(PartPlace, position, checksum_before, bricks)
 TAGRID_MEMBERS(PlaceOrder, folder, record, file, name, places)
 TAGRID_MEMBERS(DecodeOrder, input, file, name, start, numbers, resources)
 TAGRID_MEMBERS(WrittenNumbers, rule, is_range_known)

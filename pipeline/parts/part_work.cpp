@@ -79,23 +79,26 @@ class PartEncoder {
   std::optional<RowEncoder> encoder_;
 };
 
-void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
+void place_part(PartReader& part, const std::vector<PartPlace>& places, PlacedFile& file) {
   constexpr std::size_t enough = std::size_t{1} << 23;
   std::vector<std::byte> block, bytes;
-  std::uint64_t position = place.position, checksum = place.checksum_before;
-  const auto flush = [&] {
-    file.write_at(position, bytes);
-    position += bytes.size();
-    bytes.clear();
-  };
-  for (const PartEntry& entry : part.table()) {
-    part.read_block(block);
-    checksum = chained_checksum(entry.own_checksum, checksum);
-    store_little_endian(block.data() + block.size() - 8, checksum);
-    bytes.insert(bytes.end(), block.begin(), block.end());
-    if (bytes.size() >= enough) flush();
+  auto entry = part.table().begin();
+  for (const PartPlace& place : places) {
+    std::uint64_t position = place.position, checksum = place.checksum_before;
+    const auto flush = [&] {
+      file.write_at(position, bytes);
+      position += bytes.size();
+      bytes.clear();
+    };
+    for (std::int64_t i = 0; i < place.bricks; ++i, ++entry) {
+      part.read_block(block);
+      checksum = chained_checksum(entry->own_checksum, checksum);
+      store_little_endian(block.data() + block.size() - 8, checksum);
+      bytes.insert(bytes.end(), block.begin(), block.end());
+      if (bytes.size() >= enough) flush();
+    }
+    flush();
   }
-  flush();
 }
 
 }  // namespace

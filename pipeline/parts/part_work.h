@@ -31,9 +31,11 @@ struct PartOrder {
   int code_after_signal = -1;  ///< if not negative, the run can be continued; see io/files/temporaries.h
 };
 
-/// The position of a part's blocks in the file, and the checksum of everything before them.
+/// The position of some blocks of a part in the file, between pages of the index, and the checksum of
+/// everything before them.
 struct PartPlace {
   std::uint64_t position = 0, checksum_before = 0;
+  std::int64_t bricks = 0;
 };
 
 struct PlaceOrder {
@@ -41,7 +43,7 @@ struct PlaceOrder {
   Bytes record;
   std::string file;  ///< the file that the parts are written into; it gets its name later
   std::string name;  ///< its final name, for messages
-  std::vector<PartPlace> places;
+  std::vector<std::vector<PartPlace>> places;  ///< of each part, in the order of its bricks
 };
 
 /// This rank's share of `given`, which are the resources of each rank.

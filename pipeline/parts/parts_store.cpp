@@ -121,11 +121,11 @@ class PartsStore : public BrickStore {
   void finish(EncodeResult& result) override {
     if (!file_) return describe_finished(result);
     envelope_->finish();
-    const Bytes end =
-        file_end(parts_->header().parameters, index_, position_, checksum_, parts_->header_checksum());
+    const Bytes end = file_end(parts_->header().parameters, pages_->index(), position_, checksum_,
+                               parts_->header_checksum());
     file_->write_at(position_, end);
     file_->sync();
-    result.index = std::move(index_);
+    result.index = pages_->index();
     result.file_bytes = position_ + end.size();
     result.temporary = file_->temporary();
     if (run_.resume) record_result();
@@ -197,14 +197,24 @@ class PartsStore : public BrickStore {
     return sum;
   }
 
-  // Adds a part to the index, returns the size of its blocks, and continues the checksum.
-  std::uint64_t survey(std::int64_t part) {
+  // Adds a part to the index, whose complete pages are written, and continues the checksum. Returns where the
+  // blocks of the part belong.
+  std::vector<PartPlace> survey(std::int64_t part) {
     const PartReader reader(parts_->path(part), parts_->id(part), parts_->header().parameters);
+    std::vector<PartPlace> places;
     for (const PartEntry& entry : reader.table()) {
+      if (places.empty() || pages_->is_between_pages()) places.push_back({position_, checksum_, 0});
+      ++places.back().bricks;
       checksum_ = chained_checksum(entry.own_checksum, checksum_);
-      index_.add(entry.activity_bytes, entry.value_bytes, entry.statistics);
+      position_ += entry.block_bytes();
+      pages_->add(entry.activity_bytes, entry.value_bytes, entry.statistics);
     }
-    return reader.blocks_size();
+    return places;
+  }
+
+  void write_at_end(const Bytes& block) {
+    file_->write_at(position_, block);
+    position_ += block.size();
   }
 
   void tell_of_parts() const {
@@ -219,20 +229,16 @@ class PartsStore : public BrickStore {
     PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
     position_ = record_.header.size();
     checksum_ = parts_->header_checksum();
-    for (std::int64_t part = 0; part < parts_->count(); ++part) {
-      order.places.push_back({position_, checksum_});
-      position_ += survey(part);
-    }
     const OutputFileOptions beginning = {.like = like, .others_write = true, .temporaries = folder_->path()};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);
     file_->write(record_.header);
+    const auto write = [this](const Bytes& block) { write_at_end(block); };
+    pages_.emplace(parts_->header().parameters.bricks().count(), checksum_, write);
+    for (std::int64_t part = 0; part < parts_->count(); ++part) order.places.push_back(survey(part));
     order.file = file_->temporary();
     send_order(ranks_, order);
     place_parts(ranks_, order);
-    envelope_.emplace(checksum_, [this](const Bytes& block) {
-      file_->write_at(position_, block);
-      position_ += block.size();
-    });
+    envelope_.emplace(checksum_, write);
   }
 
   // After this, the run is complete if the file has its name.
@@ -252,9 +258,9 @@ class PartsStore : public BrickStore {
   // The file is in that directory until it gets its name.
   std::unique_ptr<PartFolder> folder_;
   std::unique_ptr<PartsOfRun> parts_;
-  std::unique_ptr<OutputFile> file_;  // none if an earlier run has already given it its name
-  TagIndex index_;
+  std::unique_ptr<OutputFile> file_;           // none if an earlier run has already given it its name
   std::uint64_t position_ = 0, checksum_ = 0;  // the end of what was written
+  std::optional<PageBlocks> pages_;
   std::optional<EnvelopeBlocks> envelope_;
 };
 

@@ -97,10 +97,9 @@ class SalvagedBlocks {
   }
   // A block of another file can fit between two that are lost. The index knows the values of its own.
   bool can_be_of_this_file(const DecodedBrick& brick) const {
-    if (!file_.index()) return true;
-    const IndexEntry& entry = file_.index()->bricks[static_cast<std::size_t>(brick.id)];
-    return can_be_of(value_range(brick.samples, file_.header().parameters.type), entry,
-                     file_.index()->total.max_error);
+    const auto statistics = file_.statistics(brick.id);
+    return !statistics || can_be_of(value_range(brick.samples, file_.header().parameters.type), *statistics,
+                                    file_.index()->total.max_error);
   }
 
   WholeBricks file_;
@@ -203,8 +202,7 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
       static_cast<std::uint64_t>(bricks.owned_box({0, 0, 0}).count()) * value_bytes;
   const auto needed = [&](int threads, std::int64_t rows) {
     return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows, sample_bytes) +
-           static_cast<std::uint64_t>(threads) * values_of_brick +
-           static_cast<std::uint64_t>(bricks.count()) * 48 + besides;
+           static_cast<std::uint64_t>(threads) * values_of_brick + besides;
   };
   const std::int64_t least = any_order ? 1 : all;
   const auto best = [&](std::uint64_t limit) -> std::optional<RegionPlan> {
@@ -261,7 +259,9 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
   DecodeOutput output(run, of_samples, numbers, parameters);
   const RegionPlan plan = output.plan([&](std::uint64_t memory) {
-    return plan_region(region, parameters, numbers, resources, output.any_order(), memory);
+    // Of a damaged file, the places of all bricks are known.
+    const std::uint64_t places = run.fill ? static_cast<std::uint64_t>(parameters.bricks().count()) * 48 : 0;
+    return plan_region(region, parameters, numbers, resources, output.any_order(), memory + places);
   });
   const std::shared_ptr<VolumeSink> sink = output.begin();
 

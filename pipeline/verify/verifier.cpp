@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -102,10 +103,35 @@ std::optional<Disagreement> OpenFacePairs::first_difference() const {
   return first_;
 }
 
+void RangesAndIndex::add(const ValueRange& range) {
+  const std::lock_guard lock(mutex_);
+  ranges_.push_back(range);
+  compare();
+}
+
+void RangesAndIndex::add(std::span<const IndexEntry> entries) {
+  const std::lock_guard lock(mutex_);
+  entries_.insert(entries_.end(), entries.begin(), entries.end());
+  compare();
+}
+
+void RangesAndIndex::compare() {
+  for (; !ranges_.empty() && !entries_.empty(); ranges_.pop_front(), entries_.pop_front()) {
+    const double error = tagrid::least_error(ranges_.front(), entries_.front());
+    if (error > least_error_) {
+      least_error_ = error;
+      worst_ = compared_;
+    }
+    ++compared_;
+  }
+}
+
 Verifier::Verifier(const TagBricks& file, VerifySetup setup)
     : Verifier(file.name(), file.header(), file.index(), std::move(setup), [&file](const BrickRows& rows) {
         return file.bricks_from(rows.first_brick(file.parameters().bricks()));
-      }) {}
+      }) {
+  entry_ = [&file](std::int64_t brick) { return file.entry(brick); };
+}
 
 ClosedSamples Verifier::low_faces(const BrickRows& rows) const {
   ClosedSamples closed(parameters(), rows);
@@ -146,7 +172,8 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   Findings found;
   found.has_points = parameters().stores_activity() || setup_.plan.derives;
   SharedFaces faces(parameters());
-  std::vector<ValueRange> ranges;
+  RangesAndIndex of_part;
+  RangesAndIndex& ranges = entry_ ? of_part : ranges_;
   AgainstOriginal* const against = setup_.against.get();
   const bool meshed = against && parameters().mesh_error >= 0;
   std::optional<ClosedSamples> closed;
@@ -157,11 +184,13 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   streams.inspect_brick = [&](DecodedBrick& brick) {
     if (parameters().stores_activity()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
-    ranges.push_back(value_range(brick.samples, parameters().type));
+    const ValueRange range = value_range(brick.samples, parameters().type);
+    if (entry_) ranges.add(std::array{entry_(brick.id)});
+    ranges.add(range);
     if (against)
       against->add_activity(brick.active);
     else
-      found.counted.finite += ranges.back().finite;
+      found.counted.finite += range.finite;
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
       against->add_mesh(position, brick.active,
@@ -191,12 +220,10 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
     again.write_rows = derive;
     run_decode_graph(parameters(), stretch, budget, again);
   }
-  std::int64_t id = rows.first_brick(bricks);
-  for (const ValueRange& range : ranges) {
-    if (!can_be_of(range, index_.bricks[static_cast<std::size_t>(id)], index_.total.max_error))
-      fail_index(fmt::format("the value range of brick {} does not match its voxels", id));
-    ++id;
-  }
+  assert(ranges.compared() == rows.count(bricks));
+  if (ranges.least_error() > index_.total.max_error)
+    fail_index(fmt::format("the value range of brick {} does not match its voxels",
+                           rows.first_brick(bricks) + ranges.worst()));
   found.open_faces = faces.open_faces();
   return found;
 }
@@ -277,6 +304,7 @@ VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& pr
   const CodingParameters& parameters = reader.parameters();
   Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup),
                     [&](const BrickRows&) { return reader.bricks(); });
+  reader.look_at_pages([&](std::span<const IndexEntry> page) { verifier.add_page(page); });
   const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
   const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
   return verifier.finish(found.counted, found.has_points, reader.sizes());

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -87,6 +90,29 @@ struct Findings {
   std::vector<OpenFace> open_faces;
 };
 
+/// Compares the values of decoded bricks with the statistics in the index. Both come in the order of the bricks,
+/// whichever is first, from two threads. Holds what waits: a stream has a page behind its bricks.
+class RangesAndIndex {
+ public:
+  void add(const ValueRange& range);
+  void add(std::span<const IndexEntry> entries);
+
+  /// The bricks that were compared.
+  std::int64_t compared() const { return compared_; }
+  /// The largest error that is needed for them, and the first brick that needs it, counted from 0.
+  double least_error() const { return least_error_; }
+  std::int64_t worst() const { return worst_; }
+
+ private:
+  void compare();
+
+  std::mutex mutex_;
+  std::deque<ValueRange> ranges_;
+  std::deque<IndexEntry> entries_;
+  std::int64_t compared_ = 0, worst_ = 0;
+  double least_error_ = 0;
+};
+
 /// What verifying a file takes besides the file.
 struct VerifySetup {
   DecodePlan plan;
@@ -108,8 +134,11 @@ class Verifier {
  public:
   /// Gives the bricks of some rows.
   using Open = std::function<BrickStream(const BrickRows&)>;
+  /// What the index says of a brick.
+  using Entry = std::function<IndexEntry(std::int64_t brick)>;
 
-  /// `name`, `header` and `index` are those of the file; the last two must outlive the verifier.
+  /// `name`, `header` and `index` are those of the file; the last two must outlive the verifier. Without a
+  /// function for entries of the index, add_page() must be called for each page.
   Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup, Open open)
       : name_(std::move(name)),
         header_(header),
@@ -128,6 +157,9 @@ class Verifier {
   /// after the bricks of `rows` were read. The caller checks what depends on other bricks, using the
   /// findings. Throws BrokenInput at the first error.
   Findings verify(const BrickRows& rows, const Watch& watch);
+
+  /// The entries of the next page of the index.
+  void add_page(std::span<const IndexEntry> entries) { ranges_.add(entries); }
 
   /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings, all
   /// of which have points, or not; `sizes` are those of the file. Throws BrokenInput if the index differs.
@@ -150,6 +182,8 @@ class Verifier {
   const TagIndex& index_;
   VerifySetup setup_;
   Open open_;
+  Entry entry_;
+  RangesAndIndex ranges_;  ///< without entry_
 };
 
 }  // namespace tagrid

@@ -78,7 +78,7 @@ class Header:
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
         self.levels = 3 * self.K + 1 if grid != 1 else 0  # whose active points are counted
-        self.index_fields = 8 * self.levels + 56 + 8 * (mesh_error >= 0)  # bytes, without the columns
+        self.volume_fields = 8 * self.levels + 72 + 8 * (mesh_error >= 0)  # bytes of a section of the index
         self.mesh_error = mesh_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
@@ -191,20 +191,50 @@ def level_counts(header, number, active):
     return counts
 
 
+def packed_block(data, at, last, marker, least, most, what):
+    """The content of a packed block (None without zstd), where it ends, and its checksum."""
+    require(len(data) >= at + 12, f"{what} is cut off")
+    found, size, packed_size = struct.unpack_from("<III", data, at)
+    require(found == marker and least <= size <= most and packed_size <= size + size // 128 + 1024,
+            f"{what} has an impossible size")
+    end = at + 12 + packed_size
+    require(len(data) >= end + 8, f"{what} is cut off")
+    checksum = struct.unpack_from("<Q", data, end)[0]
+    require(checksum == chained(data[at:end], last), f"{what} is damaged")
+    return unpack(data[at + 12:end], size), end + 8, checksum
+
+
+def bricks_of_page(n):
+    """How many bricks all pages have but the last one."""
+    page = 4096
+    while n > 6144 * page:
+        page *= 2
+    require(page <= 1 << 24, "no file has so many bricks")
+    return page
+
+
+def check_page(data, at, last, sizes):
+    """Checks the page of bricks with these sizes. Returns where it ends, the checksum, and its fields in the directory."""
+    n, start = len(sizes), at
+    content, at, last = packed_block(data, at, last, 2, 8 * n, 8 * n, "a page of sizes")
+    if content is not None:
+        columns = struct.unpack(f"<{2 * n}I", content)
+        require(list(zip(columns[:n], columns[n:])) == sizes, "a page has other sizes than its bricks")
+    middle = at
+    content, at, last = packed_block(data, at, last, 3, 24 * n, 24 * n, "a page of statistics")
+    limits = (None, None)
+    if content is not None:
+        columns = struct.unpack(f"<{3 * n}d", content)
+        limits = min(columns[:n]), max(columns[n:2 * n])
+    return at, last, (middle - start, at - middle, sum(16 + a + v for a, v in sizes), *limits)
+
+
 def check_envelope(data, at, header, last):
-    """Checks all that the format says of the envelope. Returns where the index begins, and the checksum before it."""
+    """Checks all that the format says of the envelope. Returns where the directory begins, and the checksum before it."""
     content = b""
     while len(data) >= at + 4 and struct.unpack_from("<I", data, at)[0] == 1:
-        require(len(data) >= at + 12, "the envelope is cut off")
-        size, packed_size = struct.unpack_from("<II", data, at + 4)
-        require(1 <= size <= 1 << 20 and packed_size <= size + size // 128 + 1024, "the envelope has an impossible size")
-        end = at + 12 + packed_size
-        require(len(data) >= end + 8, "the envelope is cut off")
-        checksum = struct.unpack_from("<Q", data, end)[0]
-        require(checksum == chained(data[at:end], last), "the envelope is damaged")
-        block = unpack(data[at + 12:end], size)
+        block, at, last = packed_block(data, at, last, 1, 1, 1 << 20, "the envelope")
         content = None if block is None or content is None else content + block
-        last, at = checksum, end + 8
     if content:
         check_source_files(content, header)
     return at, last
@@ -214,8 +244,9 @@ def compression_in(data):
     """How the samples of the source were compressed, as the first block of the envelope of a whole file says."""
     header = Header(data)
     at = header.size
-    for _ in range(math.prod(header.bricks)):
-        at += 12 + struct.unpack_from("<I", data, at)[0]
+    while struct.unpack_from("<I", data, at)[0] != 1:
+        marker, _, packed_size = struct.unpack_from("<III", data, at)
+        at += 12 + marker if marker > 3 else 20 + packed_size
     size, packed_size = struct.unpack_from("<II", data, at + 4)
     content = unpack(data[at + 12:at + 12 + packed_size], size)
     return content[10:10 + struct.unpack_from("<H", content, 8)[0]]
@@ -276,28 +307,48 @@ def check_source_files(content, header):
     require((changed > 0) == (compression != b""), "a file is in its plain form without a reason, or none for a reason")
 
 
-def check_index(data, at, header, last, sizes, counts):
+def sections_of(directory):
+    """The sections of the directory by kind."""
+    sections, at, last = {}, 0, 0
+    while at < len(directory):
+        require(len(directory) >= at + 12, "a section is cut off")
+        kind, size = struct.unpack_from("<IQ", directory, at)
+        require(last < kind and size <= len(directory) - at - 12, "a section is impossible")
+        require(kind in (1, 2) or kind >= 1 << 16, "a section is not known")
+        sections[kind], last = directory[at + 12:at + 12 + size], kind
+        at += 12 + size
+    require(1 in sections and 2 in sections, "a section is missing")
+    return sections
+
+
+def check_index(data, at, header, last, sizes, pages, counts):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
-    n = len(sizes)
-    require(marker == 0 and size == 32 * n + header.index_fields, "the index has an impossible size")
+    require(marker == 0 and 24 + header.volume_fields + 32 * len(pages) <= size <= (1 << 18) - (1 << 12),
+            "the index has an impossible size")
     require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
     end = at + 20 + packed_size
     require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
     checksum, start, header_checksum, magic = struct.unpack_from("<QQQ8s", data, end)
-    require(checksum == chained(data[at:end], last), "the index is damaged, or the last brick was exchanged")
+    require(checksum == chained(data[at:end], last), "the index is damaged, or the last block was exchanged")
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
-    fields = unpack(data[at + 20:end], size)
-    if fields is not None:
-        stored_counts = struct.unpack_from(f"<{header.levels}Q", fields)
-        require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
-        columns = struct.unpack_from(f"<{2 * n}I", fields, header.index_fields)
-        errors = 8 * header.levels + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
-        second_half = struct.unpack_from("<Q", fields, errors + 16)[0]
-        if header.mesh_error >= 0:
-            require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
-        require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
-        require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
+    directory = unpack(data[at + 20:end], size)
+    if directory is None:
+        return
+    sections = sections_of(directory)
+    fields, columns = sections[1], sections[2]
+    require(len(fields) == header.volume_fields and len(columns) == 32 * len(pages), "a section has an impossible size")
+    stored_counts = struct.unpack_from(f"<{header.levels}Q", fields)
+    require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
+    errors = 8 * header.levels + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
+    second_half = struct.unpack_from("<Q", fields, errors + 16)[0]
+    if header.mesh_error >= 0:
+        require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
+    require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
+    require(struct.unpack_from("<2Q", fields, len(fields) - 16) == tuple(map(sum, zip(*sizes))), "the index has other sums of sizes")
+    n = len(pages)
+    stored = struct.unpack(f"<{2 * n}I{n}Q{2 * n}d", columns)
+    require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")
 
 
 def decode(data, with_grid=True):
@@ -306,8 +357,10 @@ def decode(data, with_grid=True):
     with_grid = with_grid and header.stores_grid
     counts = [0] * header.levels
     volume = {}
-    at, last, sizes = header.size, header.checksum, []
-    for number in range(math.prod(header.bricks)):
+    at, last, sizes, pages = header.size, header.checksum, [], []
+    n = math.prod(header.bricks)
+    in_page = bricks_of_page(n)
+    for number in range(n):
         require(len(data) >= at + 16, "the file is truncated")
         length, activity_size = struct.unpack_from("<II", data, at)
         closed, _ = header.boxes(number)
@@ -326,8 +379,11 @@ def decode(data, with_grid=True):
         last = checksum
         sizes.append((activity_size, length - 4 - activity_size))
         at = end + 8
+        if len(sizes) % in_page == 0 or len(sizes) == n:
+            at, last, page = check_page(data, at, last, sizes[len(pages) * in_page:])
+            pages.append(page)
     at, last = check_envelope(data, at, header, last)
-    check_index(data, at, header, last, sizes, counts if with_grid else None)
+    check_index(data, at, header, last, sizes, pages, counts if with_grid else None)
     whole = Box(tuple(header.first), tuple(header.last))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())

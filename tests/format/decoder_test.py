@@ -257,8 +257,14 @@ def with_right_checksums(data):
         last = decoder.chained(struct.pack("<Q", number) + brick, last)
         out += brick + struct.pack("<Q", last)
         at += 12 + length
-    index = data[at:-32]
-    return bytes(out + index + struct.pack("<Q", decoder.chained(index, last)) + data[-24:])
+    # The blocks of the only page and of the envelope, and the directory.
+    while at < len(data) - 24:
+        marker, _, packed_size = struct.unpack_from("<III", data, at)
+        end = at + 12 + packed_size if marker else len(data) - 32
+        last = decoder.chained(data[at:end], last)
+        out += data[at:end] + struct.pack("<Q", last)
+        at = end + 8
+    return bytes(out + data[-24:])
 
 
 def compressed(comparison, *options):

@@ -13,14 +13,16 @@ namespace {
 
 void parse(std::span<const std::byte> fields, int cube_size, bool floats, bool mesh) {
   const IndexForm form{max_level(cube_size), floats, mesh};
-  const std::uint64_t none = index_size(0, form), one = index_size(1, form) - none;
-  const std::uint64_t bricks = fields.size() < none ? 0 : (fields.size() - none) / one;
+  // As many pages as there would be if nothing else were there.
+  const std::uint64_t none = directory_size(0, form), one = directory_size(1, form) - none;
+  const auto pages = static_cast<std::int64_t>(fields.size() < none ? 0 : (fields.size() - none) / one);
   TagIndex index;
-  if (!parse_index(fields, bricks, form, index).ok()) return;
-  claim(index.bricks.size() == bricks, "an index has all bricks");
-  const std::vector<std::byte> again = serialize_index(index, form);
-  claim(std::equal(fields.begin(), fields.end(), again.begin(), again.end()),
-        "an index is written as it was");
+  if (!parse_directory(fields, pages, form, index).ok()) return;
+  claim(std::ssize(index.pages) == pages, "an index has all pages");
+  const std::vector<std::byte> again = serialize_directory(index, form);
+  claim(
+      !index.unknown_sections.empty() || std::equal(fields.begin(), fields.end(), again.begin(), again.end()),
+      "an index is written as it was");
   TagHeader header;
   header.parameters.dims = {9, 8, 7};
   header.parameters.cube_size = cube_size;

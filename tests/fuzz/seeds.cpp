@@ -15,6 +15,7 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
+#include "io/tag/blocks.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"
 #include "stages/phantom/phantom.h"
@@ -77,7 +78,8 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
   const std::size_t header_size = u32(file, 12);
   seeds["header"].emplace_back(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header_size));
   std::size_t at = header_size;
-  while (u32(file, at) != 0) at += 4 + u32(file, at) + 8;
+  while (u32(file, at) != 0)
+    at += u32(file, at) < 4 ? packed_frame_size + u32(file, at + 8) : 4 + u32(file, at) + 8;
   const std::size_t size = u32(file, at + 4), packed = u32(file, at + 12);
   const int cube_size = file[42] | file[43] << 8;
   std::uint8_t kind = 0;

@@ -41,11 +41,11 @@ class MemorySource : public ByteSource {
   mutable std::vector<std::pair<std::uint64_t, std::uint64_t>> reads_;
 };
 
-/// Header and bricks of a .tag file with these bytes. They do not depend on where the samples came from: from
+/// Header, bricks and pages of a .tag file with these bytes. They do not depend on where the samples came from: from
 /// which file, or from a pipe. The rest of a file has the names and other bytes of the source files.
 inline std::string header_and_bricks(const std::string& tag) {
   const TagBricks file(std::make_shared<MemorySource>(tag));
-  return tag.substr(0, file.start(file.count()));
+  return tag.substr(0, file.end_of_pages());
 }
 
 /// The frames of the bricks of a file, as offset and size.
@@ -56,8 +56,14 @@ inline std::vector<std::pair<std::size_t, std::size_t>> frames(const std::string
     return v;
   };
   std::vector<std::pair<std::size_t, std::size_t>> result;
-  for (std::size_t at = u32(12); u32(at) != 0; at += result.back().second)
+  for (std::size_t at = u32(12); u32(at) != 0;) {
+    if (u32(at) < 4) {  // a block of a page, or of the envelope
+      at += packed_frame_size + u32(at + 8);
+      continue;
+    }
     result.emplace_back(at, 4 + u32(at) + 8);
+    at += result.back().second;
+  }
   return result;
 }
 

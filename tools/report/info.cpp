@@ -245,6 +245,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
   json["compression"] = json_text_or_null(compression);
   json["source"] = source_json(header);
+  if (!index.unknown_sections.empty()) json["unknown_sections"] = index.unknown_sections;
   return json;
 }
 
@@ -270,6 +271,9 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
   if (p.grid == GridOrigin::implied) line("grid", "that of the original, which the voxels determine");
   line("effort", std::string(name_of(p.effort)));
+  if (!index.unknown_sections.empty())
+    line("also has", fmt::format("parts of a newer version, of kind {}, which are not needed for the samples",
+                                 fmt::join(index.unknown_sections, ", ")));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));

@@ -117,7 +117,7 @@ TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   const BrickGrid bricks = whole.parameters().bricks();
   // In the middle of the first brick, which begins right after the header.
   std::string damaged = file_content(tag_);
-  const std::size_t place = whole.sizes().header + 24 + whole.index().bricks[0].activity_bytes / 2;
+  const std::size_t place = whole.sizes().header + 24 + whole.entry(0).activity_bytes / 2;
   damaged[place] = static_cast<char>(damaged[place] ^ 1);
   write_content(path("damaged.tag"), damaged);
   const TagBricks file = opened(path("damaged.tag"));

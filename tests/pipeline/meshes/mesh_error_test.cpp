@@ -165,6 +165,9 @@ class MeshErrorRecord : public MeshError<std::int16_t> {
   void forge(double bound, double recorded) const {
     TagReader reader(tag_);
     std::vector<BrickBytes> bricks;
+    std::vector<IndexEntry> entries;
+    reader.look_at_pages(
+        [&](std::span<const IndexEntry> page) { entries.insert(entries.end(), page.begin(), page.end()); });
     for (BrickBytes brick; reader.read_brick(brick);) bricks.push_back(brick);
     TagHeader header = reader.header();
     header.parameters.mesh_error = bound;
@@ -173,7 +176,7 @@ class MeshErrorRecord : public MeshError<std::int16_t> {
     Statistics total = reader.index().total;
     total.mesh_error = recorded;
     for (const BrickBytes& brick : bricks) {
-      const IndexEntry& entry = reader.index().bricks[static_cast<std::size_t>(brick.id)];
+      const IndexEntry& entry = entries[static_cast<std::size_t>(brick.id)];
       Statistics one;
       if (brick.id == 0) one = total;
       one.low = entry.low, one.high = entry.high;

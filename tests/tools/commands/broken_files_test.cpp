@@ -211,17 +211,15 @@ TEST_F(SalvageCommand, VerifyListsEveryDamagedBrickAndItsAdviceWorks) {
   EXPECT_EQ(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}).out, "");
 }
 
-// Of the envelope, the index and the footer.
+// Of the only page of the index, the envelope, the directory and the footer.
 TEST_F(SalvageCommand, NoByteThatFollowsTheBricksCostsABrick) {
   for (const Arguments& more : {Arguments{}, Arguments{"--strip"}, Arguments{"--brick", "8"}}) {
     phantom("volume.nrrd", {"--dims", "23,19,21", "-f"});
     expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "--cube", "8", "--brick", "1"}, more)));
     const std::string whole = content("volume.tag");
     expect_ok(tagrid({"decode", "volume.tag", "-fo", "good.raw"}));
-    const auto bytes = nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out)["bytes"];
-    std::uint64_t start = 0;
-    std::memcpy(&start, whole.data() + whole.size() - 24, sizeof start);  // of the index
-    start -= bytes["envelope"].get<std::uint64_t>();
+    const auto last = frames(whole).back();
+    const std::size_t start = last.first + last.second;
     for (std::size_t at = start; at < whole.size(); at += 1 + (whole.size() - start) / 24) {
       SCOPED_TRACE(at);
       std::string damaged = whole;

@@ -7,6 +7,7 @@
 #include "io/files/output_file.h"
 #include "io/tag/file.h"
 #include "pipeline/parts/part_work.h"
+#include "tests/support/forged_index.h"
 #include "tests/support/mpi_runs.h"
 
 namespace tagrid {
@@ -16,6 +17,7 @@ namespace {
 struct Contents {
   TagHeader header;
   std::vector<BrickBytes> bricks;
+  std::vector<IndexEntry> entries;
   TagIndex index;
 };
 
@@ -23,7 +25,10 @@ class MpiVerify : public MpiRuns {
  protected:
   Contents contents_of(const std::string& name) const {
     TagReader reader(path(name));
-    Contents contents{reader.header(), {}, {}};
+    Contents contents{reader.header(), {}, {}, {}};
+    reader.look_at_pages([&](std::span<const IndexEntry> page) {
+      contents.entries.insert(contents.entries.end(), page.begin(), page.end());
+    });
     for (BrickBytes brick; reader.read_brick(brick);) contents.bricks.push_back(brick);
     contents.index = reader.index();
     return contents;
@@ -39,9 +44,12 @@ class MpiVerify : public MpiRuns {
     for (std::size_t i = 0; i < contents.bricks.size(); ++i) {
       const BrickBytes& brick = contents.bricks[i];
       checksum = write_block(out, parameters, brick, checksum);
-      contents.index.bricks[i].activity_bytes = static_cast<std::uint32_t>(brick.activity.size());
-      contents.index.bricks[i].value_bytes = static_cast<std::uint32_t>(brick.values.size());
+      contents.entries[i].activity_bytes = static_cast<std::uint32_t>(brick.activity.size());
+      contents.entries[i].value_bytes = static_cast<std::uint32_t>(brick.values.size());
     }
+    ASSERT_LE(contents.entries.size(), std::size_t{PageLayout::least_bricks});
+    add_only_page(contents.entries, checksum, contents.index,
+                  [&](const std::vector<std::byte>& block) { out.write(block); });
     out.write(file_end(parameters, contents.index, out.position(), checksum, header_checksum));
     out.commit();
   }
@@ -159,7 +167,7 @@ TEST_F(MpiVerify, PartsThatDisagreeOnAFaceAreFound) {
         for (std::int64_t i = places[part]; i < end; ++i) {
           const auto brick = static_cast<std::size_t>(i);
           mixed.bricks[brick] = other.bricks[brick];
-          mixed.index.bricks[brick] = other.index.bricks[brick];
+          mixed.entries[brick] = other.entries[brick];
         }
         mixed.index.total.max_error = std::max(one.index.total.max_error, other.index.total.max_error);
         write("new.tag", mixed);
@@ -175,21 +183,22 @@ TEST_F(MpiVerify, WrongStatisticsAreFound) {
   const Contents good = contents_of("good.tag");
   const auto expect_refused_with = [&](const std::string& what, auto change, const Arguments& more = {}) {
     Contents wrong = good;
-    change(wrong.index);
+    change(wrong);
     write("new.tag", wrong);
     expect_refused(what, more);
   };
   write("new.tag", good);
   EXPECT_TRUE(content("new.tag") == content("good.tag"));
   expect_refused_with("the value range of brick 77 does not match",
-                      [](TagIndex& index) { index.bricks[77].high += 9; });
-  expect_refused_with("the number of active points", [](TagIndex& index) { ++index.total.active[5]; });
-  expect_refused_with("the number of finite samples", [](TagIndex& index) { --index.total.finite; });
-  expect_refused_with("above the bound", [](TagIndex& index) { index.total.max_error = 3; });
+                      [](Contents& wrong) { wrong.entries[77].high += 9; });
+  expect_refused_with("the number of active points", [](Contents& wrong) { ++wrong.index.total.active[5]; });
+  expect_refused_with("the number of finite samples", [](Contents& wrong) { --wrong.index.total.finite; });
+  expect_refused_with("above the bound", [](Contents& wrong) { wrong.index.total.max_error = 3; });
   expect_refused_with("the recorded error is not a number",
-                      [](TagIndex& index) { index.total.max_error = NAN; });
+                      [](Contents& wrong) { wrong.index.total.max_error = NAN; });
   expect_refused_with("the recorded errors do not match",
-                      [](TagIndex& index) { ++index.total.sum_squared_error; }, {"--against=volume.nhdr"});
+                      [](Contents& wrong) { ++wrong.index.total.sum_squared_error; },
+                      {"--against=volume.nhdr"});
 }
 
 TEST_F(MpiVerify, DamagedBytesAreFound) {
@@ -200,12 +209,12 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
   const auto start_of = [&](std::size_t brick) {
     std::uint64_t at = serialize_header(contents.header).size();
     for (std::size_t i = 0; i < brick; ++i)
-      at += block_frame_size + contents.index.bricks[i].activity_bytes + contents.index.bricks[i].value_bytes;
+      at += block_frame_size + contents.entries[i].activity_bytes + contents.entries[i].value_bytes;
     return at;
   };
   // The last brick of a part, the first one of the next, and any other. Not their sizes: a rank compares these with the
   // index, and one process finds that a checksum is not where it should be.
-  const std::size_t count = contents.index.bricks.size(), cut = static_cast<std::size_t>(cuts(contents)[7]);
+  const std::size_t count = contents.entries.size(), cut = static_cast<std::size_t>(cuts(contents)[7]);
   const std::uint64_t start = start_of(cut);
   for (const std::uint64_t at : {start - 9, start + 20, start_of(count / 3) + 20, start_of(count / 2) + 20}) {
     std::string damaged = good;
