@@ -110,11 +110,15 @@ Status parse_packed_head(std::span<const std::byte> head, std::uint32_t marker, 
   return {};
 }
 
+std::uint64_t packed_checksum(std::span<const std::byte> block, std::uint64_t before) {
+  return chained_checksum(checksum_of({block.first(block.size() - 8)}), before);
+}
+
 Status parse_packed_block(std::span<const std::byte> block, std::uint64_t& checksum,
                           std::vector<std::byte>* content) {
   const auto fields = block.first(block.size() - 8);
   const auto in_file = load_little_endian<std::uint64_t>(block.last(8).data());
-  if (!checksums_agree(in_file, chained_checksum(checksum_of({fields}), checksum)))
+  if (!checksums_agree(in_file, packed_checksum(block, checksum)))
     return Status::broken(
         "the checksum does not match: it is damaged, or its bytes or those before it come from elsewhere");
   checksum = in_file;

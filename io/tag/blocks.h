@@ -82,6 +82,8 @@ std::vector<std::byte> packed_block(std::uint32_t marker, std::span<const std::b
 /// Reads the first packed_head_size bytes of a block. `rest` receives the number of bytes that follow.
 Status parse_packed_head(std::span<const std::byte> head, std::uint32_t marker, ContentSize possible,
                          std::uint64_t& rest);
+/// The checksum that an entire block, whose head was checked, has after the block with the checksum `before`.
+std::uint64_t packed_checksum(std::span<const std::byte> block, std::uint64_t before);
 /// Reads an entire block, whose head was checked. `content` may be null: then only the checksum is read and
 /// checked.
 Status parse_packed_block(std::span<const std::byte> block, std::uint64_t& checksum,

@@ -75,7 +75,8 @@ bool WholeBricks::look_at_brick(Walk& walk, std::uint64_t bytes) {
     if (!place.is_whole && walk.should_be) {
       const std::uint64_t other = chained_checksum(place.own, *walk.should_be);
       if (checksums_agree(stored_checksum(block), other)) {
-        place.is_whole = places_.back().is_whole = is_damaged_elsewhere_ = true;
+        place.is_whole = is_damaged_elsewhere_ = true;
+        if (walk.is_of_brick) places_.back().is_whole = true;
         expected = other;
       }
     }
@@ -83,6 +84,7 @@ bool WholeBricks::look_at_brick(Walk& walk, std::uint64_t bytes) {
   places_.push_back(place);
   walk.position += bytes;
   walk.should_be = place.is_whole ? std::nullopt : expected;
+  walk.is_of_brick = true;
   walk.before = walk.position <= source_->size() ? checksum_before(walk.position) : 0;
   return true;
 }
@@ -100,10 +102,14 @@ bool WholeBricks::look_at_packed(Walk& walk, std::uint32_t marker, ContentSize p
     block = bytes_at(walk.position, packed_head_size + rest);
   const bool fits = !block.empty() && is_bound_to(block, walk.before);
   if (!fits) is_damaged_elsewhere_ = true;
-  if (!fits && !block.empty() && walk.should_be && is_bound_to(block, *walk.should_be))
+  if (!fits && !block.empty() && walk.should_be && walk.is_of_brick && is_bound_to(block, *walk.should_be)) {
     places_.back().is_whole = true;
-  else if (!fits)
+  } else if (!fits) {
+    // Perhaps only the checksum that is stored at its end is damaged.
+    walk.should_be = block.empty() ? std::nullopt : std::optional(packed_checksum(block, walk.before));
+    walk.is_of_brick = false;
     return false;
+  }
   walk = {walk.position + block.size(), stored_checksum(block)};
   return true;
 }
@@ -132,7 +138,9 @@ void WholeBricks::look_at_bricks() {
     if (is_page_whole) continue;
     is_damaged_elsewhere_ = true;
     if (!index_) return;
-    walk = {pages_->start(page + 1), checksum_before(pages_->start(page + 1))};
+    walk.position = pages_->start(page + 1);
+    walk.before = checksum_before(walk.position);
+    if (walk.is_of_brick) walk.should_be.reset();
   }
   while (index_ && walk.position < index_start_)
     if (!look_at_packed(walk, envelope_marker, envelope_content, index_start_)) return;

@@ -65,6 +65,7 @@ class WholeBricks : public IndexedTag {
     std::uint64_t position = 0, before = 0;  ///< and the checksum that is stored before it
     /// The correct checksum, if the stored one is wrong and the previous block may be intact.
     std::optional<std::uint64_t> should_be = {};
+    bool is_of_brick = true;  ///< that block is a brick, the last one that was looked at
   };
   /// Looks at the next brick, whose block has so many bytes; 0: its length says how many. False if nobody knows
   /// where the next one begins.
