@@ -197,8 +197,9 @@ TEST_F(CoarsenedBricks, OneSpikeIsFollowedThroughAllBricks) {
     for (const int brick_edge : {1, 2}) {
       encode(samples, dims, {}, 8, brick_edge);
       coarsen(7, true);
-      const LatticeBits grid = oracle::coarsest_grid(oracle::Volume<std::int16_t>{dims, samples}, 8, 7, true);
-      ASSERT_TRUE(cells() == cells_of(grid, 8, dims, true)) << spike.x << ", " << brick_edge;
+      const oracle::Volume<std::int16_t> volume{dims, samples, lead_};
+      const LatticeBits grid = oracle::coarsest_grid(volume, 8, 7, true);
+      ASSERT_TRUE(cells() == cells_of(grid, 8, volume.box(), true)) << spike.x << ", " << brick_edge;
     }
   }
 }

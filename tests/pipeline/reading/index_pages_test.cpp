@@ -246,6 +246,14 @@ TEST_F(TwoPages, ADamagedPageIsFoundAndCostsSalvageNothing) {
     EXPECT_EQ(salvaged.whole_count(), good.count());
     EXPECT_TRUE(salvaged.is_damaged_elsewhere());
   }
+  // The checksum on which the next brick depends.
+  for (std::uint64_t at = size - 8; at < size; ++at) {
+    std::string bad = tag_;
+    bad[start + at] = static_cast<char>(bad[start + at] ^ 16);
+    const WholeBricks salvaged(std::make_shared<MemorySource>(bad));
+    EXPECT_EQ(salvaged.whole_count(), good.count());
+    EXPECT_TRUE(salvaged.is_damaged_elsewhere());
+  }
 }
 
 TEST_F(TwoPages, SalvageGoesOnBehindALostPage) {
