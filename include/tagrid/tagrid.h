@@ -213,6 +213,8 @@ typedef struct tagrid_info {
   int64_t bricks[3];      /* along x, y and z */
   int64_t brick_edge;     /* samples along the edge of a brick; the last one along an axis may be smaller */
   uint64_t active_points; /* vertices of the grid; 0 if it is derived: see tagrid_reader_levels() */
+  int lead; /* 1: every brick but the last ones holds brick_edge samples along each axis, so that such
+                           * a chunk is a brick; 0: the first ones hold one more */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init(tagrid_info* info);
@@ -388,6 +390,9 @@ typedef struct tagrid_encode_options {
   int range_from_data; /* 1: the range is that of the samples; needs read_samples */
   tagrid_read_samples read_samples;
   void* read_user;
+
+  int lead; /* 1: the lattice begins one step before the first sample, so that every brick owns as many samples
+             * as its edge has; 0: at the first sample, for volumes of 2^k n + 1 samples (1) */
 } tagrid_encode_options;
 
 TAGRID_API void tagrid_encode_options_init(tagrid_encode_options* options);

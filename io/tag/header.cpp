@@ -59,7 +59,8 @@ void parameter_fields(auto& fields, auto& p) {
   for (auto* number : {&p.cube_size, &p.brick_edge, &p.max_level}) fields.field(*number, std::uint16_t{});
   fields.field(p.accuracy, std::uint32_t{});
   fields.field(p.effort, std::uint16_t{});
-  fields.field(p.grid, std::uint16_t{});
+  fields.field(p.grid, std::uint8_t{});
+  fields.field(p.lead, std::uint8_t{});
   for (auto* number : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                        &p.mesh_error, &p.point_error})
     fields.field(*number);
@@ -80,6 +81,8 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("the edge of a root cube is not a power of two from 4 to 256");
   if (p.brick_edge < 1 || p.brick_edge * p.cube_size > 512)
     return Status::broken("the edge of a brick is not from 1 root cube to 512 samples");
+  if (p.lead != 0 && p.lead != 1)
+    return Status::broken("the lattice begins neither at the first sample nor one step before it");
   if (p.max_level < 0 || p.max_level > max_level(p.cube_size))
     return Status::broken("the level limit is out of range");
   if (p.accuracy < 3 || p.accuracy > max_accuracy)

@@ -53,14 +53,12 @@ void RowOutput::write(const DecodedRows& rows) {
 }
 
 void RowOutput::through_spool(const DecodedRows& rows, SpoolFile& spool) {
-  const VolumeInfo& info = sink_.info();
-  const Box volume = Box::of_size(info.dims);
-  const std::size_t size = size_of(info.type);
-  const std::int64_t layer_start = volume.offset({0, 0, rows.box().low.z});
+  const std::size_t size = size_of(sink_.info().type);
+  const std::int64_t layer_start = rows.first_of_layer();
   rows.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
     spool.write_at(static_cast<std::uint64_t>(first - layer_start) * size, samples);
   });
-  if (rows.box().high.y < volume.high.y) return;
+  if (!rows.end_layer()) return;
   spool.read_back([&](std::span<std::byte> part) { sink_.write_slices(part); });
   spool.clear();
 }

@@ -39,7 +39,8 @@ DecodedRows::Part DecodedRows::part_with(Index3 p) const {
 
 void DecodedRows::copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high,
                             std::span<std::byte> out) const {
-  assert(complete() && box_.contains(Index3{0, y_low, z}) && box_.contains(Index3{0, y_high, z}));
+  assert(complete() && box_.contains(Index3{box_.low.x, y_low, z}) &&
+         box_.contains(Index3{box_.low.x, y_high, z}));
   const std::int64_t nx = bricks_.bricks(0);
   const std::int64_t first = (bricks_.owner(y_low) - rows_.y_low) * nx,
                      end = (bricks_.owner(y_high) - rows_.y_low + 1) * nx;
@@ -50,8 +51,9 @@ void DecodedRows::copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_h
     const std::byte* from = samples_[static_cast<std::size_t>(brick)].data() +
                             static_cast<std::size_t>(box.offset({box.low.x, low, z})) * size_;
     for (std::int64_t y = low; y <= high; ++y, from += row)
-      std::memcpy(out.data() + static_cast<std::size_t>((y - y_low) * box_.size().x + box.low.x) * size_,
-                  from, row);
+      std::memcpy(
+          out.data() + static_cast<std::size_t>((y - y_low) * box_.size().x + box.low.x - box_.low.x) * size_,
+          from, row);
   }
 }
 

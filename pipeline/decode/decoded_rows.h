@@ -30,7 +30,7 @@ class DecodedRows {
   /// Drops its bricks; the next brick is the first one of the following rows.
   void begin_next();
 
-  /// The samples that the bricks own: complete rows of complete slices.
+  /// The samples that the bricks own, as points of the lattice: complete rows of complete slices.
   const Box& box() const { return box_; }
   /// Bytes of the rows of one slice.
   std::size_t slice_bytes() const;
@@ -59,6 +59,13 @@ class DecodedRows {
       use(SliceSamples(std::move(slice)));
     }
   }
+  /// The number of the first sample of the layer, in raster order.
+  std::int64_t first_of_layer() const {
+    const Box volume = bricks_.domain.volume();
+    return volume.offset({volume.low.x, volume.low.y, box_.low.z});
+  }
+  /// True if the bricks are the last ones of their layer.
+  bool end_layer() const { return box_.high.y == bricks_.domain.volume().high.y; }
   /// Copies all rows of slice `z`.
   void copy_slice(std::int64_t z, std::span<std::byte> out) const {
     copy_rows(z, box_.low.y, box_.high.y, out);
@@ -79,7 +86,8 @@ class DecodedRows {
     };
     for (std::int64_t z = box_.low.z; z <= box_.high.z; ++z)
       for (std::int64_t y = box_.low.y; y <= box_.high.y; y += step) {
-        const std::int64_t last = std::min(y + step - 1, box_.high.y), start = volume.offset({0, y, z});
+        const std::int64_t last = std::min(y + step - 1, box_.high.y),
+                           start = volume.offset({volume.low.x, y, z});
         const std::size_t size = static_cast<std::size_t>(last - y + 1) * row;
         if (start != next || part.size() + size > enough) hand_out();
         if (part.empty()) first = start;

@@ -148,7 +148,8 @@ void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const 
                   DecodedBrick& brick) {
   if (!numbers.are_values()) return;
   const Box owned = bricks.owned_box(bricks.position(brick.id));
-  const auto outside = make_values(numbers.rule, owned.low.z, owned.size().x * owned.size().y, brick.samples);
+  const auto outside = make_values(numbers.rule, bricks.domain.samples_at(owned).low.z,
+                                   owned.size().x * owned.size().y, brick.samples);
   if (!outside) return;
   const std::string_view type = name_of(numbers.rule.to);
   if (numbers.is_range_known)

@@ -31,8 +31,8 @@ struct EncodedBrick {
 
 EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {
   EncodedBrick encoded{parameters.bricks().id(brick.brick), std::make_shared<BrickCode>(), {}};
-  const BrickSamples samples =
-      gather(brick.slices, parameters.dims, parameters.type, samples_to_encode(parameters, brick.brick));
+  const BrickSamples samples = gather(brick.slices, parameters.domain().volume(), parameters.type,
+                                      samples_to_encode(parameters, brick.brick));
   encode_brick(samples, brick.active, parameters, brick.brick, *encoded.code);
   if (parameters.mesh_error >= 0)
     encoded.mesh = std::make_shared<MeshedBrick>(MeshedBrick{std::move(brick), {}});
@@ -51,7 +51,8 @@ void take_mesh_values(EncodedBrick& encoded, const CodingParameters& parameters,
 // Sets the error of the mesh, and frees the input for it.
 void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
   const SubdividedBrick& brick = encoded.mesh->of;
-  const BrickSamples original = gather(brick.slices, parameters.dims, parameters.type, brick.active.box());
+  const BrickSamples original =
+      gather(brick.slices, parameters.domain().volume(), parameters.type, brick.active.box());
   encoded.code->statistics.mesh_error =
       measure_mesh(original, encoded.mesh->values, brick.active, parameters, brick.brick);
   encoded.mesh.reset();
@@ -77,7 +78,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       return {};
     }
     if (streams.before_reading) streams.before_reading();
-    SliceSamples slice = streams.read_slice(next_rows);
+    SliceSamples slice = streams.read_slice(parameters.domain().samples_at(next_rows));
     ++next_rows.low.z, ++next_rows.high.z;
     return slice;
   });
@@ -202,7 +203,7 @@ std::vector<Box> samples_in_order(const CodingParameters& parameters, const Enco
   std::vector<Box> boxes;
   for (const BrickRows& strip : plan.strips(parameters.bricks(), rows))
     for (const BrickRows& encoded : rows_to_encode(parameters, strip))
-      boxes.push_back(schedule_of_encoding(parameters, encoded).samples());
+      boxes.push_back(parameters.domain().samples_at(schedule_of_encoding(parameters, encoded).samples()));
   return boxes;
 }
 

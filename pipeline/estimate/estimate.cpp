@@ -92,7 +92,7 @@ class Estimator {
       SliceRange slices;
       {
         const std::lock_guard lock(reading);
-        slices = slices_of_box(source_, around);
+        slices = slices_of_box(source_, p.domain().volume(), around);
       }
       encode_brick_at(position, slices, i);
       const std::lock_guard lock(reading);
@@ -111,7 +111,7 @@ class Estimator {
                                              const CodingParameters& p) const {
     if (!p.counts_points()) return {};
     const Box closed = bricks_.closed_box(position), region = region_of_marks(closed, p.domain());
-    const BrickSamples samples = gather(slices, p.dims, p.type, region.grown(mark_halo(p)));
+    const BrickSamples samples = gather(slices, p.domain().volume(), p.type, region.grown(mark_halo(p)));
     const double start = thread_seconds();
     const Box marked = p.bounds_interpolation() ? region : intersection(region, p.domain().volume());
     LatticeBits marks(region);
@@ -129,7 +129,8 @@ class Estimator {
       // Without a bound of the interpolation, the grid is that of the original for all of them.
       if (bound == 0 || p.bounds_interpolation()) grid = activity_of(position, slices, p);
       const double start = thread_seconds();
-      const BrickSamples samples = gather(slices, p.dims, p.type, samples_to_encode(p, position));
+      const BrickSamples samples =
+          gather(slices, p.domain().volume(), p.type, samples_to_encode(p, position));
       BrickCode code;
       encode_brick(samples, grid.first, p, position, code);
       const double encoded_at = thread_seconds();

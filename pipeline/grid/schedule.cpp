@@ -52,8 +52,8 @@ Box GridSchedule::mark_box(Index3 tile) const {
 }
 
 std::int64_t GridSchedule::slices_needed() const {
-  // The first layer has root cubes and a halo below it; the others begin with a slice.
-  const std::int64_t below = rows_.z_low * slices_in_layer() - samples_.low.z;
+  // The first layer may have root cubes and a halo below it, or padding; the others begin with a slice.
+  const std::int64_t below = std::max<std::int64_t>(rows_.z_low * slices_in_layer() - samples_.low.z, 0);
   const std::int64_t above = marks_ ? bricks_.domain.cube_size + halo_ : 0;
   return below + slices_in_layer() + above + 1;
 }
@@ -142,7 +142,7 @@ void GridSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) {
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule) {
   const Box cubes = schedule.tile_box(job.tile);
   const BrickSamples samples =
-      gather(job.slices, parameters.dims, parameters.type, cubes.grown(mark_halo(parameters)));
+      gather(job.slices, parameters.domain().volume(), parameters.type, cubes.grown(mark_halo(parameters)));
   return {job.tile,
           std::make_shared<LatticeBits>(mark_tile(samples, cubes, schedule.mark_box(job.tile), parameters))};
 }

@@ -49,7 +49,7 @@ class GridSchedule {
   /// For the bricks of `rows`. `mark_halo`: the samples beyond root cubes that marks need; empty: no marks.
   GridSchedule(const CodingParameters& parameters, const BrickRows& rows, std::optional<int> mark_halo);
 
-  /// The samples that must be read: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
+  /// The samples that must be read, as points of the lattice: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
   const Box& samples() const { return samples_; }
 
   /// What has become possible.

@@ -22,24 +22,26 @@ namespace tagrid {
 /// Samples of one z: complete rows, x fastest. All readers share them; the last reader frees them.
 using SliceSamples = std::shared_ptr<const std::byte[]>;
 
-/// Slices first, first + 1, ..., each with the rows from first_row on. Copies share the slices.
+/// Slices first, first + 1, ..., each with the rows from first_row on: points of the lattice, not numbers of
+/// samples. Copies share the slices.
 struct SliceRange {
   std::int64_t first = 0, first_row = 0;
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
-/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes. REQUIRES: `range` holds it.
-inline const std::byte* sample_at(const SliceRange& range, Index3 dims, std::size_t size, Index3 point) {
-  const Index3 p = Box::of_size(dims).nearest(point);
+/// The sample nearest to a point, of a volume of samples of `size` bytes. REQUIRES: `range` holds it.
+inline const std::byte* sample_at(const SliceRange& range, const Box& volume, std::size_t size,
+                                  Index3 point) {
+  const Index3 p = volume.nearest(point);
   assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
   assert(p.y >= range.first_row);
   return (*range.slices)[static_cast<std::size_t>(p.z - range.first)].get() +
-         static_cast<std::size_t>((p.y - range.first_row) * dims.x + p.x) * size;
+         static_cast<std::size_t>((p.y - range.first_row) * volume.size().x + p.x - volume.low.x) * size;
 }
 
-/// The samples of `box` from a volume of `dims` samples of this type. A point outside the volume takes the
-/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box.
-inline BrickSamples gather(const SliceRange& range, Index3 dims, SampleType type, const Box& box) {
+/// The samples of `box` from a volume of samples of this type. A point outside the volume takes the value of
+/// the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box.
+inline BrickSamples gather(const SliceRange& range, const Box& volume, SampleType type, const Box& box) {
   const std::size_t size = size_of(type);
   BrickSamples samples{box, std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size)};
   std::byte* out = samples.bytes.data();
@@ -48,15 +50,14 @@ inline BrickSamples gather(const SliceRange& range, Index3 dims, SampleType type
     std::memcpy(out, from, bytes);
     out += bytes;
   };
-  const std::int64_t low = std::clamp<std::int64_t>(box.low.x, 0, dims.x - 1),
-                     high = std::clamp<std::int64_t>(box.high.x, 0, dims.x - 1);
-  const std::int64_t before = std::clamp<std::int64_t>(-box.low.x, 0, box.size().x - 1);
+  const std::int64_t low = std::clamp(box.low.x, volume.low.x, volume.high.x),
+                     high = std::clamp(box.high.x, volume.low.x, volume.high.x);
+  const std::int64_t before = std::clamp<std::int64_t>(volume.low.x - box.low.x, 0, box.size().x - 1);
   const std::int64_t after = box.size().x - before - (high - low + 1);
   for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      const std::byte* row = sample_at(range, dims, size, {0, y, z});
-      const std::byte *first = row + static_cast<std::size_t>(low) * size,
-                      *last = row + static_cast<std::size_t>(high) * size;
+      const std::byte *first = sample_at(range, volume, size, {low, y, z}),
+                      *last = first + static_cast<std::size_t>(high - low) * size;
       for (std::int64_t x = 0; x < before; ++x) copy(first, 1);
       copy(first, high - low + 1);
       for (std::int64_t x = 0; x < after; ++x) copy(last, 1);

@@ -65,6 +65,7 @@ void EncodeOptions::validate() const {
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),
           {"{} must be a power of two from 4 to 256", {set::cube}});
+  require(lead == 0 || lead == 1, {"{} must be 0 or 1", {set::lead}});
   const int deepest = tagrid::max_level(cube_size);
   require(!max_level || (*max_level >= 0 && *max_level <= deepest),
           {"{} must be from 0 to {}, because root cubes have an edge of {}",

@@ -23,6 +23,7 @@ inline constexpr Setting effort = {"effort", "the effort"};
 inline constexpr Setting accuracy = {"accuracy", "the accuracy"};
 inline constexpr Setting cube = {"cube", "the edge of a root cube"};
 inline constexpr Setting brick = {"brick", "the edge of a brick"};
+inline constexpr Setting lead = {"lead", "the planes of padding before the first sample"};
 inline constexpr Setting max_level = {"max-level", "the highest level"};
 inline constexpr Setting range = {"range", "the value range"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
@@ -55,6 +56,7 @@ struct EncodeOptions {
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< for a limited run
   std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) if not given
+  int lead = 1;                         ///< planes of padding before the first sample, 0 or 1; see Domain
   Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
   bool range_from_data = false;       ///< needs a separate pass over the volume; files only

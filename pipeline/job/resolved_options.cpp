@@ -140,6 +140,7 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.effort = options.effort;
   p.cube_size = options.cube_size;
   p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
+  p.lead = options.lead;
   p.max_level = options.max_level.value_or(max_level(options.cube_size));
   p.accuracy = options.accuracy;
   set_bounds(options, p);
@@ -185,6 +186,7 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
       {setting::accuracy, fmt::format("{}", p.accuracy)},
       {setting::cube, fmt::format("{}", p.cube_size)},
       {setting::brick, fmt::format("{}", p.brick_edge)},
+      {setting::lead, fmt::format("{}", p.lead)},
       {setting::max_level, fmt::format("{}", p.max_level)},
       {setting::range, ranged ? fmt::format("{}:{}", p.range_low, p.range_high) : "not given"},
       {setting::field_scale, fmt::format("{}", p.field_scale)},

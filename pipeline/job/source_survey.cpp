@@ -38,12 +38,13 @@ Noise noise_of(VolumeSource& source) {
                      blocks = std::max<std::int64_t>(dims.x / 8, 1) *
                               (std::min(band, dims.y) / std::min<std::int64_t>(8, dims.y)),
                      wanted = std::clamp<std::int64_t>(most_blocks / blocks, 1, bands);
+  const Box volume = Box::of_size(dims);
   std::vector<double> deviations;
   for (std::int64_t i = 0; i < wanted; ++i) {
     const std::int64_t chosen = spread_row(i, wanted, bands);
     const Index3 low = {0, chosen % of_slice * dims.y / of_slice, chosen / of_slice};
-    const Box box = intersection({low, low + Index3{dims.x - 1, band - 1, 0}}, Box::of_size(dims));
-    const BrickSamples samples = gather(slices_of_box(source, box), dims, source.info().type, box);
+    const Box box = intersection({low, low + Index3{dims.x - 1, band - 1, 0}}, volume);
+    const BrickSamples samples = gather(slices_of_box(source, volume, box), volume, source.info().type, box);
     with_sample_type(source.info().type, [&](auto type) {
       using T = decltype(type);
       append_deviations(Samples<T>{box, reinterpret_cast<const T*>(samples.bytes.data())}, deviations);
@@ -69,17 +70,16 @@ std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
   return std::pair(range.low, range.high);
 }
 
-SliceRange slices_of_box(VolumeSource& source, const Box& box) {
-  const Index3 dims = source.info().dims;
-  Box rows = intersection(box, Box::of_size(dims));
-  rows.low.x = 0;
-  rows.high.x = dims.x - 1;
+SliceRange slices_of_box(VolumeSource& source, const Box& volume, const Box& box) {
+  Box rows = intersection(box, volume);
+  rows.low.x = volume.low.x;
+  rows.high.x = volume.high.x;
   SliceRange range = {rows.low.z, rows.low.y, nullptr};
   std::vector<SliceSamples> slices;
   const std::int64_t last = rows.high.z;
   for (std::int64_t z = rows.low.z; z <= last; ++z) {
     rows.low.z = rows.high.z = z;
-    slices.push_back(read_input_slice(source, rows));
+    slices.push_back(read_input_slice(source, rows.moved(-1 * volume.low)));
   }
   range.slices = std::make_shared<const std::vector<SliceSamples>>(std::move(slices));
   return range;
@@ -90,11 +90,12 @@ void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::i
   const std::int64_t nx = bricks.bricks(0), ny = bricks.bricks(1);
   const Index3 first = {0, row % ny, row / ny};
   const Box box = {bricks.owned_box(first).low, bricks.owned_box({nx - 1, first.y, first.z}).high};
-  const SliceRange slices = slices_of_box(source, box);
-  const VolumeInfo& info = source.info();
+  const Box volume = bricks.domain.volume();
+  const SliceRange slices = slices_of_box(source, volume, box);
+  const SampleType type = source.info().type;
   oneapi::tbb::parallel_for(std::int64_t{0}, nx, [&](std::int64_t x) {
     const Index3 position = {x, first.y, first.z};
-    work(bricks.id(position), gather(slices, info.dims, info.type, bricks.owned_box(position)));
+    work(bricks.id(position), gather(slices, volume, type, bricks.owned_box(position)));
   });
 }
 

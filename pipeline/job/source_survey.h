@@ -31,8 +31,9 @@ Noise noise_of(VolumeSource& source);
 /// The range of finite samples, if there are any. Reads and rewinds the volume; UsageError if it cannot.
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
 
-/// The rows of a box from its slices, within the volume. REQUIRES: source.traits().any_rows.
-SliceRange slices_of_box(VolumeSource& source, const Box& box);
+/// The rows of a box from its slices, within the volume, whose first sample is volume.low. REQUIRES:
+/// source.traits().any_rows.
+SliceRange slices_of_box(VolumeSource& source, const Box& volume, const Box& box);
 
 /// Calls work(brick number, samples that it owns) for every brick of a row along x, on the threads of the
 /// arena. `row` is the number of the row: y + z * bricks(1).

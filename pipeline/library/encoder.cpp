@@ -70,6 +70,8 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
   options.accuracy = given.accuracy;
   options.cube_size = given.cube;
   if (given.brick != 0) options.brick_edge = given.brick;
+  require(given.lead == 0 || given.lead == 1, "lead must be 0 or 1");
+  options.lead = given.lead;
   require(given.max_level >= -1, "max_level must be a level, or -1");
   if (given.max_level >= 0) options.max_level = given.max_level;
   if (!std::isnan(given.range[0]) || !std::isnan(given.range[1]))

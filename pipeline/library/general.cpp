@@ -60,6 +60,7 @@ void tagrid_encode_options_init(tagrid_encode_options* options) {
   options->max_error = options->surface_error = options->mesh_error = NAN;
   options->accuracy = defaults.accuracy;
   options->cube = defaults.cube_size;
+  options->lead = defaults.lead;
   options->max_level = -1;
   options->range[0] = options->range[1] = options->field_scale = NAN;
 }

@@ -71,7 +71,7 @@ SurfacePart part_of_surface(const tagrid_surface_options& options, const CodingP
   SurfacePart part;
   part.level = level_of(options.level, parameters);
   part.close = options.close != 0;
-  if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
+  if (options.box != nullptr) part.box = parameters.domain().points_of(box_of(*options.box, parameters.dims));
   require(!is_flat(parameters), "a volume of one slice has no surface");
   return part;
 }
@@ -79,7 +79,7 @@ SurfacePart part_of_surface(const tagrid_surface_options& options, const CodingP
 MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& parameters) {
   const tagrid_mesh_options options = taken_over(given, tagrid_mesh_options_init, sizeof *given);
   MeshPart part = {level_of(options.level, parameters), options.padded != 0};
-  if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
+  if (options.box != nullptr) part.box = parameters.domain().points_of(box_of(*options.box, parameters.dims));
   require(part.padded || !is_flat(parameters),
           "a volume of one slice or less fills no space; only its padded mesh, of complete root cubes, does");
   return part;

@@ -84,7 +84,7 @@ tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, t
   return with_file(reader, [&](const TagBricks& file) {
     require(number >= 0 && number < file.count(), "there is no brick with this number");
     const BrickGrid bricks = file.parameters().bricks();
-    const Box owned = bricks.owned_box(bricks.position(number));
+    const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(number)));
     const IndexEntry entry = file.entry(number);
     tagrid_brick result = {};
     for (int axis = 0; axis < 3; ++axis) {
@@ -105,7 +105,7 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
   return with_file(reader, [&](const TagBricks& file) {
     require(box != nullptr && samples != nullptr, "the box or the buffer for its samples is missing");
     const CodingParameters& parameters = file.parameters();
-    Region region{box_of(*box, parameters.dims)};
+    Region region{parameters.domain().points_of(box_of(*box, parameters.dims))};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
       require(step[axis] >= 1, "a step must be 1 or more");
       // A larger step selects the same sample, the first one, but could overflow in between.

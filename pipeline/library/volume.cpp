@@ -95,6 +95,7 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.index_bytes = sizes.index;
   for (int axis = 0; axis < 3; ++axis) info.bricks[axis] = bricks.bricks(axis);
   info.brick_edge = p.bricks().length();
+  info.lead = p.lead;
   for (const std::uint64_t points : total.active) info.active_points += points;
   return info;
 }

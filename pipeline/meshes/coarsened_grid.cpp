@@ -58,7 +58,7 @@ CoarsenedGrid::CoarsenedGrid(const CodingParameters& parameters, const MeshBound
       bound_(bound),
       bricks_(parameters.bricks()),
       all_(Box::of_size({bricks_.bricks(0), bricks_.bricks(1), bricks_.bricks(2)})),
-      window_(0, 0),
+      window_(bricks_.domain.volume().low.z, bricks_.domain.volume().low.y),
       samples_(SpoolFile::beside(path)),
       bits_(SpoolFile::beside(path)) {}
 
@@ -100,7 +100,7 @@ void CoarsenedGrid::add_layer(const DecodedRows& layer) {
 }
 
 void CoarsenedGrid::add_brick(std::int64_t id, const SliceRange& slices) {
-  const Samples samples = gather(slices, parameters_.dims, parameters_.type, box_of(id)).bytes;
+  const Samples samples = gather(slices, bricks_.domain.volume(), parameters_.type, box_of(id)).bytes;
   LatticeBits active(box_of(id));
   set_root_corners(active, parameters_.cube_size);
   {

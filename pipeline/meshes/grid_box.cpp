@@ -87,12 +87,13 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
   return needed;
 }
 
-// The parameters of the volume that `bricks` of a larger one make, from the low corner of their closed boxes
-// on. Its grid differs only near its border.
+// The parameters of the volume that `bricks` of a larger one make, whose domain begins at the low corner of
+// their closed boxes. Its grid differs only near its border.
 CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
   const BrickGrid grid = parameters.bricks();
   const Index3 low = grid.closed_box(bricks.low).low;
-  const Box part = intersection({low, grid.closed_box(bricks.high).high}, grid.domain.volume());
+  const Box part =
+      intersection({low + grid.domain.first(), grid.closed_box(bricks.high).high}, grid.domain.volume());
   parameters.dims = part.size();
   return parameters;
 }
@@ -192,9 +193,9 @@ void take_derived_grid(const TagBricks& file, const Box& taken, const Box& neede
     const Index3 position = brick.brick + needed.low;
     if (!taken.contains(position)) return;
     taker.add_brick(position, moved(brick.active, low),
-                    [&](Index3 p) { return sample_at(brick.slices, part.dims, size, p - low); });
+                    [&](Index3 p) { return sample_at(brick.slices, part.domain().volume(), size, p - low); });
   });
-  const Box samples = {derived.samples().low + low, derived.samples().high + low};
+  const Box samples = derived.samples().moved(low);
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
     const Layer layer(file, layer_of(needed, z), nothing, threads);
     const Box owned = grid.owned_box({0, 0, z});

@@ -36,7 +36,8 @@ class LayerSamples {
       if (!part_.box.contains(q)) part_ = layer_->part_with(q);
       return part_.samples + static_cast<std::size_t>(part_.box.offset(q)) * size_;
     }
-    return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
+    return below_.data() +
+           static_cast<std::size_t>((q.y - volume_.low.y) * volume_.size().x + q.x - volume_.low.x) * size_;
   }
   void end_layer() {
     below_.resize(layer_->slice_bytes());
@@ -158,7 +159,7 @@ void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& res
   StoredGrid stored(parameters, taker);
   DerivedGrid derived(parameters, BrickRows::all(parameters.bricks()), [&](const SubdividedBrick& brick) {
     taker.add_brick(brick.brick, brick.active, [&](Index3 p) {
-      return sample_at(brick.slices, parameters.dims, size_of(parameters.type), p);
+      return sample_at(brick.slices, parameters.domain().volume(), size_of(parameters.type), p);
     });
   });
   if (parameters.stores_activity()) streams.inspect_brick = [&](DecodedBrick& brick) { stored.take(brick); };

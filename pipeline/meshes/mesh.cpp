@@ -57,8 +57,8 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   file->set_notes(input.notes());
   MeshBuilder builder(input.header(), positions, part, *file);
   if (options.coarsen) {
-    const MeshBound bound{parameters.dims, parameters.cube_size, error_of_samples(options, input.header()),
-                          part.padded};
+    const MeshBound bound{parameters.domain().volume(), parameters.cube_size,
+                          error_of_samples(options, input.header()), part.padded};
     const auto add_brick = [&](Index3 position, const LatticeBits& active, const ValueOf& value_of) {
       builder.add_brick(position, active, value_of);
     };

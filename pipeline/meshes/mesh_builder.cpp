@@ -90,10 +90,10 @@ void MeshBuilder::add_cut_leaves(const LatticeBits& active, const ValueOf& value
   const ValueOf field_at = [&](Index3 p) {
     return field.data() + static_cast<std::size_t>(grid.box().offset(p)) * size;
   };
-  const Index3 last = parameters_.domain().volume().high;
+  const Box volume = parameters_.domain().volume();
   for_each_leaf_tetrahedron(grid, grid.box(), parameters_.cube_size, part_.level, [&](const Tetrahedron& t) {
-    if (!reaches_beyond(t.vertices, last)) return add_tetrahedron(t.vertices, t.level, field_at);
-    for (const auto& piece : cut_at(t.vertices, last)) add_tetrahedron(piece, t.level, field_at);
+    if (!reaches_beyond(t.vertices, volume)) return add_tetrahedron(t.vertices, t.level, field_at);
+    for (const auto& piece : cut_at(t.vertices, volume)) add_tetrahedron(piece, t.level, field_at);
   });
 }
 
@@ -111,7 +111,7 @@ std::int64_t MeshBuilder::id_of(Index3 p, const ValueOf& value_of) {
   std::int64_t& id = ids_.of(p);
   if (id == PointIds::none) {
     id = next_id_++;
-    const std::array<double, 3> world = to_world(geometry_, p);
+    const std::array<double, 3> world = to_world(geometry_, p - parameters_.domain().first());
     coordinates_.insert(coordinates_.end(), world.begin(), world.end());
     const std::byte* value = value_of(p);
     values_.insert(values_.end(), value, value + size_of(parameters_.type));

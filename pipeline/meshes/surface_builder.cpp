@@ -49,7 +49,7 @@ SurfaceBuilder::SurfaceBuilder(const TagHeader& header, const Box& positions, co
       geometry_(in_one_unit(geometry_of(header.nrrd_fields))),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
-      grid_{parameters_.cube_size, parameters_.domain().volume().high, part.box, part.close},
+      grid_{parameters_.cube_size, parameters_.domain().volume(), part.box, part.close},
       level_(level),
       edges_(parameters_.bricks(), positions),
       sink_(sink) {}
@@ -105,7 +105,8 @@ void SurfaceBuilder::number(Index3 position, const Box& box, std::span<const Sur
 }
 
 std::array<double, 3> SurfaceBuilder::world_position(const SurfaceVertex& vertex, const Box& box) const {
-  const Index3 low = point_of(box, vertex.low), high = point_of(box, vertex.high);
+  const Index3 first = parameters_.domain().first();
+  const Index3 low = point_of(box, vertex.low) - first, high = point_of(box, vertex.high) - first;
   std::array<double, 3> p;
   for (int axis = 0; axis < 3; ++axis)
     p[static_cast<std::size_t>(axis)] =

@@ -34,15 +34,16 @@ std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int a
 std::int64_t quick_slice(const BrickGrid& bricks) {
   const std::int64_t slices = bricks.domain.dims.z, middle = slices / 2;
   std::int64_t best = 0;
-  for (std::int64_t layer = bricks.owner(middle); layer <= bricks.owner(middle) + 1; ++layer) {
-    const std::int64_t first = bricks.owned_box({0, 0, layer}).low.z;
+  const std::int64_t owner = bricks.owner(bricks.domain.first().z + middle);
+  for (std::int64_t layer = owner; layer <= owner + 1; ++layer) {
+    const std::int64_t first = bricks.domain.samples_at(bricks.owned_box({0, 0, layer})).low.z;
     if (std::abs(first - middle) < std::abs(best - middle)) best = first;
   }
   return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
 }
 
 // The samples of a panel.
-Region region_of(const Panel& panel) {
+Region region_of(const Panel& panel, const CodingParameters& parameters) {
   Region region;
   region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice;
   for (const PanelAxis& a : {panel.across, panel.down}) {
@@ -50,6 +51,7 @@ Region region_of(const Panel& panel) {
     region.box.high[a.axis] = a.first + a.samples - 1;
     region.step[a.axis] = a.step();
   }
+  region.box = parameters.domain().points_of(region.box);
   return region;
 }
 
@@ -85,12 +87,14 @@ class LeafMap : public GridTaker {
 
   // Sets the pixels whose places the brick owns.
   void add_brick(Index3 position, const LatticeBits& active, const ValueOf&) override {
-    const Box owned = bricks_.owned_box(position);
+    const Box owned = bricks_.domain.samples_at(bricks_.owned_box(position));
+    const Index3 first = PanelAxis::parts * bricks_.domain.first();
     const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
     const int cube_size = bricks_.domain.cube_size;
     for (int v = y.first; v < y.end; ++v)
       for (int u = x.first; u < x.end; ++u) {
-        const Place place = {{panel_.across.place(u), panel_.down.place(v), z_}, PanelAxis::parts};
+        const Place place = {first + Index3{panel_.across.place(u), panel_.down.place(v), z_},
+                             PanelAxis::parts};
         const BisectionStep leaf = leaf_at(active, place, cube_size);
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
@@ -135,12 +139,13 @@ struct WantedBrick {
 };
 
 // The positions of the bricks that a panel shows.
-Box bricks_across(const Panel& panel, const BrickGrid& bricks) {
-  const Box samples = region_of(panel).box;
-  const auto owner = [&](Index3 p) {
-    return Index3{bricks.owner(p.x), bricks.owner(p.y), bricks.owner(p.z)};
+Box bricks_across(const Panel& panel, const CodingParameters& p) {
+  const BrickGrid bricks = p.bricks();
+  const Box points = region_of(panel, p).box;
+  const auto owner = [&](Index3 at) {
+    return Index3{bricks.owner(at.x), bricks.owner(at.y), bricks.owner(at.z)};
   };
-  return {owner(samples.low), owner(samples.high)};
+  return {owner(points.low), owner(points.high)};
 }
 
 // All parts of the volume that are read: the slices, and what the levels are drawn over if they are drawn.
@@ -156,7 +161,7 @@ std::vector<WantedBrick> wanted_bricks(PreviewContent& content, const CodingPara
   const BrickGrid bricks = p.bricks();
   std::vector<WantedBrick> wanted;
   for (const PreviewSlice* part : parts_of(content, p)) {
-    const Region region = region_of(part->panel);
+    const Region region = region_of(part->panel, p);
     const bool with_grid = part == &content.levels && p.stores_activity();
     for (const std::int64_t id : bricks_of(region, bricks))
       wanted.push_back(
@@ -202,7 +207,7 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
   const auto needed = [&](int threads) {
     const std::uint64_t reading = memory_of_reading(p, threads, p.stores_activity());
     if (p.grid != GridOrigin::implied) return reading + fixed;
-    return std::max(reading, memory_of_taking(p, bricks_across(levels, p.bricks()), 0, threads)) + fixed;
+    return std::max(reading, memory_of_taking(p, bricks_across(levels, p), 0, threads)) + fixed;
   };
   const auto best = [&](std::uint64_t limit) -> std::optional<Plan> {
     for (int threads = resources.threads; threads >= 1; --threads)
@@ -265,7 +270,7 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
                                               with_grid ? Wanted::samples_and_grid : Wanted::samples, slices);
       std::uint64_t bytes = 0;
       for (PreviewSlice* part : parts)
-        bytes += copy_samples(brick, p, region_of(part->panel), part->samples.data(),
+        bytes += copy_samples(brick, p, region_of(part->panel, p), part->samples.data(),
                               strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
       if (with_grid) leaves.add_brick(p.bricks().position(brick.id), brick.active, {});
       if (!progress) return;
@@ -274,7 +279,7 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
     });
   });
   if (p.grid == GridOrigin::implied)
-    take_some(file, bricks_across(of_levels, p.bricks()), 0, Resources(plan.threads), leaves);
+    take_some(file, bricks_across(of_levels, p), 0, Resources(plan.threads), leaves);
   return content;
 }
 

@@ -121,13 +121,15 @@ void fill_with(double value, SampleType type, std::vector<std::byte>& samples) {
 }
 
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
-  VolumeInfo info = volume_info(region.shape(), header.parameters.type,
-                                fields_of_region(header.nrrd_fields, region.box.low, region.step,
-                                                 region.shape().z, header.parameters.dims.z));
+  const CodingParameters& parameters = header.parameters;
+  const Index3 first = parameters.domain().samples_at(region.box).low;
+  VolumeInfo info = volume_info(
+      region.shape(), parameters.type,
+      fields_of_region(header.nrrd_fields, first, region.step, region.shape().z, parameters.dims.z));
   // Formats that must say a place put both the whole and the part where samples are 1 apart.
   const Geometry whole = geometry_of(header.nrrd_fields);
   if (whole.has_directions) return info;
-  const auto place = to_world(whole, region.box.low);
+  const auto place = to_world(whole, first);
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (std::isnan(whole.spacing[axis])) info.geometry.origin[axis] = place[axis];
   return info;
@@ -243,6 +245,7 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
           fmt::format("a region of {}:{} along {} has no sample whose coordinate is a multiple of {}", low,
                       high, "xyz"[axis], wanted.step));
   }
+  region.box = parameters.domain().points_of(region.box);
   return region;
 }
 

@@ -18,7 +18,8 @@
 
 namespace tagrid {
 
-/// The samples of `box` (both ends included) at low, low + step, low + 2 * step, ... along each axis.
+/// The samples of `box` (both ends included) at low, low + step, low + 2 * step, ... along each axis. They are
+/// points of the lattice.
 struct Region {
   Box box;
   Index3 step = {1, 1, 1};

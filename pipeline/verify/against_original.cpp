@@ -35,7 +35,7 @@ void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
     std::byte* slice =
         original_.data() +
         (keep ? static_cast<std::size_t>(rows_.low.z - rows.box().low.z) * rows.slice_bytes() : 0);
-    source_->read_rows(slice, rows_);
+    source_->read_rows(slice, bricks_.domain.samples_at(rows_));
     rows.copy_slice(rows_.low.z, decoded_);
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
@@ -58,7 +58,7 @@ double AgainstOriginal::mesh_error(const BrickMesh& mesh, const Box& rows) const
                                     mesh.values.size() / sizeof(T));
     const Samples<T> original{rows, reinterpret_cast<const T*>(original_.data())};
     error = largest_mesh_error<T>(values, mesh.active, original, bricks_.owned_box(mesh.position),
-                                  parameters_.dims, parameters_.cube_size);
+                                  bricks_.domain.volume(), parameters_.cube_size);
   });
   return error;
 }
@@ -81,10 +81,10 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
       errors.sum_squared_real = Statistics::limited(errors.sum_squared_real + error * error);
     errors.finite += is_finite(original[i]);
     if (error <= tightest) continue;
-    const Index3 p{i % parameters_.dims.x, rows_.low.y + i / parameters_.dims.x, rows_.low.z};
+    const Index3 p = rows_.low + Index3{i % parameters_.dims.x, i / parameters_.dims.x, 0};
     if (error > bound || is_active(p))
       throw BrokenInput(fmt::format("{}: voxel {} is {}, but {} in the original; they differ by more than {}",
-                                    name_, text(p), +decoded[i], +original[i],
+                                    name_, text(p - bricks_.domain.first()), +decoded[i], +original[i],
                                     error > bound ? bound : tightest));
   }
 }

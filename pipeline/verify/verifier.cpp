@@ -151,7 +151,9 @@ void Verifier::fail_index(const std::string& what) const {
   throw BrokenInput(name_ + ": the index: " + what);
 }
 
-void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const {
+// A point of padding is named as if it were a sample.
+void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 point) const {
+  const Index3 p = point - parameters().domain().first();
   throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name_, brick, what, p.x, p.y, p.z));
 }
 

@@ -73,7 +73,7 @@ std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effo
     options.field_scale = 1;
   Call call;
   // One brick is the work of one thread.
-  if (std::ranges::all_of(chunk.dims, [](std::int64_t n) { return n <= 65; })) call.threads = 1;
+  if (std::ranges::all_of(chunk.dims, [](std::int64_t n) { return n <= 64; })) call.threads = 1;
   std::vector<std::byte> file;
   Encoder encoder(
       options, [&](std::span<const std::byte> bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); },

@@ -44,6 +44,7 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
   set("accuracy", options.accuracy);
   set("cube", options.cube);
   set("brick", options.brick);
+  set("lead", options.lead);
   set("max_level", options.max_level);
   set("field_scale", options.field_scale);
   std::array<double, 2> range = {options.range[0], options.range[1]};

@@ -70,6 +70,7 @@ py::dict dict_of(const tagrid_info& info) {
   d["index_bytes"] = info.index_bytes;
   d["bricks"] = three(info.bricks);
   d["brick_edge"] = info.brick_edge;
+  d["lead"] = info.lead;
   d["active_points"] = info.active_points;
   return d;
 }

@@ -31,8 +31,9 @@ class Selection(NamedTuple):
     key: tuple[Any, ...]  #: of the result among these samples
 
 
-def select(key: Any, shape: Sequence[int], brick: int) -> Selection:
-    """The selection v[key] of a volume of this shape, with bricks of this many samples along each axis."""
+def select(key: Any, shape: Sequence[int], brick: int, first: int) -> Selection:
+    """The selection v[key] of a volume of this shape, with bricks of this many samples along each axis, except
+    that the first ones have `first`."""
     entries = _with_ellipsis(key if isinstance(key, tuple) else (key,))
     runs: list[list[Run]] = []
     rest: list[Any] = []
@@ -42,7 +43,7 @@ def select(key: Any, shape: Sequence[int], brick: int) -> Selection:
             rest.append(entry)
             continue
         axis = len(runs)
-        found, later = _along_axis(entry, axis, shape[axis], brick)
+        found, later = _along_axis(entry, axis, shape[axis], brick, first)
         arrays += isinstance(later, np.ndarray)
         if arrays > 1:
             raise IndexError(f"a volume is indexed with arrays along one axis only; supported are {SUPPORTED}")
@@ -64,7 +65,7 @@ def _with_ellipsis(key: tuple[Any, ...]) -> list[Any]:
     return list(key[:at + 1]) + [slice(None)] * (3 - given) + list(key[at + 1:])
 
 
-def _along_axis(entry: Any, axis: int, size: int, brick: int) -> tuple[list[Run], Any]:
+def _along_axis(entry: Any, axis: int, size: int, brick: int, first: int) -> tuple[list[Run], Any]:
     """The samples to read along an axis, and the index among them that gives the result."""
     if isinstance(entry, slice):
         positions = range(*entry.indices(size))
@@ -76,7 +77,7 @@ def _along_axis(entry: Any, axis: int, size: int, brick: int) -> tuple[list[Run]
     try:
         position = operator.index(entry)
     except TypeError:
-        return _along_array(_positions(entry, axis, size), brick)
+        return _along_array(_positions(entry, axis, size), brick, first)
     position = _checked(position, axis, size)
     return [Run(position, position + 1, 1)], 0
 
@@ -115,13 +116,12 @@ def _run_of(positions: range) -> list[Run]:
     return [Run(positions[0], positions[-1] + 1, step)] if len(positions) else []
 
 
-def _along_array(array: np.ndarray[Any, Any], brick: int) -> tuple[list[Run], np.ndarray[Any, Any]]:
+def _along_array(array: np.ndarray[Any, Any], brick: int, first: int) -> tuple[list[Run], np.ndarray[Any, Any]]:
     """One run for each brick, so that a brick is decoded once. Runs may have more positions than the array,
     but never leave a brick."""
     positions = np.unique(array)
     runs: list[Run] = []
-    # A brick begins after the sample on its low face, except for the first one.
-    numbers = np.maximum(positions - 1, 0) // brick
+    numbers = np.maximum(positions - first + brick, 0) // brick
     for group in np.split(positions, np.flatnonzero(np.diff(numbers)) + 1):
         if len(group):
             step = int(np.gcd.reduce(np.diff(group))) if len(group) > 1 else 1

@@ -83,9 +83,9 @@ class Volume:
 
     @property
     def chunks(self) -> tuple[int, int, int]:
-        """The size of a brick along z, y and x, (64, 64, 64) by default. Bricks begin after the samples on
-        their low faces: along an axis, the first one holds samples 0 to 64, the next one 65 to 128. See
-        aligned_chunks()."""
+        """The size of a brick along z, y and x, (64, 64, 64) by default. Along an axis, the first brick holds
+        samples 0 to 63, the next one 64 to 127, and so on: such a chunk is a brick. Only in a file that was
+        encoded with lead=0 does the first one hold a sample more; see aligned_chunks()."""
         edge = self._info["brick_edge"]
         return edge, edge, edge
 
@@ -101,8 +101,14 @@ class Volume:
         return z, y, x
 
     def _borders(self, axis: int, bricks: int = 1) -> list[int]:
-        size, edge = self.shape[axis], bricks * self._info["brick_edge"]
-        return [0, *range(edge + 1, size, edge), size]
+        size, edge = self.shape[axis], self._info["brick_edge"]
+        return [0, *range((bricks - 1) * edge + self._first_brick, size, bricks * edge), size]
+
+    @property
+    def _first_brick(self) -> int:
+        """The samples of the first brick along an axis."""
+        edge: int = self._info["brick_edge"]
+        return edge if self._info["lead"] else edge + 1
 
     @property
     def spacing(self) -> tuple[float, float, float]:
@@ -187,7 +193,7 @@ class Volume:
 
         IndexError: a position is outside the volume, or the index is not supported.
         """
-        selection = select(key, self.shape, self._info["brick_edge"])
+        selection = select(key, self.shape, self._info["brick_edge"], self._first_brick)
         samples = np.empty(selection.shape, self.dtype)
         self._fill(samples, selection)
         return samples[selection.key]
@@ -378,10 +384,9 @@ class Volume:
 
     def _whole_bricks(self, axis: int, low: int, high: int) -> tuple[int, int]:
         """The samples of the bricks that hold samples [low, high)."""
-        # A brick begins after the sample on its low face, except for the first one.
-        edge = self._info["brick_edge"]
-        first, last = max(low - 1, 0) // edge, max(high - 2, 0) // edge
-        return first * edge + (first > 0), min((last + 1) * edge + 1, self.shape[axis])
+        edge, of_first = self._info["brick_edge"], self._first_brick
+        first, last = (max(position - of_first + edge, 0) // edge for position in (low, high - 1))
+        return (first - 1) * edge + of_first if first else 0, min(last * edge + of_first, self.shape[axis])
 
     def _fill(self, samples: npt.NDArray[Any], selection: Selection) -> None:
         if self._reader.closed:

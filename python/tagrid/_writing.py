@@ -57,9 +57,9 @@ class Writer:
                  surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
                  grid_only: bool = False, value_range: Optional[Sequence[float]] = None,
                  field_scale: Optional[float] = None, max_level: Optional[int] = None, cube: Optional[int] = None,
-                 brick: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0,
-                 progress: Progress = None, relative_error: Optional[float] = None, psnr: Optional[float] = None,
-                 samples: Optional[Callable[[int, int], Any]] = None):
+                 brick: Optional[int] = None, lead: Optional[int] = None, accuracy: Optional[int] = None,
+                 memory_limit: int = 0, progress: Progress = None, relative_error: Optional[float] = None,
+                 psnr: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
@@ -77,7 +77,7 @@ class Writer:
         options.update(rule)
         options.update(encoder_settings(
             {"max_error": None if rule else max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
-            {"max_level": max_level, "cube": cube, "brick": brick, "accuracy": accuracy}, value_range))
+            {"max_level": max_level, "cube": cube, "brick": brick, "lead": lead, "accuracy": accuracy}, value_range))
         settings = work(threads, memory_limit)
         self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
         self._written = 0
@@ -180,7 +180,7 @@ def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, No
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None) -> bytes: ...
 
 
@@ -191,7 +191,7 @@ def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] =
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None) -> None: ...
 
 
@@ -201,7 +201,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None) -> Optional[bytes]:
     """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
@@ -229,7 +229,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         grid, and samples are interpolated.
     value_range: (low, high), the span of values that matters for the grid. The default is the range of the
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
-        of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md.
+        of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
+        default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
     memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
         an exception cancels the encoding.
 
@@ -256,8 +257,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         with Writer(out if memory is None else memory, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
                     affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
-                    field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, accuracy=accuracy,
-                    memory_limit=memory_limit, progress=progress, relative_error=relative_error, psnr=psnr,
+                    field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
+                    accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error, psnr=psnr,
                     samples=AnySamples(volume).read) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)

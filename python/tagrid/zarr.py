@@ -34,7 +34,8 @@ class Store(_Mapping):
     is smaller, and are decoded on read.
 
     source: anything that tagrid.open() accepts, or a Volume. chunk: samples along the edge of a chunk.
-    cache_bytes: memory for decoded bricks. A chunk has samples of up to 8 bricks (see
+    cache_bytes: memory for decoded bricks. A chunk of 64 samples is a brick of the usual size; in a file that
+        was encoded with lead=0, and at other sizes, a chunk has samples of up to 8 bricks (see
         Volume.aligned_chunks()).
 
     Levels are samples of the volume, not means. All begin at the same sample, so their translations are

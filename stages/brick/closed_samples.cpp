@@ -26,13 +26,16 @@ std::vector<BrickRows> rows_below(const BrickRows& rows) {
 ClosedSamples::ClosedSamples(const CodingParameters& parameters, const BrickRows& rows)
     : bricks_(parameters.bricks()),
       size_(size_of(parameters.type)),
-      y_first_(bricks_.closed_box({0, std::max<std::int64_t>(rows.y_low - 1, 0), 0}).low.y),
+      volume_(bricks_.domain.volume()),
+      y_first_(std::max(bricks_.closed_box({0, std::max<std::int64_t>(rows.y_low - 1, 0), 0}).low.y,
+                        volume_.low.y)),
       row_(parameters.dims.x) {
-  const Box volume = bricks_.domain.volume();
   const std::int64_t rows_of_samples =
-      std::min(bricks_.closed_box({0, rows.y_end - 1, 0}).high.y, volume.high.y) - y_first_ + 1;
-  const Index3 brick = intersection(bricks_.closed_box({0, 0, 0}), volume).size();
-  const std::int64_t samples[3] = {brick.y * brick.z, row_ * brick.z, row_ * rows_of_samples};
+      std::min(bricks_.closed_box({0, rows.y_end - 1, 0}).high.y, volume_.high.y) - y_first_ + 1;
+  // No brick has more samples in its closed box.
+  const Index3 closed = bricks_.closed_box({0, 0, 0}).size(), all = volume_.size();
+  const std::int64_t y = std::min(closed.y, all.y), z = std::min(closed.z, all.z);
+  const std::int64_t samples[3] = {y * z, row_ * z, row_ * rows_of_samples};
   for (int axis = 0; axis < 3; ++axis)
     if (bricks_.bricks(axis) > 1) faces_[axis].resize(static_cast<std::size_t>(samples[axis]) * size_);
 }
@@ -45,13 +48,13 @@ std::uint64_t ClosedSamples::working_bytes(const CodingParameters& parameters, s
 
 std::size_t ClosedSamples::face_offset(int axis, const Box& box, Index3 p) const {
   const std::int64_t at = axis == 0   ? (p.z - box.low.z) * box.size().y + p.y - box.low.y
-                          : axis == 1 ? (p.z - box.low.z) * row_ + p.x
-                                      : (p.y - y_first_) * row_ + p.x;
+                          : axis == 1 ? (p.z - box.low.z) * row_ + p.x - volume_.low.x
+                                      : (p.y - y_first_) * row_ + p.x - volume_.low.x;
   return static_cast<std::size_t>(at) * size_;
 }
 
 std::vector<std::byte> ClosedSamples::complete(Index3 position, const std::vector<std::byte>& owned) {
-  const Box closed = bricks_.closed_box(position), box = intersection(closed, bricks_.domain.volume()),
+  const Box closed = bricks_.closed_box(position), box = intersection(closed, volume_),
             own = bricks_.owned_box(position);
   std::vector<std::byte> samples(static_cast<std::size_t>(closed.count()) * size_);
   const auto at = [&](Index3 p) {
@@ -83,8 +86,9 @@ std::vector<std::byte> ClosedSamples::complete(Index3 position, const std::vecto
   }
   // Then points outside the volume, row by row: the nearest rows are complete before they are copied.
   for_each_row(closed, [&](std::int64_t y, std::int64_t z) {
-    const Index3 from = box.nearest({closed.low.x, y, z}), to{closed.low.x, y, z};
+    const Index3 to{box.low.x, y, z}, from = box.nearest(to);
     if (from != to) std::memcpy(at(to), at(from), bytes(box.size().x));
+    for (std::int64_t x = closed.low.x; x < box.low.x; ++x) std::memcpy(at({x, y, z}), at(to), size_);
     for (std::int64_t x = box.high.x + 1; x <= closed.high.x; ++x)
       std::memcpy(at({x, y, z}), at({box.high.x, y, z}), size_);
   });

@@ -42,6 +42,7 @@ class ClosedSamples {
 
   BrickGrid bricks_;
   std::size_t size_;                 ///< of a sample
+  Box volume_;                       ///< all samples
   std::int64_t y_first_, row_;       ///< the first y of all rows; samples along x
   std::vector<std::byte> faces_[3];  ///< high faces of the bricks before, by axis
 };

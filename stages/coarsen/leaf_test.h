@@ -81,7 +81,7 @@ template <class T>
 class LeafTest {
  public:
   LeafTest(const Samples<T>& samples, const MeshBound& bound)
-      : samples_(samples), bound_(bound), volume_(Box::of_size(bound.dims)), limit_(bound.largest) {}
+      : samples_(samples), bound_(bound), volume_(bound.volume), limit_(bound.largest) {}
 
   /// True if a sample of the volume in the tetrahedron, its border included, is further from the
   /// interpolation than the bound. If the mesh is cut at the border of the volume, the interpolation is that
@@ -90,7 +90,7 @@ class LeafTest {
   /// unit.
   bool violates(const std::array<Index3, 4>& vertices, const BaseEdge& edge, Index3 middle,
                 std::int64_t unit) const {
-    const bool cut = !bound_.padded && reaches_beyond(vertices, volume_.high);
+    const bool cut = !bound_.padded && reaches_beyond(vertices, volume_);
     if constexpr (std::is_integral_v<T>) {
       if (cut) return violates_in_pieces(vertices, unit);
       const std::int64_t allowed = limit_.times(2 * unit);
@@ -173,7 +173,7 @@ class LeafTest {
     const LeafWeights weights = weights_in(vertices, unit);
     std::array<std::int64_t, 4> values;
     for (std::size_t i = 0; i < 4; ++i) values[i] = number(vertices[i]);
-    for (const auto& piece : cut_at(vertices, volume_.high)) {
+    for (const auto& piece : cut_at(vertices, volume_)) {
       std::array<std::int64_t, 4> corners;
       for (std::size_t i = 0; i < 4; ++i) corners[i] = rounded(weights.at(piece[i]), values, unit);
       const std::int64_t allowed = limit_.times(six_volumes(piece));

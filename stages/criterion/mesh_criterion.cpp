@@ -94,10 +94,10 @@ class MeshMarker {
   bool is_cut(Index3 p, std::int64_t unit) const {
     const Box padded = domain_.padded();
     for (int axis = 0; axis < 3; ++axis) {
-      const std::int64_t last = volume_.high[axis];
-      if (last < padded.high[axis] && std::max<std::int64_t>(p[axis] - unit, 0) < last &&
-          p[axis] + unit > last)
-        return true;
+      const std::int64_t first = volume_.low[axis], last = volume_.high[axis],
+                         low = std::max(p[axis] - unit, padded.low[axis]),
+                         high = std::min(p[axis] + unit, padded.high[axis]);
+      if ((low < first && first < high) || (low < last && last < high)) return true;
     }
     return false;
   }

@@ -50,6 +50,7 @@ struct Box {
   constexpr Index3 strides() const { return {1, size().x, size().x * size().y}; }
   /// The same box with `n` more points on every side.
   constexpr Box grown(std::int64_t n) const { return {low - Index3{n, n, n}, high + Index3{n, n, n}}; }
+  constexpr Box moved(Index3 by) const { return {low + by, high + by}; }
   /// The point of the box nearest to `p`. REQUIRES: !empty().
   constexpr Index3 nearest(Index3 p) const {
     return {std::clamp(p.x, low.x, high.x), std::clamp(p.y, low.y, high.y), std::clamp(p.z, low.z, high.z)};

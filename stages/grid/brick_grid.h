@@ -10,17 +10,32 @@
 namespace tagrid {
 
 /// A volume of `dims` samples, covered by complete root cubes of edge `cube_size`. The domain is the smallest
-/// lattice of complete root cubes that holds every sample, with at least one cube along each axis.
+/// lattice of complete root cubes that begins `lead` steps before the first sample and holds every sample,
+/// with at least one cube along each axis.
+///
+/// Everything that works on the lattice, on bricks or on boxes of samples counts from the first plane of the
+/// domain: sample i is the lattice point first() + i. Samples are counted from 0 only where they leave or
+/// enter the program: by sources and sinks of volumes, in what callers name, and in the world.
 struct Domain {
   Index3 dims;
   int cube_size = 32;
+  /// 0 or 1. With 1, a brick owns as many samples as its edge has, since its low faces belong to padding or to
+  /// bricks before it. An axis with one sample has no lead: its plane stays a face of root cubes.
+  int lead = 0;
 
+  /// The lattice point of the first sample.
+  constexpr Index3 first() const {
+    return {dims.x > 1 ? lead : 0, dims.y > 1 ? lead : 0, dims.z > 1 ? lead : 0};
+  }
   constexpr std::int64_t cubes(int axis) const {
-    const std::int64_t edges = dims[axis] - 1;
+    const std::int64_t edges = first()[axis] + dims[axis] - 1;
     return edges <= 0 ? 1 : (edges + cube_size - 1) / cube_size;
   }
   /// The samples.
-  constexpr Box volume() const { return Box::of_size(dims); }
+  constexpr Box volume() const { return Box::of_size(dims).moved(first()); }
+  /// The samples of a box of lattice points, counted from 0, and the other way round.
+  constexpr Box samples_at(const Box& points) const { return points.moved(-1 * first()); }
+  constexpr Box points_of(const Box& samples) const { return samples.moved(first()); }
   /// All lattice points, padding included.
   constexpr Box padded() const { return {{0, 0, 0}, cube_size * Index3{cubes(0), cubes(1), cubes(2)}}; }
 };
@@ -70,13 +85,15 @@ struct BrickGrid {
     return box;
   }
 
-  /// The position along any one axis of the brick that owns the samples at this coordinate; see owned_box().
+  /// The position along any one axis of the brick that owns the samples at this coordinate of the lattice;
+  /// see owned_box().
   constexpr std::int64_t owner(std::int64_t coordinate) const {
     return coordinate == 0 ? 0 : (coordinate - 1) / length();
   }
 
   /// The samples that a brick owns: (low, high] of its closed box, clipped to the volume; the first brick
-  /// along an axis also owns the low face. Never empty; every sample has one owner.
+  /// along an axis also owns the low face, which is padding if the domain has a lead. Never empty; every
+  /// sample has one owner.
   constexpr Box owned_box(Index3 position) const {
     Box box = closed_box(position);
     for (int axis = 0; axis < 3; ++axis)
@@ -120,7 +137,7 @@ inline void append(std::vector<BrickRun>& runs, const BrickRun& run) {
     runs.push_back(run);
 }
 
-/// The samples that the bricks of a run own: at most five boxes, which do not overlap.
+/// The samples that the bricks of a run own, counted from 0: at most five boxes, which do not overlap.
 inline std::vector<Box> boxes_of(const BrickRun& run, const BrickGrid& bricks) {
   std::vector<Box> boxes;
   // The longest stretch from `first` on that is a box: complete layers, complete rows, or a part of a row.
@@ -132,8 +149,8 @@ inline std::vector<Box> boxes_of(const BrickRun& run, const BrickGrid& bricks) {
       count = of_layer - of_layer % row;
     }
     if (first % layer == 0 && left >= layer) count = left - left % layer;
-    boxes.push_back({bricks.owned_box(bricks.position(first)).low,
-                     bricks.owned_box(bricks.position(first + count - 1)).high});
+    boxes.push_back(bricks.domain.samples_at({bricks.owned_box(bricks.position(first)).low,
+                                              bricks.owned_box(bricks.position(first + count - 1)).high}));
     first += count;
   }
   return boxes;

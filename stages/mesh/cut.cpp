@@ -11,7 +11,7 @@ namespace {
 
 struct Corner {
   Index3 at;
-  unsigned planes = 0;  // bits 0 .. 3: faces of the tetrahedron; 4 .. 6: planes of the border
+  unsigned planes = 0;  // bits 0 .. 3: faces of the tetrahedron; 4 .. 9: planes of the border
 };
 
 // The order of corners that all triangulations follow.
@@ -25,7 +25,7 @@ constexpr bool is_lower(const Corner& a, const Corner& b) {
 // polytope in one edge, even in degenerate cases.
 constexpr bool is_edge(const Corner& a, const Corner& b) { return std::popcount(a.planes & b.planes) >= 2; }
 
-// Insertion sort, as there are at most ten.
+// Insertion sort, as there are at most sixteen.
 template <class Item, class Before>
 void sort_few(std::span<Item> items, Before before) {
   for (std::size_t i = 1; i < items.size(); ++i)
@@ -38,22 +38,23 @@ class Polytope {
     for (std::size_t i = 0; i < 4; ++i) corners_[i] = {vertices[i], 0xfu & ~(1u << i)};
   }
 
-  // Keeps the part up to `last` on the axis.
-  void clip(int axis, std::int64_t last) {
+  // Keeps the part on one side of the plane where the coordinate is `border`: below it (side = 1), or above it
+  // (side = -1).
+  void clip(int axis, int side, std::int64_t border) {
     const std::array<Corner, most> all = corners_;
     const std::span<const Corner> before(all.data(), count_);
-    const auto above = [&](const Corner& c) { return c.at[axis] > last; };
-    const auto below = [&](const Corner& c) { return c.at[axis] < last; };
-    if (std::none_of(before.begin(), before.end(), above)) return;
+    const auto outside = [&](const Corner& c) { return side * (c.at[axis] - border) > 0; };
+    const auto inside = [&](const Corner& c) { return side * (c.at[axis] - border) < 0; };
+    if (std::none_of(before.begin(), before.end(), outside)) return;
     count_ = 0;
-    if (std::none_of(before.begin(), before.end(), below)) return;
-    const unsigned plane = 1u << (4 + axis);
+    if (std::none_of(before.begin(), before.end(), inside)) return;
+    const unsigned plane = 1u << (side > 0 ? 4 + axis : 7 + axis);
     for (const Corner& a : before) {
-      if (below(a)) add(a);
-      if (a.at[axis] == last) add({a.at, a.planes | plane});
+      if (inside(a)) add(a);
+      if (a.at[axis] == border) add({a.at, a.planes | plane});
       for (const Corner& b : before)
-        if (below(a) && above(b) && is_edge(a, b))
-          add({meeting_point(a.at, b.at, axis, last), (a.planes & b.planes) | plane});
+        if (inside(a) && outside(b) && is_edge(a, b))
+          add({meeting_point(a.at, b.at, axis, border), (a.planes & b.planes) | plane});
     }
   }
 
@@ -62,7 +63,7 @@ class Polytope {
     if (count_ == 0) return pieces;
     sort_few(std::span(corners_).first(count_), is_lower);
     const Corner& lowest = corners_[0];
-    for (unsigned plane = 1; plane < 1u << 7; plane <<= 1) {
+    for (unsigned plane = 1; plane < 1u << 10; plane <<= 1) {
       if (lowest.planes & plane) continue;
       std::array<Index3, most> face;
       std::size_t n = 0;
@@ -84,12 +85,12 @@ class Polytope {
   }
 
  private:
-  static constexpr std::size_t most = 10;  // corners
+  static constexpr std::size_t most = 16;  // corners
 
   void add(const Corner& c) { corners_[count_++] = c; }
 
-  static Index3 meeting_point(Index3 a, Index3 b, int axis, std::int64_t last) {
-    const Index3 d = b - a, way = (last - a[axis]) * d;
+  static Index3 meeting_point(Index3 a, Index3 b, int axis, std::int64_t border) {
+    const Index3 d = b - a, way = (border - a[axis]) * d;
     assert(way.x % d[axis] == 0 && way.y % d[axis] == 0 && way.z % d[axis] == 0);
     return a + Index3{way.x / d[axis], way.y / d[axis], way.z / d[axis]};
   }
@@ -115,9 +116,12 @@ bool apart_along(Index3 normal, const std::array<Index3, 4>& vertices, const Box
 
 }  // namespace
 
-Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last) {
+Pieces cut_at(const std::array<Index3, 4>& vertices, const Box& volume) {
   Polytope polytope(vertices);
-  for (int axis = 0; axis < 3; ++axis) polytope.clip(axis, last[axis]);
+  for (int axis = 0; axis < 3; ++axis) {
+    polytope.clip(axis, 1, volume.high[axis]);
+    polytope.clip(axis, -1, volume.low[axis]);
+  }
   return polytope.triangulate();
 }
 

@@ -19,27 +19,27 @@
 
 namespace tagrid {
 
-/// The tetrahedra into which a tetrahedron is cut. A polytope with at most seven faces has at most ten
-/// corners and sixteen triangles, of which at least three contain the lowest corner.
+/// The tetrahedra into which a tetrahedron is cut. A polytope with at most ten faces has at most sixteen
+/// corners and 28 triangles, of which at least three contain the lowest corner.
 struct Pieces {
-  std::array<std::array<Index3, 4>, 13> vertices;  ///< each positive: six_volumes() > 0
+  std::array<std::array<Index3, 4>, 25> vertices;  ///< each positive: six_volumes() > 0
   std::size_t count = 0;
 
   const std::array<Index3, 4>* begin() const { return vertices.data(); }
   const std::array<Index3, 4>* end() const { return vertices.data() + count; }
 };
 
-/// True if a vertex lies above `last` on some axis, so that the tetrahedron must be cut.
-constexpr bool reaches_beyond(const std::array<Index3, 4>& vertices, Index3 last) {
+/// True if a vertex lies outside of `volume`, so that the tetrahedron must be cut.
+constexpr bool reaches_beyond(const std::array<Index3, 4>& vertices, const Box& volume) {
   for (const Index3& v : vertices)
-    if (v.x > last.x || v.y > last.y || v.z > last.z) return true;
+    if (!volume.contains(v)) return true;
   return false;
 }
 
-/// The part of a tetrahedron that lies in the box up to `last` on all axes; nothing if that part has no
-/// volume. Exact, in integers; takes about a microsecond.
+/// The part of a tetrahedron that lies in the box from the first to the last samples; nothing if that part
+/// has no volume. Exact, in integers; takes about a microsecond.
 /// REQUIRES: a tetrahedron of the bisection hierarchy, positive or not, with coordinates from 0 on.
-Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last);
+Pieces cut_at(const std::array<Index3, 4>& vertices, const Box& volume);
 
 /// True if a tetrahedron and a box have a point in common, in exact integers. Both are closed: the box
 /// reaches from sample to sample, and borders are included. A box may be a single sample. The method is

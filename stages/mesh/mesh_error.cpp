@@ -78,17 +78,17 @@ using Measure = std::conditional_t<std::is_integral_v<T>, ExactMeasure<T>, RealM
 
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
-                          const Box& measured, Index3 dims, int cube_size) {
+                          const Box& measured, const Box& volume, int cube_size) {
   const Box& box = active.box();
   const auto field = interpolate_points<T>(points, active, cube_size);
   Measure<T> measure(cube_size);
   LatticeBits in_pieces;
-  if (const Box volume = Box::of_size(dims); !volume.contains(box)) {
+  if (!volume.contains(box)) {
     in_pieces = LatticeBits(measured);
     const std::vector<T> rounded = rounded_field<T>(field, points, active, cube_size);
     for_each_leaf_tetrahedron(active, box, cube_size, max_level(cube_size), [&](const Tetrahedron& t) {
-      if (!reaches_beyond(t.vertices, volume.high)) return;
-      for (const auto& piece : cut_at(t.vertices, volume.high)) {
+      if (!reaches_beyond(t.vertices, volume)) return;
+      for (const auto& piece : cut_at(t.vertices, volume)) {
         std::array<T, 4> values;
         for (std::size_t i = 0; i < 4; ++i)
           values[i] = rounded[static_cast<std::size_t>(box.offset(piece[i]))];
@@ -116,7 +116,7 @@ double measure_mesh(const BrickSamples& original, const std::vector<std::byte>& 
     using T = decltype(type);
     const std::span<const T> points(reinterpret_cast<const T*>(of_mesh.data()), of_mesh.size() / sizeof(T));
     return largest_mesh_error<T>(points, active, original.as<T>(), parameters.bricks().owned_box(brick),
-                                 parameters.dims, parameters.cube_size);
+                                 parameters.domain().volume(), parameters.cube_size);
   });
 }
 
@@ -127,7 +127,7 @@ std::uint64_t working_bytes_of_mesh_error(SampleType type, Index3 size) {
 
 #define TAGRID_INSTANTIATE(T)                                                                               \
   template double largest_mesh_error(std::span<const T>, const LatticeBits&, const Samples<T>&, const Box&, \
-                                     Index3, int);
+                                     const Box&, int);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

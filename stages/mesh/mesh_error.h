@@ -27,9 +27,10 @@ namespace tagrid {
 ///   active    activity of the closed box of a brick
 ///   original  samples of the volume
 ///   measured  a box in both
+///   volume    all samples
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
-                          const Box& measured, Index3 dims, int cube_size);
+                          const Box& measured, const Box& volume, int cube_size);
 
 /// The same for a brick of any type that is being encoded. `values`: those of the mesh at the points of the
 /// closed box of the brick; empty: the original samples. REQUIRES: `original` are the samples of that box.

@@ -57,6 +57,7 @@ struct CodingParameters {
   GridOrigin grid = GridOrigin::stored;
   int cube_size = 32;    ///< S, a power of two, 4 .. 256
   int brick_edge = 2;    ///< root cubes along the edge of a brick
+  int lead = 0;          ///< planes of padding before the first sample, 0 or 1; see Domain
   int max_level = 15;    ///< no point of a higher level is marked; 3K if the run is not limited
   int accuracy = 20;     ///< m of the curvature criterion
   double range_low = 0;  ///< the value range that the field scale was derived from; low == high: none
@@ -90,7 +91,7 @@ struct CodingParameters {
     return mode == FileMode::voxels && is_exact() && surface_error < 0 && mesh_error < 0;
   }
 
-  Domain domain() const { return {dims, cube_size}; }
+  Domain domain() const { return {dims, cube_size, lead}; }
   BrickGrid bricks() const { return {domain(), brick_edge}; }
 };
 

@@ -164,7 +164,7 @@ class Crossings {
 
   template <class Visit>
   void visit_pieces(const CrossedTetrahedron& whole, Visit& visit) {
-    for (const std::array<Index3, 4>& vertices : cut_at(places(whole), grid_.last)) {
+    for (const std::array<Index3, 4>& vertices : cut_at(places(whole), grid_.volume)) {
       CrossedTetrahedron piece{packed(vertices), 0, true};
       for (unsigned i = 0; i < 4; ++i) {
         const std::uint32_t number = number_of(piece.vertices[i]);

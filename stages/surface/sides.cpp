@@ -39,18 +39,19 @@ Sides::Sides(std::span<const T> points, const LatticeBits& active_bits, const Su
 template <class T>
 LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& active_bits,
                                const SurfaceGrid& grid, const SurfaceLevel& level) {
-  const Index3 last = grid.last;
+  const Box& volume = grid.volume;
   bool any_equal = false;
   LatticeBits inside_bits(active_bits.box());
-  const auto place = [](std::int64_t at, std::int64_t high) -> std::uint8_t {
-    return at == 0 || at == high ? border : at > high ? beyond : 0;
+  const auto place = [&](int axis, Index3 p) -> std::uint8_t {
+    const std::int64_t at = p[axis], low = volume.low[axis], high = volume.high[axis];
+    return at == low || at == high ? border : at < low || at > high ? beyond : 0;
   };
   for_each_set(active_bits, [&](Index3 p, std::size_t i) {
     const auto value = static_cast<double>(points[i]);
     const bool is_inside = level.is_inside(value);
     any_equal |= value == level.value;
-    of_point_[i] = static_cast<std::uint8_t>(active | place(p.x, last.x) | place(p.y, last.y) |
-                                             place(p.z, last.z) | (is_inside ? inside : 0));
+    of_point_[i] = static_cast<std::uint8_t>(active | place(0, p) | place(1, p) | place(2, p) |
+                                             (is_inside ? inside : 0));
     if (is_inside) inside_bits.set(p);
   });
   if (any_equal) put_outside_those_alone(points, active_bits, grid, level, inside_bits);
@@ -167,7 +168,7 @@ Sides::Cells Sides::next_cells(const Cells& smaller) {
 void Sides::mark_crossed(const Cells& cells, std::int64_t edge, const Box& box, const SurfaceGrid& grid) {
   const auto reaches_border = [&](int axis, std::int64_t cell) {
     const std::int64_t low = box.low[axis] + cell * edge;
-    return grid.close && (low == 0 || low + edge >= grid.last[axis]);
+    return grid.close && (low <= grid.volume.low[axis] || low + edge >= grid.volume.high[axis]);
   };
   const Index3 size = box.size();
   auto sides = cells.sides.begin();

@@ -11,9 +11,9 @@
 namespace tagrid {
 namespace {
 
-bool is_in_border(const std::array<Index3, 3>& face, Index3 last) {
+bool is_in_border(const std::array<Index3, 3>& face, const Box& volume) {
   for (int axis = 0; axis < 3; ++axis)
-    for (const std::int64_t plane : {std::int64_t{0}, last[axis]})
+    for (const std::int64_t plane : {volume.low[axis], volume.high[axis]})
       if (face[0][axis] == plane && face[1][axis] == plane && face[2][axis] == plane) return true;
   return false;
 }
@@ -21,13 +21,13 @@ bool is_in_border(const std::array<Index3, 3>& face, Index3 last) {
 // Calls visit(corners, inside) for the faces in the border of the volume. `corners`: numbers of vertices of
 // the tetrahedron; `inside`: a bit for each of the three.
 template <class T, class Visit>
-void for_each_border_face(const CrossedTetrahedron& t, const Crossings<T>& crossings, Index3 last,
+void for_each_border_face(const CrossedTetrahedron& t, const Crossings<T>& crossings, const Box& volume,
                           Visit visit) {
   if (!t.at_border) return;
   for (const auto& corners : faces_of_tetrahedron) {
     std::array<Index3, 3> face;
     for (std::size_t i = 0; i < 3; ++i) face[i] = crossings.place(t.vertices[corners[i]]);
-    if (!is_in_border(face, last)) continue;
+    if (!is_in_border(face, volume)) continue;
     unsigned inside = 0;
     for (unsigned i = 0; i < 3; ++i) inside |= ((t.inside >> corners[i]) & 1) << i;
     visit(corners, inside);
@@ -40,7 +40,7 @@ void for_each_triangle(const CrossedTetrahedron& t, const Crossings<T>& crossing
                        Visit visit) {
   for (const auto& triangle : triangles_in_tetrahedron[t.inside]) visit(triangle);
   if (!grid.close) return;
-  for_each_border_face(t, crossings, grid.last, [&](const auto& corners, unsigned inside) {
+  for_each_border_face(t, crossings, grid.volume, [&](const auto& corners, unsigned inside) {
     for (std::array<CutEdge, 3> triangle : triangles_in_face[inside]) {
       for (CutEdge& corner : triangle) corner = {corners[corner.a], corners[corner.b]};
       visit(triangle);
@@ -53,7 +53,7 @@ std::int64_t border_edges_of(const CrossedTetrahedron& t, const Crossings<T>& cr
                              const SurfaceGrid& grid) {
   std::int64_t count = 0;
   if (!grid.close)
-    for_each_border_face(t, crossings, grid.last,
+    for_each_border_face(t, crossings, grid.volume,
                          [&](const auto&, unsigned inside) { count += inside != 0 && inside != 7; });
   return count;
 }

@@ -35,8 +35,8 @@ struct SurfaceLevel {
 /// The tetrahedra that are marched.
 struct SurfaceGrid {
   int cube_size = 32;
-  /// The last sample of the volume, where tetrahedra are cut. REQUIRES: > 0 on all axes.
-  Index3 last;
+  /// All samples: tetrahedra are cut at the first and the last ones. REQUIRES: more than one along each axis.
+  Box volume;
   /// Only tetrahedra that meet this box; both ends are included.
   std::optional<Box> box = std::nullopt;
   /// The surface is closed at the border of the volume and around NaN, as if values there were outside.

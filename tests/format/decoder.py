@@ -55,9 +55,9 @@ class Header:
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, self.scale, self.range_low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, lead, self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
-             "<QQQBBHHHIHHdddddddII", data, 16)
+             "<QQQBBHHHIHBBdddddddII", data, 16)
         require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
@@ -65,6 +65,9 @@ class Header:
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
         self.stores_grid = grid == 0
+        require(lead in (0, 1), "impossible lead")
+        self.first = [lead if n > 1 else 0 for n in self.dims]  # the lattice point of the first sample
+        self.last = [first + n - 1 for first, n in zip(self.first, self.dims)]
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
@@ -83,7 +86,7 @@ class Header:
             for e in (max_error, surface_error, point_error))
         require(grid != 2 or self.max_error == 0, "an implied grid in a file with loss")
         unpack(data[120:120 + packed_size], text_size)
-        self.cubes = [max(1, (n - 1 + self.S - 1) // self.S) for n in self.dims]
+        self.cubes = [max(1, (last + self.S - 1) // self.S) for last in self.last]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
 
     def boxes(self, number):
@@ -92,8 +95,8 @@ class Header:
         position = (i, rest % self.bricks[1], rest // self.bricks[1])
         low = tuple(c * self.B * self.S for c in position)
         high = tuple(min(low[a] + self.B * self.S, self.cubes[a] * self.S) for a in range(3))
-        return Box(low, high), Box(tuple(low[a] + (position[a] > 0) for a in range(3)),
-                                   tuple(min(high[a], self.dims[a] - 1) for a in range(3)))
+        return Box(low, high), Box(tuple(max(low[a] + (position[a] > 0), self.first[a]) for a in range(3)),
+                                   tuple(min(high[a], self.last[a]) for a in range(3)))
 
 
 def unpack(packed, size):
@@ -179,9 +182,9 @@ def decode_samples(header, closed, owned, active, values):
 def level_counts(header, number, active):
     """Active points that a brick owns, by level: those in (low, high] of its closed box."""
     counts = [0] * (3 * header.K + 1)
-    closed, owned = header.boxes(number)
+    closed, _ = header.boxes(number)
     for p in active:
-        if all(p[a] > closed.low[a] or owned.low[a] == closed.low[a] for a in range(3)):
+        if all(p[a] > closed.low[a] or closed.low[a] == 0 for a in range(3)):
             unit = min((c & -c for c in p if c), default=header.S)
             odd = sum(c & unit != 0 for c in p)
             counts[0 if unit >= header.S else 3 * (header.K - unit.bit_length()) + 4 - odd] += 1
@@ -381,7 +384,7 @@ def decode(data, with_grid=True):
             pages.append(page)
     at, last = check_envelope(data, at, header, last)
     check_index(data, at, header, last, sizes, pages, counts if with_grid else None)
-    whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
+    whole = Box(tuple(header.first), tuple(header.last))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())
 

@@ -33,7 +33,11 @@ FLOATS = {"float32": ("<f", 4), "float64": ("<d", 8)}
 # type, what is in the volume, dims, options
 MADE = [
     ("int16", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--lead=0"]),
     ("int16", "phantom", (14, 15, 13), ["--cube=8", "--brick=1", "--max-error=5"]),
+    ("int16", "phantom", (14, 15, 13), ["--cube=8", "--brick=1", "--max-error=5", "--lead=0"]),
+    ("uint8", "phantom", (17, 2, 9), ["--cube=8", "--brick=1", "--grid-only", "--lead=0"]),
+    ("int16", "phantom", (16, 8, 9), ["--cube=8", "--brick=1"]),
     ("int16", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=3"]),
     ("int16", "phantom", (14, 15, 13), ["--cube=8", "--brick=1", "--max-error=4", "--mesh-error=60"]),
     ("float32", "phantom", (14, 15, 13), ["--cube=8", "--grid-only", "--mesh-error=60"]),

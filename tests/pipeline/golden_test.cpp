@@ -19,8 +19,8 @@ struct Golden {
   EncodeOptions options;
 };
 
-EncodeOptions with_cube(int cube_size) {
-  EncodeOptions options{.cube_size = cube_size, .brick_edge = 2};
+EncodeOptions with_cube(int cube_size, int lead = 0) {
+  EncodeOptions options{.cube_size = cube_size, .brick_edge = 2, .lead = lead};
   return options;
 }
 
@@ -43,7 +43,11 @@ std::vector<Golden> all_golden() {
                              {"voxels_lossless_best_int16", SampleType::int16, with_cube(16)},
                              {"voxels_bounded_best_uint16", SampleType::uint16, with_cube(16)},
                              {"voxels_two_bounds_best_int8", SampleType::int8, with_cube(8)},
-                             {"voxels_derived_grid_int16", SampleType::int16, with_cube(8)}};
+                             {"voxels_derived_grid_int16", SampleType::int16, with_cube(8)},
+                             {"lead_voxels_bounded_int16", SampleType::int16, with_cube(16, 1)},
+                             {"lead_voxels_two_bounds_uint8", SampleType::uint8, with_cube(8, 1)},
+                             {"lead_grid_bounded_mesh_uint16", SampleType::uint16, with_cube(8, 1)},
+                             {"lead_voxels_derived_grid_float32", SampleType::float32, with_cube(8, 1)}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
@@ -65,6 +69,15 @@ std::vector<Golden> all_golden() {
   all[17].options.surface_error = 1;
   all[18].options.grid = GridOrigin::derived;
   all[18].options.max_error = 8;
+  all[19].options.max_error = 8;
+  all[20].options.max_error = 6;
+  all[20].options.surface_error = 1;
+  all[21].options.grid_only = true;
+  all[21].options.max_error = 40;
+  all[21].options.mesh_error = 60;
+  all[22].options.grid = GridOrigin::derived;
+  all[22].options.max_error = 6.5;
+  all[22].options.range = {-1024, 3072};
   return all;
 }
 

@@ -87,7 +87,7 @@ class Arguments(unittest.TestCase):
         for name in ("max_error", "surface_error", "mesh_error", "field_scale"):
             self.refused(TypeError, f"{name} must be a number, not '5'", tagrid.encode, SAMPLES, **{name: "5"})
             self.refused(tagrid.ArgumentError, f"{name} must be a number, not nan", tagrid.encode, SAMPLES, **{name: float("nan")})
-        for name in ("max_level", "cube", "brick", "accuracy", "threads", "memory_limit"):
+        for name in ("max_level", "cube", "brick", "lead", "accuracy", "threads", "memory_limit"):
             self.refused(TypeError, f"{name} must be a whole number", tagrid.encode, SAMPLES, **{name: 1.5})
             self.refused(tagrid.ArgumentError, f"{name} must be a whole number from", tagrid.encode, SAMPLES, **{name: 2**70})
         self.refused(tagrid.ArgumentError, "at most 2^31 samples", tagrid.Writer, io.BytesIO(), shape=(2**70, 1, 1), dtype="i2")

@@ -153,7 +153,7 @@ class Encoding(unittest.TestCase):
                          {"affine": np.eye(3)}, {"affine": np.diag([1, 1, 0, 1])}, {"affine": np.diag([1, 1, 1, 2])},
                          {"affine": np.diag([1, 1, np.nan, 1])}, {"spacing": (1, 1, 2), "affine": np.eye(4)},
                          {"metadata": {"a:b": "c"}}, {"metadata": {"space": "a\nb"}}, {"metadata": {"spacings": "1 2 3"}},
-                         {"metadata": {"": "c"}}, {"cube": 5}, {"brick": -1}, {"accuracy": 0}, {"threads": -2}, {"max_level": -3},
+                         {"metadata": {"": "c"}}, {"cube": 5}, {"brick": -1}, {"lead": 2}, {"accuracy": 0}, {"threads": -2}, {"max_level": -3},
                          {"value_range": (3, 1)}, {"surface_error": 5}, {"grid": "derived", "grid_only": True},
                          {"metadata": "type: short\n"}, {"metadata": "no line"}):
             with self.subTest(settings), self.assertRaises(tagrid.ArgumentError):

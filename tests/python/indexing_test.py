@@ -31,7 +31,7 @@ class Indexing(unittest.TestCase):
         # Bricks of 16 samples, so that there are many.
         cls.input = CountingInput(tagrid.encode(cls.samples, cube=8, brick=2, threads=2))
         cls.volume = tagrid.open(cls.input)
-        cls.bricks = np.prod([-(-(n - 1) // 16) for n in SHAPE])
+        cls.bricks = np.prod([-(-n // 16) for n in SHAPE])
 
     def check(self, key):
         expected, got = self.samples[key], self.volume[key]
@@ -94,8 +94,8 @@ class Indexing(unittest.TestCase):
             self.volume[slice("a", None)]
 
     def test_a_slice_reads_only_the_bricks_that_it_meets(self):
-        for key, bricks in (((3, 4, 5), 1), ((slice(0, 17), slice(0, 17), slice(0, 18)), 2), ((slice(16, 18), 0, 0), 2),
-                            ((0, 0, [0, 3, 5, 16]), 1), ((0, 0, slice(None, None, 32)), 3), ((0, 0, [0, 33, 2]), 2),
+        for key, bricks in (((3, 4, 5), 1), ((slice(0, 16), slice(0, 16), slice(0, 17)), 2), ((slice(15, 17), 0, 0), 2),
+                            ((0, 0, [0, 3, 5, 15]), 1), ((slice(16, 32), slice(0, 16), slice(48, 64)), 1), ((0, 0, slice(None, None, 32)), 3), ((0, 0, [0, 33, 2]), 2),
                             ((slice(3, 3), 0, 0), 0)):
             with self.subTest(key):
                 self.input.reads = 0
@@ -103,9 +103,9 @@ class Indexing(unittest.TestCase):
                 self.assertEqual(self.input.reads, bricks)
 
     def test_aligned_chunks_are_whole_bricks(self):
-        self.assertEqual(self.volume.aligned_chunks(1), ((17, 16, 4), (17, 16, 16, 1), (17, 16, 16, 16, 5)))
-        self.assertEqual(self.volume.aligned_chunks(2), ((33, 4), (33, 17), (33, 32, 5)))
-        self.assertEqual(self.volume.aligned_chunks(), ((37,), (50,), (65, 5)))
+        self.assertEqual(self.volume.aligned_chunks(1), ((16, 16, 5), (16, 16, 16, 2), (16, 16, 16, 16, 6)))
+        self.assertEqual(self.volume.aligned_chunks(2), ((32, 5), (32, 18), (32, 32, 6)))
+        self.assertEqual(self.volume.aligned_chunks(), ((37,), (50,), (64, 6)))
         self.assertRaises(tagrid.ArgumentError, self.volume.aligned_chunks, 0)
         self.input.reads = 0
         z = 0
@@ -113,6 +113,17 @@ class Indexing(unittest.TestCase):
             self.check(slice(z, z + deep))
             z += deep
         self.assertEqual(self.input.reads, self.bricks)
+
+    def test_without_a_lead_the_first_bricks_have_a_sample_more(self):
+        source = CountingInput(tagrid.encode(self.samples, cube=8, brick=2, threads=2, lead=0))
+        volume = tagrid.open(source)
+        self.assertEqual((volume.info["lead"], self.volume.info["lead"]), (0, 1))
+        self.assertEqual(volume.aligned_chunks(1), ((17, 16, 4), (17, 16, 16, 1), (17, 16, 16, 16, 5)))
+        self.assertEqual(volume.aligned_chunks(2), ((33, 4), (33, 17), (33, 32, 5)))
+        for key, bricks in (((slice(0, 17), slice(0, 17), slice(0, 18)), 2), ((slice(16, 18), 0, 0), 2), ((0, 0, [0, 3, 5, 16]), 1)):
+            source.reads = 0
+            np.testing.assert_array_equal(volume[key], self.samples[key])
+            self.assertEqual(source.reads, bricks)
 
     def test_iteration_gives_slices_and_reads_each_brick_once(self):
         self.input.reads = 0

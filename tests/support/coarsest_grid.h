@@ -35,7 +35,7 @@ inline std::array<std::int64_t, 4> weights_of(const Corners& corners, Index3 p) 
 /// quotient.
 template <class T, class See>
 void for_each_error_in(const Volume<T>& volume, const Tetrahedron& leaf, bool padded, See see) {
-  const Box samples = Box::of_size(volume.dims);
+  const Box samples = volume.box();
   const auto value_at = [&](Index3 p) {  // of the field, rounded; halves up
     const std::int64_t whole = six_volumes(leaf.vertices);
     std::int64_t sum = 0;
@@ -63,8 +63,8 @@ void for_each_error_in(const Volume<T>& volume, const Tetrahedron& leaf, bool pa
       see(std::abs(difference), six_volumes(corners));
     }
   };
-  if (padded || !reaches_beyond(leaf.vertices, samples.high)) return look_at(leaf.vertices);
-  for (const Corners& piece : cut_at(leaf.vertices, samples.high)) look_at(piece);
+  if (padded || !reaches_beyond(leaf.vertices, samples)) return look_at(leaf.vertices);
+  for (const Corners& piece : cut_at(leaf.vertices, samples)) look_at(piece);
 }
 
 /// True if a sample in the leaf is further from the mesh than `bound`, a multiple of 1/1024.
@@ -104,7 +104,7 @@ bool any_leaf_violates(const Volume<T>& volume, const LatticeBits& active, int c
 template <class T>
 LatticeBits coarsest_grid(const Volume<T>& volume, int cube_size, double bound, bool padded,
                           LatticeBits active = {}) {
-  if (active.box().empty()) active = LatticeBits(Domain{volume.dims, cube_size}.padded());
+  if (active.box().empty()) active = LatticeBits(volume.domain(cube_size).padded());
   for (;;) {
     oracle::close_under_parents(active, cube_size);
     std::vector<Index3> splits;

@@ -33,13 +33,13 @@ LatticeBits marks_of(const oracle::Volume<T>& volume, int cube_size, const Marki
   const Box read = cubes.grown(CurvatureField::halo);
   const std::vector<T> samples = volume.cut(read);
   LatticeBits marks(box);
-  mark_curvature(Samples<T>{read, samples.data()}, cubes, {volume.dims, cube_size}, parameters, marks);
+  mark_curvature(Samples<T>{read, samples.data()}, cubes, volume.domain(cube_size), parameters, marks);
   return marks;
 }
 
 template <class T>
 LatticeBits marks_of(const oracle::Volume<T>& volume, int cube_size, const MarkingParameters& parameters) {
-  const Box all = Domain{volume.dims, cube_size}.padded();
+  const Box all = volume.domain(cube_size).padded();
   return marks_of(volume, cube_size, parameters, all, all);
 }
 

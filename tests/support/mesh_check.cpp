@@ -5,6 +5,7 @@
 // they are the number of samples - 1 along each axis, and it may be --cut there. Takes about 70 bytes per
 // tetrahedron. The exit code is 1 if a law is broken.
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -17,9 +18,14 @@
 namespace tagrid {
 namespace {
 
-int check(const char* path, const std::optional<Index3>& box, bool cut) {
+int check(const char* path, const std::optional<Index3>& edges, bool cut) {
   Vtu vtu(path);
-  const LatticeMesh mesh = read_lattice_mesh(vtu);
+  // A padded mesh may begin one step before the first sample.
+  const LatticeMesh mesh = read_lattice_mesh(vtu, {1, 1, 1});
+  Index3 low = mesh.points.empty() ? Index3{} : mesh.points[0];
+  for (const Index3& p : mesh.points)
+    for (int axis = 0; axis < 3; ++axis) low[axis] = std::min(low[axis], p[axis]);
+  const std::optional<Box> box = edges ? std::optional(Box{low, low + *edges}) : std::nullopt;
   std::int64_t holes = 0;
   const auto open_face = [&](const std::array<std::size_t, 3>& ids) {
     if (box) holes += !is_on_border({mesh.points[ids[0]], mesh.points[ids[1]], mesh.points[ids[2]]}, *box);
@@ -29,7 +35,7 @@ int check(const char* path, const std::optional<Index3>& box, bool cut) {
               static_cast<double>(found.six_volumes) / 6, static_cast<long long>(found.open_faces));
   std::string faults = found.text();
   if (holes > 0) faults += std::to_string(holes) + " faces border a hole; ";
-  const std::int64_t expected = box ? 6 * box->x * box->y * box->z : 0;
+  const std::int64_t expected = edges ? 6 * edges->x * edges->y * edges->z : 0;
   if (box && found.six_volumes != expected) faults += "the volumes do not sum to the box; ";
   std::printf("%s\n", faults.empty() ? "conforming" : faults.c_str());
   return faults.empty() ? 0 : 1;

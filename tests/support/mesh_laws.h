@@ -34,15 +34,16 @@ struct LatticeMesh {
   }
 };
 
-/// Reads a mesh of a volume with spacing 1 and origin 0; throws if it is not one.
-inline LatticeMesh read_lattice_mesh(Vtu& vtu) {
+/// Reads a mesh of a volume with spacing 1 and origin 0, whose first sample is the lattice point `first`; throws
+/// if it is not one.
+inline LatticeMesh read_lattice_mesh(Vtu& vtu, Index3 first = {0, 0, 0}) {
   LatticeMesh mesh;
   const std::vector<double> xyz = vtu.array<double>("Float64", "Points");
   mesh.points.reserve(xyz.size() / 3);
   for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
     Index3 p;
     for (int axis = 0; axis < 3; ++axis) {
-      const double x = xyz[i + static_cast<std::size_t>(axis)];
+      const double x = xyz[i + static_cast<std::size_t>(axis)] + static_cast<double>(first[axis]);
       if (!(x >= 0 && x < 1e9 && x == std::floor(x))) throw std::runtime_error("not a lattice point");
       p[axis] = static_cast<std::int64_t>(x);
     }
@@ -88,16 +89,17 @@ struct MeshFindings {
   }
 };
 
-/// True if a tetrahedron has a vertex in one of the planes that end the box at `last`.
-inline bool ends_at(const std::array<Index3, 4>& vertices, Index3 last) {
+/// True if a tetrahedron has a vertex in the border of the box.
+inline bool ends_at(const std::array<Index3, 4>& vertices, const Box& box) {
   for (Index3 v : vertices)
-    if (v.x == last.x || v.y == last.y || v.z == last.z) return true;
+    for (int axis = 0; axis < 3; ++axis)
+      if (v[axis] == box.low[axis] || v[axis] == box.high[axis]) return true;
   return false;
 }
 
-/// `cut_at`: where the mesh was cut, if it was; pieces there are smaller than their level implies.
-inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found,
-                             const std::optional<Index3>& cut_at) {
+/// `cut_at`: the box to which the mesh was cut, if it was; pieces at its border are smaller than their level
+/// implies.
+inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found, const std::optional<Box>& cut_at) {
   std::int64_t root = 0;  // six volumes of a tetrahedron of level 0
   for (std::size_t t = 0; t < mesh.size(); ++t)
     root = std::max(root, six_volumes(mesh.vertices(t)) << mesh.levels[t]);
@@ -182,8 +184,7 @@ void check_faces(const LatticeMesh& mesh, MeshFindings& found, OpenFace open_fac
 
 /// `cut_at`: see check_tetrahedra().
 template <class OpenFace>
-MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face,
-                        const std::optional<Index3>& cut_at = {}) {
+MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face, const std::optional<Box>& cut_at = {}) {
   MeshFindings found;
   check_tetrahedra(mesh, found, cut_at);
   check_points(mesh, found);
@@ -191,10 +192,10 @@ MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face,
   return found;
 }
 
-/// True if all three points lie in one of the planes that bound the box from 0 to `high`.
-inline bool is_on_border(const std::array<Index3, 3>& face, Index3 high) {
+/// True if all three points lie in one of the planes that bound the box.
+inline bool is_on_border(const std::array<Index3, 3>& face, const Box& box) {
   for (int axis = 0; axis < 3; ++axis)
-    for (std::int64_t plane : {std::int64_t{0}, high[axis]})
+    for (std::int64_t plane : {box.low[axis], box.high[axis]})
       if (face[0][axis] == plane && face[1][axis] == plane && face[2][axis] == plane) return true;
   return false;
 }

@@ -45,7 +45,7 @@ inline TestVolume phantom_volume(Index3 dims, std::uint64_t seed) {
   return volume;
 }
 
-/// A mesh in index space, with its values.
+/// A mesh on the lattice, with its values.
 struct ValuedMesh : LatticeMesh {
   std::vector<std::int16_t> values;
 };
@@ -68,7 +68,8 @@ class MeshedVolume : public TemporaryFolder {
   ValuedMesh mesh(std::optional<int> level, bool padded) const {
     const MeshResult result = write_mesh(path("v.tag"), path("v.vtu"), {level, padded, true}, Resources(2));
     Vtu vtu(path("v.vtu"));
-    ValuedMesh m{read_lattice_mesh(vtu), vtu.array<std::int16_t>("Int16", "value")};
+    ValuedMesh m{read_lattice_mesh(vtu, result.header.parameters.domain().first()),
+                 vtu.array<std::int16_t>("Int16", "value")};
     EXPECT_EQ(result.points, static_cast<std::int64_t>(m.points.size()));
     EXPECT_EQ(result.points, static_cast<std::int64_t>(m.values.size()));
     EXPECT_EQ(result.tetrahedra, static_cast<std::int64_t>(m.size()));

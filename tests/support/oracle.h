@@ -24,12 +24,13 @@ template <class T>
 struct Volume {
   Index3 dims;
   std::vector<T> samples;
+  int lead = 0;
 
-  /// The sample at `p`, or the nearest one.
-  T at(Index3 p) const {
-    const Box box = Box::of_size(dims);
-    return samples[static_cast<std::size_t>(box.offset(box.nearest(p)))];
-  }
+  Domain domain(int cube_size) const { return {dims, cube_size, lead}; }
+  /// The samples, as points of the lattice.
+  Box box() const { return domain(4).volume(); }
+  /// The sample at the lattice point `p`, or the nearest one.
+  T at(Index3 p) const { return samples[static_cast<std::size_t>(box().offset(box().nearest(p)))]; }
   /// The samples of any box, repeated outside the volume.
   std::vector<T> cut(const Box& box) const {
     std::vector<T> out;

@@ -13,7 +13,7 @@ template <class T>
 void for_each_rows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
                    const std::vector<T>& samples, const std::function<void(const DecodedRows&)>& use) {
   const BrickGrid bricks = parameters.bricks();
-  const Box volume = Box::of_size(parameters.dims);
+  const Box volume = bricks.domain.volume();
   DecodedRows rows(parameters, all, together);
   const std::int64_t first = all.first_brick(bricks);
   for (std::int64_t id = first; id < first + all.count(bricks); ++id) {

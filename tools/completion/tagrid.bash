@@ -7,7 +7,7 @@ _tagrid_options() {
   local source="$headerless --from --series --dataset --gaps-ok --vdb-grid"
   local error='--max-error --relative-error --psnr'
   local encoding="$source --strip --surface-error --grid-only --grid --mesh-error --effort --accuracy
-    --cube --max-level --range --field-scale --brick"
+    --cube --lead --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --region --step --samples --values --salvage --fill --vdb-grid

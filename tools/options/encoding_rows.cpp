@@ -102,6 +102,10 @@ std::vector<OptionRow> all_rows() {
           to(&E::accuracy)),
       row(setting::cube.name, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
           to(&E::cube_size)),
+      row(setting::lead.name, grid, "0|1",
+          "Begin the lattice at the first sample (0) or one step before it (1, the default), so that bricks "
+          "are chunks",
+          to(&E::lead)),
       row(setting::max_level.name, grid, "n", "Refine no further than level n", to(&E::max_level)),
       row(setting::range.name, grid, "lo:hi|auto",
           "Span of values that counts as 8 voxels of height; auto: the span of the data", set_range),

@@ -199,6 +199,7 @@ ordered_json settings_json(const CodingParameters& p) {
           {"accuracy", p.accuracy},
           {"field_scale", p.field_scale},
           {"range", p.range_low == p.range_high ? ordered_json(nullptr) : range},
+          {"lead", p.lead},
           {"max_level", p.max_level},
           {"max_error", bound_or_null(p.max_error)},
           {"surface_error", bound_or_null(p.surface_error)},

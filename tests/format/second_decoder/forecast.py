@@ -182,7 +182,7 @@ def forecast(samples, owned, closed, header):
         return heights[tuple(clamp(p[a], owned.low[a], owned.high[a]) for a in range(3))]
 
     field, criterion = Field(height, scale), Criterion(header.accuracy)
-    volume = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
+    volume = Box(tuple(header.first), tuple(header.last))
     result = {p: 3 for p in closed.raster((header.S,) * 3)}
     for u, odd, cycle, points in reversed(list(passes(closed, header.S))):
         for p in points:

@@ -35,7 +35,8 @@ class CoarsenedFolder : public TemporaryFolder {
                           .grid = file.derived ? GridOrigin::derived : GridOrigin::stored,
                           .max_error = file.max_error,
                           .cube_size = cube_size,
-                          .brick_edge = brick_edge};
+                          .brick_edge = brick_edge,
+                          .lead = lead_};
     write_nrrd(in_, dims, samples);
     encode_volume(in_, {}, tag_, true, options, Resources(2));
   }
@@ -48,6 +49,7 @@ class CoarsenedFolder : public TemporaryFolder {
     return write_mesh(tag_, vtu_, {{}, padded, true, bound}, resources);
   }
 
+  int lead_ = 1;
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag"), vtu_ = path("a.vtu");
 };
 
@@ -57,9 +59,10 @@ class CoarsenedMesh : public CoarsenedFolder {
   // Samples that are not finite must be points of the mesh; all others must be within the bound of its field.
   void expect_promise(const std::vector<T>& samples, Index3 dims, double bound, bool padded) {
     Vtu vtu(vtu_);
-    const LatticeMesh mesh = read_lattice_mesh(vtu);
+    const Domain domain{dims, 4, this->lead_};
+    const LatticeMesh mesh = read_lattice_mesh(vtu, domain.first());
     const std::vector<T> values = vtu.array<T>(vtk_type<T>(), "value");
-    const Box box = Box::of_size(dims);
+    const Box box = domain.volume();
     std::vector<bool> seen(samples.size());
     std::int64_t beyond = 0;
     for_each_point_in_mesh(mesh, box, [&](Index3 p, std::size_t t, const auto& weights, std::int64_t six) {
@@ -85,7 +88,7 @@ class CoarsenedMesh : public CoarsenedFolder {
       }
     const MeshFindings found = padded ? check_mesh(mesh, [](const auto&) {})
                                       : check_mesh(
-                                            mesh, [](const auto&) {}, dims - Index3{1, 1, 1});
+                                            mesh, [](const auto&) {}, box);
     EXPECT_TRUE(found.good()) << found.text();
   }
 };
@@ -102,6 +105,7 @@ TYPED_TEST(CoarsenedMesh, IsWithinTheBoundOfEveryDecodedVoxel) {
       const bool padded = seed % 4 == 0 || std::min({dims.x, dims.y, dims.z}) == 1;
       const auto samples =
           seed % 2 ? blobs<TypeParam>(dims, seed) : awkward_volume<TypeParam>(Awkward::noise, dims, seed);
+      this->lead_ = seed / 2 % 2;
       this->encode(samples, dims, file, cube_size, 1 + seed % 2);
       const std::vector<TypeParam> decoded = this->template decoded<TypeParam>();
       for (const double bound : {seed % 6 < 3 ? 0.0 : 0.75, seed % 2 ? 4.0 : 25.0}) {
@@ -140,21 +144,20 @@ class CoarsenedBricks : public CoarsenedFolder {
   }
   std::set<Cell> cells() const {
     Vtu vtu(vtu_);
-    const LatticeMesh mesh = read_lattice_mesh(vtu);
+    const LatticeMesh mesh = read_lattice_mesh(vtu, {lead_, lead_, lead_});
     std::set<Cell> all;
     for (std::size_t t = 0; t < mesh.size(); ++t) all.insert(sorted(mesh.vertices(t)));
     EXPECT_EQ(all.size(), mesh.size());
     return all;
   }
-  static std::set<Cell> cells_of(const LatticeBits& grid, int cube_size, Index3 dims, bool padded) {
+  static std::set<Cell> cells_of(const LatticeBits& grid, int cube_size, const Box& samples, bool padded) {
     std::set<Cell> all;
-    const Index3 last = dims - Index3{1, 1, 1};
     for_each_leaf_tetrahedron(grid, grid.box(), cube_size, max_level(cube_size), [&](const Tetrahedron& t) {
-      if (padded || !reaches_beyond(t.vertices, last)) {
+      if (padded || !reaches_beyond(t.vertices, samples)) {
         all.insert(sorted(t.vertices));
         return;
       }
-      for (const auto& piece : cut_at(t.vertices, last)) all.insert(sorted(piece));
+      for (const auto& piece : cut_at(t.vertices, samples)) all.insert(sorted(piece));
     });
     return all;
   }
@@ -164,13 +167,14 @@ TEST_F(CoarsenedBricks, AreThoseOfTheOracleForEverySizeOfBricks) {
   for (unsigned seed = 1; seed < 4; ++seed) {
     const Index3 dims{22, 11, 27};
     const auto samples = blobs<std::int16_t>(dims, seed, 3);
-    const oracle::Volume<std::int16_t> volume{dims, samples};
+    lead_ = seed > 1;
+    const oracle::Volume<std::int16_t> volume{dims, samples, lead_};
     const int cube_size = seed % 2 ? 4 : 8;
     const double bound = 2.5 * seed;
     std::set<Cell> expected[2];
     for (const bool padded : {false, true})
       expected[padded] =
-          cells_of(oracle::coarsest_grid(volume, cube_size, bound, padded), cube_size, dims, padded);
+          cells_of(oracle::coarsest_grid(volume, cube_size, bound, padded), cube_size, volume.box(), padded);
     for (const int brick_edge : {1, 2, 3, 9}) {
       encode(samples, dims, {}, cube_size, brick_edge);
       for (const bool padded : {false, true}) {
@@ -193,8 +197,9 @@ TEST_F(CoarsenedBricks, OneSpikeIsFollowedThroughAllBricks) {
     for (const int brick_edge : {1, 2}) {
       encode(samples, dims, {}, 8, brick_edge);
       coarsen(7, true);
-      const LatticeBits grid = oracle::coarsest_grid(oracle::Volume<std::int16_t>{dims, samples}, 8, 7, true);
-      ASSERT_TRUE(cells() == cells_of(grid, 8, dims, true)) << spike.x << ", " << brick_edge;
+      const oracle::Volume<std::int16_t> volume{dims, samples, lead_};
+      const LatticeBits grid = oracle::coarsest_grid(volume, 8, 7, true);
+      ASSERT_TRUE(cells() == cells_of(grid, 8, volume.box(), true)) << spike.x << ", " << brick_edge;
     }
   }
 }

@@ -31,6 +31,7 @@ template <class T>
 class MeshError : public TemporaryFolder {
  protected:
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag");
+  int encoded_ = 0;
 
   // The largest error of the field of the mesh that `mesh` writes.
   double error_of_mesh(const std::vector<T>& samples, Index3 dims) {
@@ -75,7 +76,8 @@ class MeshError : public TemporaryFolder {
                           .surface_error = bounds.surface_error,
                           .mesh_error = bounds.mesh_error,
                           .cube_size = cube_size,
-                          .brick_edge = brick_edge};
+                          .brick_edge = brick_edge,
+                          .lead = encoded_++ % 2};
     write_nrrd(in_, dims, samples);
     const EncodeResult encoded = encode_volume(in_, {}, tag_, true, options, Resources(2));
     const double recorded = encoded.index.total.mesh_error, found = error_of_mesh(samples, dims);

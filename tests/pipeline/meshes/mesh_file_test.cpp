@@ -178,8 +178,10 @@ class RealVolumes : public MeshedVolume {
     for (const bool padded : {true, false}) {
       write_mesh(path("v.tag"), path("v.vtu"), {{}, padded, true}, Resources(2));
       Vtu vtu(path("v.vtu"));
-      const LatticeMesh m = read_lattice_mesh(vtu);
-      const Index3 box = padded ? domain : dims - Index3{1, 1, 1};
+      const Index3 first{1, 1, 1};
+      const LatticeMesh m = read_lattice_mesh(vtu, first);
+      const Box box = padded ? Box{{0, 0, 0}, domain} : Box{first, dims};
+      const Index3 edges = box.high - box.low;
       std::int64_t inner_open_faces = 0;
       const auto open_face = [&](const std::array<std::size_t, 3>& face) {
         inner_open_faces += !is_on_border({m.points[face[0]], m.points[face[1]], m.points[face[2]]}, box);
@@ -187,7 +189,7 @@ class RealVolumes : public MeshedVolume {
       const MeshFindings found = check_mesh(m, open_face, padded ? std::nullopt : std::optional(box));
       EXPECT_TRUE(found.good()) << found.text();
       EXPECT_GT(m.size(), 1000u);
-      EXPECT_EQ(found.six_volumes, 6 * box.x * box.y * box.z);
+      EXPECT_EQ(found.six_volumes, 6 * edges.x * edges.y * edges.z);
       EXPECT_EQ(inner_open_faces, 0);
     }
   }

@@ -30,7 +30,10 @@ class MeshRegion : public MeshedVolume {
 
   ValuedMesh read(const std::string& name) const {
     Vtu vtu(path(name));
-    ValuedMesh m{read_lattice_mesh(vtu), vtu.array<std::int16_t>("Int16", "value")};
+    // Padding begins one step before the first sample.
+    const Index3 first{1, 1, 1};
+    ValuedMesh m{read_lattice_mesh(vtu, first), vtu.array<std::int16_t>("Int16", "value")};
+    for (Index3& p : m.points) p = p - first;
     std::set<std::array<std::int64_t, 3>> points;
     for (const Index3& p : m.points)
       EXPECT_TRUE(points.insert({p.x, p.y, p.z}).second) << "a point is there twice";

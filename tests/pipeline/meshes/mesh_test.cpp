@@ -20,11 +20,15 @@ struct Case {
   Index3 dims;
   int cube_size, brick_edge;
   bool grid_only, phantom;
+  int lead;
+
+  Domain domain() const { return {dims, cube_size, lead}; }
 };
 
 std::ostream& operator<<(std::ostream& out, const Case& c) {
   return out << c.dims.x << "x" << c.dims.y << "x" << c.dims.z << " S " << c.cube_size << " brick "
-             << c.brick_edge << (c.grid_only ? " grid" : " voxels") << (c.phantom ? " phantom" : " spikes");
+             << c.brick_edge << (c.grid_only ? " grid" : " voxels") << (c.phantom ? " phantom" : " spikes")
+             << " lead " << c.lead;
 }
 
 // Every size with every cube and brick; modes and contents alternate, so that all pairs occur. With sanitizers,
@@ -48,14 +52,14 @@ std::vector<Case> all_cases() {
     for (const int cube_size : {4, 8})
       for (const int brick_edge : {1, 2}) {
         const bool left_out = sanitized && (cube_size / 4 + brick_edge + row) % 4 != 0;
-        if (!left_out) cases.push_back({dims, cube_size, brick_edge, i % 2 == 0, i / 2 % 2 == 0});
+        if (!left_out)
+          for (const int lead : {0, 1})
+            cases.push_back({dims, cube_size, brick_edge, i % 2 == 0, i / 2 % 2 == 0, lead});
         ++i;
       }
   }
   return cases;
 }
-
-Index3 domain_edges(const Case& c) { return Domain{c.dims, c.cube_size}.padded().high; }
 
 std::array<Index3, 3> corners(const LatticeMesh& mesh, const std::array<std::size_t, 3>& ids) {
   return {mesh.points[ids[0]], mesh.points[ids[1]], mesh.points[ids[2]]};
@@ -85,6 +89,7 @@ class MeshLaws : public MeshedVolume, public ::testing::WithParamInterface<Case>
     volume_ = c.phantom ? phantom_volume(c.dims, seed) : spiky_volume(c.dims, seed);
     options_.cube_size = c.cube_size;
     options_.brick_edge = c.brick_edge;
+    options_.lead = c.lead;
     options_.grid_only = c.grid_only;
     // With a bound, so that stored values differ from the original ones, and samples from the decoded ones.
     options_.max_error = 9;
@@ -94,10 +99,11 @@ class MeshLaws : public MeshedVolume, public ::testing::WithParamInterface<Case>
 
   // Checks that the mesh is conforming and fills the whole number of root cubes.
   void expect_filled(const LatticeMesh& m) const {
-    const Index3 edges = domain_edges(GetParam());
+    const Box padded = GetParam().domain().padded();
+    const Index3 edges = padded.high;
     std::int64_t inner_open_faces = 0;
     const MeshFindings found =
-        check_mesh(m, [&](const auto& face) { inner_open_faces += !is_on_border(corners(m, face), edges); });
+        check_mesh(m, [&](const auto& face) { inner_open_faces += !is_on_border(corners(m, face), padded); });
     EXPECT_TRUE(found.good()) << found.text();
     EXPECT_EQ(found.six_volumes, 6 * edges.x * edges.y * edges.z);
     EXPECT_EQ(inner_open_faces, 0);
@@ -130,8 +136,9 @@ TEST_P(MeshLaws, PaddedIsConformingAndFillsTheRootCubesAtEveryLevel) {
 using Volumes = std::array<std::int64_t, 25>;
 
 TEST_P(MeshLaws, WithoutPaddingTheBoxOfTheSamplesIsFilledExactlyAtEveryLevel) {
-  const Index3 last = GetParam().dims - Index3{1, 1, 1};
-  if (last.x * last.y * last.z == 0) {
+  const Box volume = GetParam().domain().volume();
+  const Index3 edges = volume.high - volume.low;
+  if (edges.x * edges.y * edges.z == 0) {
     EXPECT_THROW(mesh({}, false), UsageError) << "there is nothing to fill";
     return;
   }
@@ -140,15 +147,16 @@ TEST_P(MeshLaws, WithoutPaddingTheBoxOfTheSamplesIsFilledExactlyAtEveryLevel) {
     const ValuedMesh all = mesh(level, true), kept = mesh(level, false);
     std::int64_t inner_open_faces = 0;
     const MeshFindings found = check_mesh(
-        kept, [&](const auto& face) { inner_open_faces += !is_on_border(corners(kept, face), last); }, last);
+        kept, [&](const auto& face) { inner_open_faces += !is_on_border(corners(kept, face), volume); },
+        volume);
     EXPECT_TRUE(found.good()) << found.text();
     EXPECT_EQ(inner_open_faces, 0);
-    EXPECT_EQ(found.six_volumes, 6 * last.x * last.y * last.z);
-    for (Index3 p : kept.points) ASSERT_TRUE(Box::of_size(GetParam().dims).contains(p));
+    EXPECT_EQ(found.six_volumes, 6 * edges.x * edges.y * edges.z);
+    for (Index3 p : kept.points) ASSERT_TRUE(volume.contains(p));
 
     Volumes expected{}, volumes{};
     for (std::size_t t = 0; t < all.size(); ++t)
-      for (const auto& piece : cut_at(all.vertices(t), last)) expected[all.levels[t]] += six_volumes(piece);
+      for (const auto& piece : cut_at(all.vertices(t), volume)) expected[all.levels[t]] += six_volumes(piece);
     for (std::size_t t = 0; t < kept.size(); ++t) volumes[kept.levels[t]] += six_volumes(kept.vertices(t));
     EXPECT_EQ(volumes, expected) << "a piece has another level than what it was cut from";
   }
@@ -157,7 +165,7 @@ TEST_P(MeshLaws, WithoutPaddingTheBoxOfTheSamplesIsFilledExactlyAtEveryLevel) {
 TEST_P(MeshLaws, ACutPointHasTheRoundedValueOfTheFieldAtEveryLevel) {
   const Index3& dims = GetParam().dims;
   if (dims.x == 1 || dims.y == 1 || dims.z == 1) return;
-  const Box box = Box::of_size(dims);
+  const Box box = GetParam().domain().volume();
   for (int level = 0; level <= max_level(GetParam().cube_size); ++level) {
     const ValuedMesh all = mesh(level, true), kept = mesh(level, false);
     std::int64_t disagree = 0;
@@ -173,7 +181,7 @@ TEST_P(MeshLaws, ValuesAreTheDecodedSamplesOrTheStoredPoints) {
   const TestVolume decoded = decode(GetParam().dims);
   const ValuedMesh m = mesh({}, true);
   for (std::size_t i = 0; i < m.points.size(); ++i) {
-    const Index3 p = m.points[i];
+    const Index3 p = m.points[i] - GetParam().domain().first();
     const std::int16_t expected =
         GetParam().grid_only ? stored_point(volume_.nearest(p), point_error) : decoded.nearest(p);
     ASSERT_EQ(m.values[i], expected) << p.x << " " << p.y << " " << p.z;
@@ -187,7 +195,7 @@ TEST_P(MeshLaws, TheFieldOfAGridAloneIsTheDecodedVolume) {
   if (!GetParam().grid_only) return;
   const TestVolume decoded = decode(GetParam().dims);
   const ValuedMesh m = mesh({}, true);
-  const Box box = Box::of_size(GetParam().dims);
+  const Box box = GetParam().domain().volume();
   std::int64_t disagree = 0;
   const std::vector<Fraction> field = field_of_mesh(m, m.values, box, disagree);
   EXPECT_EQ(disagree, 0);

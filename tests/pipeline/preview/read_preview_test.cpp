@@ -83,7 +83,7 @@ TEST_F(ReadPreview, ReadsEachBrickOfTheSlicesOnceAndNothingElse) {
   const BrickGrid bricks = file.parameters().bricks();
   std::multiset<std::pair<std::uint64_t, std::uint64_t>> expected;
   for (std::int64_t id = 0; id < bricks.count(); ++id) {
-    const Box owned = bricks.owned_box(bricks.position(id));
+    const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(id)));
     bool shown = false;
     for (const PreviewSlice& slice : content.slices)
       shown = shown || (owned.low[slice.panel.axis] <= slice.panel.slice &&
@@ -125,7 +125,8 @@ TEST_F(ReadPreview, APixelHasTheLevelOfTheLeafAtItsPlace) {
       const int u = static_cast<int>(random() % static_cast<unsigned>(p.across.pixels)),
                 v = static_cast<int>(random() % static_cast<unsigned>(p.down.pixels));
       const std::int64_t parts = PanelAxis::parts;
-      const Index3 place{p.across.place(u), p.down.place(v), z == 0 ? 1 : z * parts - 1};
+      const Index3 place = parts * parameters.domain().first() +
+                           Index3{p.across.place(u), p.down.place(v), z == 0 ? 1 : z * parts - 1};
       std::set<int> possible;
       for (const Tetrahedron& leaf : leaves) {
         bool inside = true;
@@ -239,7 +240,7 @@ TEST_F(ReadPreview, DamageInABrickThatIsShownIsAnError) {
     byte = static_cast<char>(byte ^ 4);
     return std::make_shared<MemorySource>(bad);
   };
-  const std::int64_t middle = bricks.owner(29 / 2);
+  const std::int64_t middle = bricks.owner(29 / 2 + bricks.domain.first().z);
   EXPECT_THROW(read_preview(TagBricks(damaged({1, 1, middle})), {}, Resources(2), 0), BrokenInput);
   EXPECT_NO_THROW(read_preview(TagBricks(damaged({0, 0, 0})), {}, Resources(2), 0));
 }

@@ -107,10 +107,12 @@ class ReadRegion : public TemporaryFolder {
 
   template <class T>
   void expect_region(const TagBricks& file, const std::vector<T>& whole, const Region& region) {
+    // Files begin one step before their first samples.
+    const Region on_lattice{file.parameters().domain().points_of(region.box), region.step};
     const Index3 n = region.shape();
     std::vector<T> samples(static_cast<std::size_t>(n.x * n.y * n.z));
     const auto size = static_cast<std::int64_t>(sizeof(T));
-    read_region(file, region, reinterpret_cast<std::byte*>(samples.data()),
+    read_region(file, on_lattice, reinterpret_cast<std::byte*>(samples.data()),
                 {size, size * n.x, size * n.x * n.y}, 3);
     std::size_t i = 0;
     for_each_sample(region, [&](Index3, Index3 p) {
@@ -145,7 +147,7 @@ TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
   const Strides strides = {2 * n.z * n.y, -2 * n.z, 2};
   std::vector<std::uint8_t> samples(static_cast<std::size_t>(2 * n.x * n.y * n.z), 99);
   auto* first = reinterpret_cast<std::byte*>(samples.data()) + 2 * n.z * (n.y - 1);
-  read_region(file, region, first, strides, 2);
+  read_region(file, {file.parameters().domain().points_of(region.box), region.step}, first, strides, 2);
   for_each_sample(region, [&](Index3 number, Index3 p) {
     const auto* at = first + number.x * strides[0] + number.y * strides[1] + number.z * strides[2];
     EXPECT_EQ(std::to_integer<int>(at[0]), whole[static_cast<std::size_t>(Box::of_size(dims).offset(p))]);
@@ -177,6 +179,29 @@ TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
   const auto reads = source->reads();
   EXPECT_EQ(std::set(reads.begin(), reads.end()), expected);
   EXPECT_EQ(reads.size(), expected.size());
+}
+
+// A chunk of 64 samples along each axis is a brick, and is read alone.
+TEST_F(ReadRegion, AnAlignedChunkIsOneBrick) {
+  const Index3 large{150, 140, 130};
+  const auto whole = blobs<std::uint8_t>(large, 1);
+  write_nrrd(path("in.nrrd"), large, whole);
+  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {}, Resources(2));
+  const auto source = std::make_shared<MemorySource>(file_content(path("file.tag")));
+  const TagBricks file(source);
+  for (const Index3 chunk : {Index3{0, 0, 0}, {1, 0, 1}, {0, 1, 0}, {1, 1, 1}}) {
+    source->reads();
+    const Box box{64 * chunk, 64 * chunk + Index3{63, 63, 63}};
+    std::vector<std::uint8_t> samples(64 * 64 * 64);
+    read_region(file, {file.parameters().domain().points_of(box)},
+                reinterpret_cast<std::byte*>(samples.data()), {1, 64, 64 * 64}, 2);
+    const std::int64_t id = file.parameters().bricks().id(chunk);
+    EXPECT_EQ(source->reads(),
+              (std::vector{std::pair(file.start(id) - 8, file.start(id) + file.block_bytes(id))}));
+    std::size_t i = 0;
+    for (const auto [x, y, z] : points_of(box))
+      ASSERT_EQ(samples[i++], whole[static_cast<std::size_t>(Box::of_size(large).offset({x, y, z}))]);
+  }
 }
 
 TEST_F(ReadRegion, ADamagedBrickIsNeverHandedOut) {
@@ -251,12 +276,13 @@ TEST_F(ReadRegion, ARegionIsTheSameVolumeInAnyMemory) {
   const auto whole = read_samples<std::int16_t>(path("whole.nrrd"));
   const auto samples = read_samples<std::int16_t>(path("region.nrrd"));
   const Region region = region_of(wanted, TagBricks(source_).parameters());
-  EXPECT_EQ(region.box.low, (Index3{6, 0, 4}));
+  const Index3 first{1, 1, 1};
+  EXPECT_EQ(region.box.low - first, (Index3{6, 0, 4}));
   ASSERT_EQ(static_cast<std::int64_t>(samples.size()),
             region.shape().x * region.shape().y * region.shape().z);
   std::size_t i = 0;
   for_each_sample(region, [&](Index3, Index3 p) {
-    ASSERT_EQ(samples[i++], whole[static_cast<std::size_t>(Box::of_size(dims).offset(p))]);
+    ASSERT_EQ(samples[i++], whole[static_cast<std::size_t>(Box::of_size(dims).offset(p - first))]);
   });
 }
 

@@ -199,7 +199,8 @@ TEST_F(SalvageTest, ARegionAndAStepAreSalvagedToo) {
   EXPECT_EQ(found.lost, (std::vector<BrickRun>{{1, 1}}));
   const std::string samples = content("b.raw");
   ASSERT_EQ(samples.size(), 6u * 3 * 3);
-  const Box lost = BrickGrid{{salvaged_dims, 4}, 2}.owned_box({1, 0, 0});
+  const BrickGrid grid{{salvaged_dims, 4, 1}, 2};
+  const Box lost = grid.domain.samples_at(grid.owned_box({1, 0, 0}));
   std::size_t i = 0;
   for (std::int64_t z = 4; z < 10; z += 2)
     for (std::int64_t y = 0; y < 6; y += 2)
@@ -220,7 +221,7 @@ TEST_F(SalvageTest, DamageThatARegionDoesNotMeetIsNotSaidToBeInIt) {
 }
 
 TEST(BrickRuns, ARunIsAtMostFiveBoxesThatHoldItsBricksAndNoOthers) {
-  const BrickGrid bricks{{{50, 40, 30}, 4}, 2};
+  const BrickGrid bricks{{{50, 40, 30}, 4, 1}, 2};
   for (std::int64_t first = 0; first < bricks.count(); ++first)
     for (std::int64_t last = first; last < bricks.count(); last += 1 + (last - first) / 7) {
       const std::vector<Box> boxes = boxes_of({first, last}, bricks);
@@ -228,7 +229,7 @@ TEST(BrickRuns, ARunIsAtMostFiveBoxesThatHoldItsBricksAndNoOthers) {
       std::int64_t in_boxes = 0, in_bricks = 0;
       for (const Box& box : boxes) in_boxes += box.count();
       for (std::int64_t id = first; id <= last; ++id) {
-        const Box owned = bricks.owned_box(bricks.position(id));
+        const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(id)));
         in_bricks += owned.count();
         ASSERT_TRUE(std::ranges::any_of(boxes, [&](const Box& box) { return box.contains(owned); }))
             << first << " " << last;

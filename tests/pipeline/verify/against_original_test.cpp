@@ -21,6 +21,7 @@ class AgainstOriginalTest : public TemporaryFolder {
     parameters_.type = SampleType::int16;
     parameters_.cube_size = 4;
     parameters_.brick_edge = 1;
+    parameters_.lead = 1;
     parameters_.max_error = 5;
     write_nrrd(path("a.nrrd"), dims_, original_);
   }
@@ -45,7 +46,9 @@ class AgainstOriginalTest : public TemporaryFolder {
                                     const Box owned = bricks.owned_box(bricks.position(next));
                                     if (!rows.box().contains(owned.low)) break;
                                     LatticeBits bits(bricks.closed_box(bricks.position(next)));
-                                    if (active && bits.box().contains(*active)) bits.set(*active);
+                                    const Index3 first = parameters_.domain().first();
+                                    if (active && bits.box().contains(*active + first))
+                                      bits.set(*active + first);
                                     against.add_activity(bits);
                                   }
                                   against.compare(rows, errors);

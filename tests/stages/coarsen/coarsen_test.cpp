@@ -18,26 +18,28 @@ namespace {
 
 /// Ramps, steps and noise: leaves of every level, and many errors that are equal to a bound.
 template <class T>
-oracle::Volume<T> coarsening_volume(Index3 dims, unsigned seed) {
+oracle::Volume<T> coarsening_volume(Index3 dims, unsigned seed, int lead = 0) {
   std::mt19937 random(seed);
   const double slope = random() % 4, noise = random() % 3, step = random() % 2 ? 60 : 0;
-  return oracle::volume_of<T>(dims, [&](double x, double y, double z) {
+  auto volume = oracle::volume_of<T>(dims, [&](double x, double y, double z) {
     const double wave = 12 * std::sin(0.4 * x + 0.1 * static_cast<double>(seed)) * std::cos(0.3 * y);
     const double part = static_cast<double>(random() % 1001) / 1000;
     return std::clamp(30 + slope * (x + z) / 4 + wave / 2 + (x + 2 * y > z + 9 ? step : 0) + noise * part,
                       0.0, 126.0);
   });
+  volume.lead = lead;
+  return volume;
 }
 
 /// The grid of a volume as one brick.
 template <class T>
 LatticeBits coarsened(const oracle::Volume<T>& volume, int cube_size, double bound, bool padded,
                       LatticeBits active = {}, LatticeBits expanded = {}) {
-  const Box box = Domain{volume.dims, cube_size}.padded();
+  const Box box = volume.domain(cube_size).padded();
   if (active.box().empty()) active = LatticeBits(box);
   const std::vector<T> samples = volume.cut(box);
   refine_to_bound(sample_type_of<T>(), std::as_bytes(std::span(samples)),
-                  {volume.dims, cube_size, bound, padded}, std::move(expanded), active);
+                  {volume.box(), cube_size, bound, padded}, std::move(expanded), active);
   return active;
 }
 
@@ -72,7 +74,7 @@ TYPED_TEST(Coarsen, IsTheLeastFixedPointThatAnOracleFinds) {
     for (const double bound : coarsening_bounds) {
       const int cube_size = ++seed % 3 ? 8 : 4;
       const bool padded = seed % 2;
-      const auto volume = coarsening_volume<TypeParam>(dims, seed);
+      const auto volume = coarsening_volume<TypeParam>(dims, seed, seed / 2 % 2);
       const LatticeBits expected = oracle::coarsest_grid(volume, cube_size, bound, padded);
       ASSERT_EQ(coarsened(volume, cube_size, bound, padded), expected)
           << dims.x << "x" << dims.y << "x" << dims.z << ", S " << cube_size << ", E " << bound << ", "
@@ -86,7 +88,7 @@ TYPED_TEST(Coarsen, HoldsForTheLargestDifferences) {
   const double range = double{Limits::max()} - double{Limits::min()};
   std::mt19937 random(7);
   for (const bool padded : {false, true}) {
-    oracle::Volume<TypeParam> volume{{13, 10, 15}, {}};
+    oracle::Volume<TypeParam> volume{{13, 10, 15}, {}, padded ? 0 : 1};
     for (int i = 0; i < 13 * 10 * 15; ++i)
       volume.samples.push_back(random() % 5 ? Limits::max() : Limits::min());
     for (const double bound : {0.0, range / 4, range / 2, range - 1, range, 1e300})
@@ -99,7 +101,7 @@ TYPED_TEST(Coarsen, HoldsForTheLargestDifferences) {
 class CoarsestGrid : public testing::Test {
  protected:
   static constexpr int cube_size = 8;
-  const oracle::Volume<std::int16_t> volume = coarsening_volume<std::int16_t>({11, 9, 14}, 5);
+  const oracle::Volume<std::int16_t> volume = coarsening_volume<std::int16_t>({11, 9, 14}, 5, 1);
 };
 
 // In a closed set, a point without active children can be removed alone.
@@ -182,8 +184,9 @@ TEST_F(CoarsestGrid, PointsMayBeAddedLater) {
 TEST_F(CoarsestGrid, FloatsHaveTheGridOfEqualIntegers) {
   const auto in = [&](auto type) {
     using T = decltype(type);
-    return coarsened(oracle::Volume<T>{volume.dims, {volume.samples.begin(), volume.samples.end()}},
-                     cube_size, 2.3, true);
+    return coarsened(
+        oracle::Volume<T>{volume.dims, {volume.samples.begin(), volume.samples.end()}, volume.lead},
+        cube_size, 2.3, true);
   };
   const LatticeBits grid = in(std::int16_t{});
   EXPECT_GT(size_of(grid), 300);

@@ -27,9 +27,9 @@ struct Padded {
   Box box;
   std::vector<T> values;
 
-  Padded(Index3 dims, int cube_size, const std::vector<T>& inside) : domain{dims, cube_size} {
+  Padded(const Domain& of, const std::vector<T>& inside) : domain(of) {
     const Box volume = domain.volume();
-    box = domain.padded().grown(mesh_criterion_halo(cube_size));
+    box = domain.padded().grown(mesh_criterion_halo(domain.cube_size));
     for (const auto [x, y, z] : points_of(box))
       values.push_back(inside[static_cast<std::size_t>(volume.offset(volume.nearest({x, y, z})))]);
   }
@@ -39,7 +39,9 @@ struct Padded {
 
 struct RoughVolume : Padded<std::uint8_t> {
   RoughVolume(Index3 dims, int cube_size, unsigned seed, int roughness)
-      : Padded(dims, cube_size, values_of(dims, seed, roughness)) {}
+      : RoughVolume(Domain{dims, cube_size}, seed, roughness) {}
+  RoughVolume(const Domain& of, unsigned seed, int roughness)
+      : Padded(of, values_of(of.dims, seed, roughness)) {}
 
   static std::vector<std::uint8_t> values_of(Index3 dims, unsigned seed, int roughness) {
     std::mt19937 random(seed);
@@ -56,8 +58,8 @@ struct RoughVolume : Padded<std::uint8_t> {
 
 template <class T>
 struct FloatVolume : Padded<T> {
-  FloatVolume(Index3 dims, int cube_size, unsigned seed, int not_finite_one_in)
-      : Padded<T>(dims, cube_size, values_of(dims, seed, not_finite_one_in)) {}
+  FloatVolume(Index3 dims, int cube_size, unsigned seed, int not_finite_one_in, int lead = 0)
+      : Padded<T>({dims, cube_size, lead}, values_of(dims, seed, not_finite_one_in)) {}
 
   static std::vector<T> values_of(Index3 dims, unsigned seed, int not_finite_one_in) {
     std::mt19937 random(seed);
@@ -139,7 +141,7 @@ const Index3 shapes[] = {{9, 9, 9}, {12, 6, 7}, {1, 9, 14}, {17, 1, 1}, {3, 2, 5
 TEST(DiamondError, IsThatOfTheTetrahedraOfTheDiamond) {
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8}) {
-      const RoughVolume volume(dims, cube, 1, 30);
+      const RoughVolume volume({dims, cube, cube / 4 % 2}, 1, 30);
       for_each_point(volume.domain.padded(), [&](Index3 p) {
         const PointClass c = classify(p, cube);
         if (c.odd == 0) return;
@@ -158,7 +160,7 @@ TEST(MarkMeshError, AfterTheClosureNoLeafViolatesTheBound) {
     for (const int cube : {4, 8})
       for (const int roughness : {2, 30})
         for (const std::int64_t bound : {0, 1, 4, 20}) {
-          const RoughVolume volume(dims, cube, 2, roughness);
+          const RoughVolume volume({dims, cube, roughness == 2}, 2, roughness);
           LatticeBits marks(volume.domain.padded());
           mark_mesh_error(volume.samples(), volume.domain, bound, marks);
           close_under_parents(marks, cube);
@@ -173,15 +175,15 @@ TEST(MarkMeshError, LeavesThatTheBorderCutsKeepABoundOfTheirOwn) {
   int cut = 0;
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8})
-      for (const double border : {-1.0, 0.0, 1.5, 4.0}) {
-        const RoughVolume volume(dims, cube, 2, 3);
-        const Index3 last = volume.domain.volume().high;
+      for (const double border : {-1.0, 0.0, 1.5, 4.0, -2.0, 0.5}) {
+        const RoughVolume volume({dims, cube, border == -2 || border > 1 || border == 0.5}, 2, 3);
+        const Box all = volume.domain.volume();
         LatticeBits marks(volume.domain.padded());
         mark_mesh_error(volume.samples(), volume.domain, {6, border, 0}, marks);
         close_under_parents(marks, cube);
         for_each_leaf_tetrahedron(marks, marks.box(), cube, 24, [&](const Tetrahedron& leaf) {
           const Fraction worst = error_in(volume, leaf.vertices);
-          const bool is_cut = cut_at(leaf.vertices, last).count > 0 && reaches_beyond(leaf.vertices, last);
+          const bool is_cut = cut_at(leaf.vertices, all).count > 0 && reaches_beyond(leaf.vertices, all);
           ASSERT_LE(static_cast<double>(worst.numerator),
                     (is_cut ? border : 6) * static_cast<double>(worst.denominator));
           ASSERT_FALSE(is_cut && border < 0);
@@ -197,7 +199,7 @@ TEST(MarkMeshError, HasTheClosureOfTheViolatingPoints) {
   for (const Index3 dims : shapes)
     for (const int cube : {4, 8})
       for (const std::int64_t bound : {0, 3, 10}) {
-        const RoughVolume volume(dims, cube, 3, 8);
+        const RoughVolume volume({dims, cube, bound > 0}, 3, 8);
         LatticeBits marks(volume.domain.padded()), expected(volume.domain.padded());
         mark_mesh_error(volume.samples(), volume.domain, bound, marks);
         for_each_point(volume.domain.padded(), [&](Index3 p) {
@@ -237,7 +239,7 @@ TYPED_TEST(FloatMeshCriterion, AfterTheClosureNoLeafViolatesTheBound) {
     for (const int cube : {4, 8})
       for (const int not_finite_one_in : {0, 40, 400})
         for (const double bound : {0.0, 0.01, 0.3, 1.5, 1e30}) {
-          const FloatVolume<TypeParam> volume(dims, cube, 2, not_finite_one_in);
+          const FloatVolume<TypeParam> volume(dims, cube, 2, not_finite_one_in, bound > 0.1);
           const LatticeBits active = volume.closed_marks(bound);
           for_each_leaf_tetrahedron(active, active.box(), cube, 24, [&](const Tetrahedron& leaf) {
             ASSERT_TRUE(keeps_the_bound(volume, leaf.vertices, bound)) << bound << " " << not_finite_one_in;

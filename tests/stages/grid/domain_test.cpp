@@ -19,7 +19,7 @@ Index3 random_dims(int longest) {
 
 RC_GTEST_PROP(Domain, IsTheSmallestOfWholeRootCubesThatHoldsEverySample, ()) {
   const int s = *rc::gen::element(4, 8, 16, 32, 64, 128, 256);
-  const Domain domain{random_dims(700), s};
+  const Domain domain{random_dims(700), s, *rc::gen::inRange(0, 2)};
   RC_ASSERT(domain.padded().contains(domain.volume()));
   RC_ASSERT(domain.padded().low == (Index3{0, 0, 0}));
   for (int axis = 0; axis < 3; ++axis) {
@@ -27,7 +27,7 @@ RC_GTEST_PROP(Domain, IsTheSmallestOfWholeRootCubesThatHoldsEverySample, ()) {
     RC_ASSERT(domain.padded().high[axis] == domain.cubes(axis) * s);
     RC_ASSERT(domain.cubes(axis) >= 1);
     // One cube less would not be enough.
-    RC_ASSERT(domain.cubes(axis) == 1 || (domain.cubes(axis) - 1) * s < domain.dims[axis] - 1);
+    RC_ASSERT(domain.cubes(axis) == 1 || (domain.cubes(axis) - 1) * s < domain.volume().high[axis]);
   }
 }
 
@@ -57,9 +57,33 @@ TEST(Domain, CountsCubesAtTheBorderOfASize) {
   EXPECT_EQ(cubes(66), 3);
 }
 
+TEST(Domain, BeginsOneStepBeforeTheFirstSampleIfItHasALead) {
+  const Domain domain{{512, 2, 1}, 32, 1};
+  EXPECT_EQ(domain.first(), (Index3{1, 1, 0})) << "the plane of an only slice stays a face of root cubes";
+  EXPECT_EQ(domain.cubes(0), 16);
+  EXPECT_EQ(domain.volume(), (Box{{1, 1, 0}, {512, 2, 0}}));
+  EXPECT_EQ(domain.samples_at(domain.volume()), Box::of_size({512, 2, 1}));
+  const auto cubes = [](std::int64_t n) { return Domain{{n, 1, 1}, 32, 1}.cubes(0); };
+  EXPECT_EQ(cubes(1), 1);
+  EXPECT_EQ(cubes(2), 1);
+  EXPECT_EQ(cubes(32), 1);
+  EXPECT_EQ(cubes(33), 2);
+  EXPECT_EQ(cubes(64), 2);
+  EXPECT_EQ(cubes(65), 3);
+}
+
+RC_GTEST_PROP(BrickGrid, WithALeadAnAlignedChunkIsABrick, ()) {
+  const BrickGrid bricks{{random_dims(300), *rc::gen::element(4, 16, 32), 1}, *rc::gen::inRange(1, 4)};
+  for (std::int64_t id = 0; id < bricks.count(); ++id) {
+    const Index3 low = bricks.length() * bricks.position(id), edges = bricks.length() * Index3{1, 1, 1};
+    RC_ASSERT(bricks.domain.samples_at(bricks.owned_box(bricks.position(id))) ==
+              intersection({low, low + edges - Index3{1, 1, 1}}, Box::of_size(bricks.domain.dims)));
+  }
+}
+
 RC_GTEST_PROP(PointsUpToLevel, EqualALiteralCount, ()) {
   const int s = *rc::gen::element(4, 8, 16);
-  const Domain domain{random_dims(40), s};
+  const Domain domain{random_dims(40), s, *rc::gen::inRange(0, 2)};
   std::vector<std::uint64_t> expected(static_cast<std::size_t>(max_level(s)) + 1);
   for_each_point(domain.padded(),
                  [&](Index3 p) { ++expected[static_cast<std::size_t>(classify(p, s).level)]; });
@@ -82,7 +106,8 @@ TEST(PointsUpToLevel, AreThoseOfThePaper) {
 }
 
 RC_GTEST_PROP(BrickGrid, EverySampleHasOneOwner, ()) {
-  const BrickGrid bricks{{random_dims(40), *rc::gen::element(4, 8, 16)}, *rc::gen::inRange(1, 4)};
+  const BrickGrid bricks{{random_dims(40), *rc::gen::element(4, 8, 16), *rc::gen::inRange(0, 2)},
+                         *rc::gen::inRange(1, 4)};
   const Box volume = bricks.domain.volume();
   std::vector<int> owners(static_cast<std::size_t>(volume.count()));
   for (std::int64_t id = 0; id < bricks.count(); ++id) {
@@ -104,7 +129,8 @@ RC_GTEST_PROP(BrickGrid, EverySampleHasOneOwner, ()) {
 }
 
 RC_GTEST_PROP(BrickGrid, ClosedBoxesMeetAtSharedFacesAndFillTheDomain, ()) {
-  const BrickGrid bricks{{random_dims(200), *rc::gen::element(4, 16, 64)}, *rc::gen::inRange(1, 4)};
+  const BrickGrid bricks{{random_dims(200), *rc::gen::element(4, 16, 64), *rc::gen::inRange(0, 2)},
+                         *rc::gen::inRange(1, 4)};
   const Box padded = bricks.domain.padded();
   for (std::int64_t id = 0; id < bricks.count(); ++id) {
     const Index3 position = bricks.position(id);

@@ -74,7 +74,7 @@ void check(int cube, Index3 cubes, Index3 cut) {
     points[static_cast<std::size_t>(box.offset({x, y, z}))] = static_cast<T>(odd ? 100 : 0);
   }
   for (const bool close : {false, true}) {
-    const SurfaceGrid grid{cube, box.high - cut, std::nullopt, close};
+    const SurfaceGrid grid{cube, {box.low, box.high - cut}, std::nullopt, close};
     const HeapPeak peak;
     const BrickSurface surface = surface_of_brick<T>(points, active, grid, {50});
     const std::uint64_t stated = working_bytes_of_surface(sample_type_of<T>(), box.size(), cube);

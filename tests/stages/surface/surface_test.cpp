@@ -60,7 +60,7 @@ struct Field {
   WholeSurface surface(SurfaceLevel level, int brick_edge, bool close = false,
                        std::optional<Box> box = {}) const {
     const BrickGrid bricks{domain, brick_edge};
-    const SurfaceGrid grid{domain.cube_size, domain.volume().high, box, close};
+    const SurfaceGrid grid{domain.cube_size, domain.volume(), box, close};
     WholeSurface whole;
     for (std::int64_t id = 0; id < bricks.count(); ++id) {
       const Box closed = bricks.closed_box(bricks.position(id));
@@ -90,7 +90,7 @@ struct Field {
 // Random values in a small range, so that many are equal to any level in it.
 template <class T>
 Field<T> random_field(Index3 dims, int cube_size, int marks, int range, std::uint64_t seed) {
-  Field<T> field{{dims, cube_size}, {}, {}};
+  Field<T> field{{dims, cube_size, static_cast<int>(seed / 3 % 2)}, {}, {}};
   const Box padded = field.domain.padded();
   field.active = random_conforming_activity(padded, cube_size, marks, seed);
   std::mt19937_64 random(seed);

@@ -80,7 +80,7 @@ def measured(study, path, level, command, threads, times_each):
     runs, wholes = [], []
     for _ in range(times_each):
         start = time.monotonic()
-        words = ["encode", path, "--grid-only", "--max-level", level, "-T", threads, "-q", "-f", "--json", "-",
+        words = ["encode", path, "--grid-only", "--lead", 0, "--max-level", level, "-T", threads, "-q", "-f", "--json", "-",
                  "-o", study.tagrid.directory / "speed.tag"]
         runs.append(json.loads(study.tagrid.run(*words, program=command))["seconds"])
         wholes.append(time.monotonic() - start)

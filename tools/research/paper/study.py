@@ -50,7 +50,7 @@ class Tagrid:
         key = (volume.path, *options)
         if key not in self._grids:
             self._grids[key] = self._new(".tag")
-            self.run("encode", volume.path, "--grid-only", "--range", f"{volume.low}:{volume.high}", *options, "-q",
+            self.run("encode", volume.path, "--grid-only", "--lead", 0, "--range", f"{volume.low}:{volume.high}", *options, "-q",
                      "-o", self._grids[key])
         return self._grids[key]
 
