@@ -57,7 +57,9 @@ std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, con
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum) {
-  const std::vector<std::byte> fields = serialize_index(index, index_form(parameters));
+  std::vector<std::byte> fields = serialize_index(index, index_form(parameters));
+  const std::vector<std::byte> members = serialize_members(index.members);
+  fields.insert(fields.end(), members.begin(), members.end());
   const std::vector<std::byte> packed = zstd_compress(fields);
   FieldWriter section;
   section.put(std::uint32_t{0});
@@ -160,7 +162,9 @@ Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest)
   const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
   const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
   if (marker != 0) return Status::broken("there are more bricks than the volume has");
-  if (size != index_size(count, index_form(parameters)) || packed_size > size + size / 128 + 1024)
+  const std::uint64_t without_members = index_size(count, index_form(parameters));
+  if (size < without_members || size - without_members > most_members * member_entry_size ||
+      (size - without_members) % member_entry_size != 0 || packed_size > size + size / 128 + 1024)
     return Status::broken("the index has an impossible size");
   if (count > (start - header_size) / block_frame_size)
     return Status::broken("the file is too short for that many bricks");
@@ -182,15 +186,21 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
   const IndexForm form = index_form(parameters);
   std::vector<std::byte> fields;
-  if (Status status = zstd_decompress(packed, memory_size(index_size(count, form)), fields); !status.ok())
+  const auto size = load_little_endian<std::uint64_t>(bytes.data() + 4);
+  if (Status status = zstd_decompress(packed, memory_size(size), fields); !status.ok()) return status;
+  const std::size_t without_members = memory_size(index_size(count, form));
+  if (Status status = parse_index(std::span(fields).first(without_members), count, form, index); !status.ok())
     return status;
-  if (Status status = parse_index(fields, count, form, index); !status.ok()) return status;
+  if (Status status = parse_members(std::span(fields).subspan(without_members), start, index.members);
+      !status.ok())
+    return status;
+  const std::uint64_t end_of_envelope = index.members.empty() ? start : index.members.front().offset;
   std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
-  if (header_size + bricks_size > start)
+  if (header_size + bricks_size > end_of_envelope)
     return Status::broken("the sizes of the bricks do not add up to the size of the file");
-  envelope = start - header_size - bricks_size;
+  envelope = end_of_envelope - header_size - bricks_size;
   return {};
 }
 
@@ -203,7 +213,9 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
     sizes.activity += brick.activity_bytes;
     sizes.values += brick.value_bytes;
   }
-  sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
+  for (const Member& member : index.members) sizes.members += member_frame_size + member.length;
+  sizes.index =
+      sizes.file - sizes.header - sizes.envelope - sizes.members - sizes.activity - sizes.values;
   return sizes;
 }
 

@@ -119,7 +119,7 @@ struct FileEnd {
   /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the index's first byte to the file's last.
-  /// `envelope` receives the size of the envelope, which lies between the bricks and the index.
+  /// `envelope` receives the size of the envelope, which lies between the bricks and the members or the index.
   Status parse(std::span<const std::byte> bytes, TagIndex& index, std::uint64_t& envelope) const;
 };
 
@@ -127,7 +127,8 @@ struct FileEnd {
 struct TagSizes {
   std::uint64_t file = 0, header = 0, activity = 0, values = 0;
   std::uint64_t envelope = 0;
-  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
+  std::uint64_t members = 0;  ///< with their frames
+  std::uint64_t index = 0;    ///< the index, the footer, and the frames of the bricks
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
 

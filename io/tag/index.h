@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "io/tag/members.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/statistics.h"
 #include "stages/sample/status.h"
@@ -21,6 +22,7 @@ struct IndexEntry {
 struct TagIndex {
   std::vector<IndexEntry> bricks;
   Statistics total;
+  std::vector<Member> members;  ///< in the order of the file
 
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
 };
@@ -33,14 +35,14 @@ struct IndexForm {
 };
 IndexForm index_form(const CodingParameters& parameters);
 
-/// The fields of the index, not yet compressed.
+/// The fields of the index up to the table of members, not yet compressed.
 std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form);
 
-/// Reads the fields. `bricks` and `form` are those of the header; any other size is broken.
+/// Reads these fields. `bricks` and `form` are those of the header; any other size is broken.
 Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
                    TagIndex& index);
 
-/// Bytes of a serialized index.
+/// Bytes of these fields.
 std::uint64_t index_size(std::uint64_t bricks, const IndexForm& form);
 
 }  // namespace tagrid

@@ -88,8 +88,9 @@ void WholeBricks::look_at_envelope(std::uint64_t position, std::uint64_t before,
   const auto is_bound_to = [](const std::vector<std::byte>& block, std::uint64_t checksum) {
     return parse_envelope_block(block, checksum, nullptr).ok();
   };
-  while (position < index_start_) {
-    const std::uint64_t left = index_start_ - position;
+  const std::uint64_t end = index_->members.empty() ? index_start_ : index_->members.front().offset;
+  while (position < end) {
+    const std::uint64_t left = end - position;
     std::uint64_t rest = 0;
     std::vector<std::byte> block;
     if (left >= envelope_head_size &&
@@ -101,10 +102,21 @@ void WholeBricks::look_at_envelope(std::uint64_t position, std::uint64_t before,
     if (!fits && !block.empty() && should_be && is_bound_to(block, *should_be))
       places_.back().is_whole = true;
     else if (!fits)
-      return;
+      return look_at_members(checksum_before(end), std::nullopt);
     before = stored_checksum(block);
     should_be.reset();
     position += block.size();
+  }
+  look_at_members(before, should_be);
+}
+
+void WholeBricks::look_at_members(std::uint64_t before, std::optional<std::uint64_t> should_be) {
+  for (const Member& member : index_->members) {
+    const bool fits = is_bound(member, before);
+    if (!fits) is_damaged_elsewhere_ = true;
+    if (!fits && should_be && is_bound(member, *should_be)) places_.back().is_whole = true;
+    before = checksum_before(member.end());
+    should_be.reset();
   }
 }
 

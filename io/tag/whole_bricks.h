@@ -42,7 +42,7 @@ class WholeBricks : public IndexedTag {
   std::vector<BrickRun> lost() const;
   /// The index; nothing if it is damaged or missing.
   const std::optional<TagIndex>& index() const { return index_; }
-  /// True if something besides bricks is damaged: a stored checksum, the envelope, the index, the footer.
+  /// True if something besides bricks is damaged: a stored checksum, the envelope, a member, the index, the footer.
   bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
 
   /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer intact.
@@ -57,6 +57,8 @@ class WholeBricks : public IndexedTag {
   /// The last brick is intact if only its stored checksum is damaged and the next block depends on what it
   /// `should_be`. `position` is the end of the bricks, and `before` the checksum that is stored there.
   void look_at_envelope(std::uint64_t position, std::uint64_t before, std::optional<std::uint64_t> should_be);
+  /// The same for the members.
+  void look_at_members(std::uint64_t before, std::optional<std::uint64_t> should_be);
 
   std::optional<TagIndex> index_;
   std::uint64_t index_start_ = 0;
