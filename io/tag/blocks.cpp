@@ -214,8 +214,7 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
     sizes.values += brick.value_bytes;
   }
   for (const Member& member : index.members) sizes.members += member_frame_size + member.length;
-  sizes.index =
-      sizes.file - sizes.header - sizes.envelope - sizes.members - sizes.activity - sizes.values;
+  sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.members - sizes.activity - sizes.values;
   return sizes;
 }
 

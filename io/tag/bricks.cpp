@@ -157,7 +157,8 @@ TagSummary summary_of(const std::string& path) {
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(), reader.overviews()};
+  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(),
+          reader.overviews()};
 }
 
 std::shared_ptr<const ByteSource> overview_in(std::shared_ptr<const ByteSource> source, std::int64_t factor) {

@@ -88,7 +88,8 @@ struct TagSummary {
   TagIndex index;
   TagSizes sizes;
   std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
-  std::vector<CodingParameters> overviews = {};  ///< of the overviews among the members of the index, in order
+  std::vector<CodingParameters> overviews =
+      {};  ///< of the overviews among the members of the index, in order
 };
 
 /// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,

@@ -28,8 +28,9 @@ class TagWriter : public BrickSink {
   void write_envelope(std::span<const std::byte> bytes) { envelope_.write(bytes); }
   /// Writes a member of a kind with a factor and `length` bytes; see write_member(). Nothing of the envelope
   /// may follow. REQUIRES: all bricks were written.
-  void write_member(std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-                    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content);
+  void write_member(
+      std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+      const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content);
   /// Writes index and footer. The caller commits the file.
   void finish();
 

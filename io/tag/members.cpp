@@ -33,9 +33,10 @@ Status parse_member_head(std::span<const std::byte> head, std::uint64_t offset, 
 
 MemberChecksum::MemberChecksum(const Member& member) { own_.add(head_of(member)); }
 
-Member write_member(const Member& what, std::uint64_t& checksum,
-                    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
-                    const std::function<void(std::span<const std::byte>)>& write) {
+Member write_member(
+    const Member& what, std::uint64_t& checksum,
+    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
+    const std::function<void(std::span<const std::byte>)>& write) {
   MemberChecksum own(what);
   write(head_of(what));
   content([&](std::span<const std::byte> bytes) {

@@ -55,9 +55,10 @@ class MemberChecksum {
 
 /// Writes a member at `offset` of a file. `content` passes all bytes of its content to the function that it
 /// gets, in order. `checksum` is that of the last block of the file; it is continued.
-Member write_member(const Member& what, std::uint64_t& checksum,
-                    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
-                    const std::function<void(std::span<const std::byte>)>& write);
+Member write_member(
+    const Member& what, std::uint64_t& checksum,
+    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
+    const std::function<void(std::span<const std::byte>)>& write);
 
 /// The table of the members of a file, for the index.
 std::vector<std::byte> serialize_members(const std::vector<Member>& members);

@@ -36,6 +36,7 @@ def chained(block, before):
 class SampleType:
     def __init__(self, number):
         require(1 <= number <= 8, "the sample type is not of version 5")
+        self.number = number
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -63,6 +64,7 @@ class Header:
         require(self.mode in (0, 1), "the mode is unknown")
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
+        self.grid = grid
         self.stores_grid = grid == 0
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
@@ -197,6 +199,44 @@ def check_envelope(data, at, header, last):
     return at, last
 
 
+def check_members(data, at, header, last):
+    """Section 3.6. Returns the members (kind, factor, offset, length), where the index begins, and the checksum before."""
+    members = []
+    while len(data) >= at + 4 and struct.unpack_from("<I", data, at)[0] == 2:
+        require(len(data) >= at + 20, "a member is cut off")
+        kind, factor, length = struct.unpack_from("<IIQ", data, at + 4)
+        end = at + 20 + length
+        require(len(data) >= end + 8, "a member is cut off")
+        checksum = struct.unpack_from("<Q", data, end)[0]
+        require(checksum == chained(data[at:end], last), "a member is damaged")
+        members.append((kind, factor, at, length))
+        require(len(members) <= 64, "there are too many members")
+        if kind == 1:
+            require(factor >= 2, "an overview has no factor")
+            inner = Header(data[at + 20:end])
+            require(inner.mode == 0 and inner.grid == 1 and inner.type.number == header.type.number, "an overview is of another volume")
+            require(inner.dims == [(n - 1) // factor + 1 for n in header.dims], "an overview has other sizes")
+        last, at = checksum, end + 8
+    return members, at, last
+
+
+def overviews(data):
+    """The factors of a file's overviews, and their bytes, which are files of their own. The file must be whole."""
+    header = Header(data)
+    at = header.size
+    for _ in range(math.prod(header.bricks)):
+        at += 12 + struct.unpack_from("<I", data, at)[0]
+    while struct.unpack_from("<I", data, at)[0] == 1:
+        at += 20 + struct.unpack_from("<I", data, at + 8)[0]
+    found = {}
+    while struct.unpack_from("<I", data, at)[0] == 2:
+        kind, factor, length = struct.unpack_from("<IIQ", data, at + 4)
+        if kind == 1:
+            found[factor] = data[at + 20:at + 20 + length]
+        at += 28 + length
+    return found
+
+
 def compression_in(data):
     """How the samples of the source were compressed, as the first block of the envelope of a whole file says."""
     header = Header(data)
@@ -263,11 +303,11 @@ def check_source_files(content, header):
     require((changed > 0) == (compression != b""), "a file is in its plain form without a reason, or none for a reason")
 
 
-def check_index(data, at, header, last, sizes, counts):
+def check_index(data, at, header, last, sizes, counts, members):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
     n = len(sizes)
-    require(marker == 0 and size == 32 * n + header.index_fields, "the index has an impossible size")
+    require(marker == 0 and size == 32 * n + header.index_fields + 24 * len(members), "the index has an impossible size")
     require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
     end = at + 20 + packed_size
     require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
@@ -285,6 +325,8 @@ def check_index(data, at, header, last, sizes, counts):
             require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
         require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
         require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
+        table = fields[32 * n + header.index_fields:]
+        require(list(struct.iter_unpack("<IIQQ", table)) == members, "the index has other members than the file")
 
 
 def decode(data, with_grid=True):
@@ -314,7 +356,8 @@ def decode(data, with_grid=True):
         sizes.append((activity_size, length - 4 - activity_size))
         at = end + 8
     at, last = check_envelope(data, at, header, last)
-    check_index(data, at, header, last, sizes, counts if with_grid else None)
+    members, at, last = check_members(data, at, header, last)
+    check_index(data, at, header, last, sizes, counts if with_grid else None, members)
     whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())
