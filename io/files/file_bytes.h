@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/files/system_call.h"
@@ -59,6 +60,26 @@ class FileSource : public ByteSource {
   Descriptor descriptor_;
   std::uint64_t base_ = 0;  ///< position of the first byte; not 0 if the standard input was partly read
   std::uint64_t size_ = 0;
+};
+
+/// A part of a source.
+class PartOfSource : public ByteSource {
+ public:
+  /// `name` is for messages. REQUIRES: position + size <= source->size().
+  PartOfSource(std::shared_ptr<const ByteSource> source, std::uint64_t position, std::uint64_t size,
+               std::string name)
+      : source_(std::move(source)), position_(position), size_(size), name_(std::move(name)) {}
+
+  std::uint64_t size() const override { return size_; }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    source_->read_at(position_ + position, to);
+  }
+  const std::string& name() const override { return name_; }
+
+ private:
+  std::shared_ptr<const ByteSource> source_;
+  std::uint64_t position_, size_;
+  std::string name_;
 };
 
 /// A source, read in order.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<std::uint8_t, 8> head_magic = {'T', 'A', 'G', 'P', 'A', 'R', 'T', '\n'};
 constexpr std::array<std::uint8_t, 8> tail_magic = {'T', 'A', 'G', 'D', 'O', 'N', 'E', '\n'};
-constexpr std::size_t head_size = 6 * 8, tail_size = 3 * 8;
+constexpr std::size_t head_size = 7 * 8, tail_size = 3 * 8;
 
 std::span<const std::byte> bytes_of(const std::array<std::uint8_t, 8>& magic) {
   return std::as_bytes(std::span(magic));
@@ -28,6 +28,7 @@ std::vector<std::byte> head_of(const PartId& id) {
   head.put(static_cast<std::uint64_t>(id.number));
   head.put(static_cast<std::uint64_t>(id.first_brick));
   head.put(static_cast<std::uint64_t>(id.bricks));
+  head.put(id.sums_bytes);
   head.put(checksum_of({head.bytes()}));
   return std::move(head.bytes());
 }
@@ -69,7 +70,15 @@ void PartWriter::write_brick(const BrickBytes& brick, const Statistics& statisti
   table_.insert(table_.end(), entry.bytes().begin(), entry.bytes().end());
 }
 
+void PartWriter::write_sums(std::span<const std::byte> bytes) {
+  sums_.add(bytes);
+  out_.write(bytes);
+}
+
 void PartWriter::finish() {
+  FieldWriter sums;
+  sums.put(sums_.value());
+  out_.write(sums.bytes());
   const std::uint64_t start = out_.position();
   FieldWriter tail;
   tail.put(start);
@@ -97,10 +106,14 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
   const std::uint64_t size = bytes_.size().value_or(0);
   // Not more bricks than fit into the file, so no memory is allocated for a false number.
   const auto count = static_cast<std::uint64_t>(id.bricks);
-  if (size < head_size + tail_size || count > size / (block_frame_size + entry_size(levels)))
+  constexpr std::uint64_t checksum_of_sums = 8;
+  if (id.sums_bytes > size || size - id.sums_bytes < head_size + checksum_of_sums + tail_size ||
+      count > size / (block_frame_size + entry_size(levels)))
     fail("the part is not complete");
   const std::uint64_t table_size = count * entry_size(levels);
-  if (table_size > size - head_size - tail_size) fail("the part is not complete");
+  sums_bytes_ = id.sums_bytes;
+  const std::uint64_t besides = head_size + sums_bytes_ + checksum_of_sums + tail_size;
+  if (table_size > size - besides) fail("the part is not complete");
   const std::uint64_t start = size - tail_size - table_size;
   std::vector<std::byte> head(head_size), table(memory_size(table_size)), tail(tail_size);
   read_exactly(head.data(), head.size());
@@ -123,10 +136,26 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
     entry.own_checksum = entries.get<std::uint64_t>();
     statistics_fields(entries, entry.statistics, levels);
     blocks_size_ += entry.block_bytes();
-    if (blocks_size_ > start - head_size) fail("the part is damaged");
+    if (blocks_size_ > size - besides - table_size) fail("the part is damaged");
   }
-  if (blocks_size_ != start - head_size) fail("the part is damaged");
+  if (blocks_size_ != size - besides - table_size) fail("the part is damaged");
   bytes_.seek(head_size);
+}
+
+void PartReader::read_sums(std::size_t at_once, const std::function<void(std::span<const std::byte>)>& use) {
+  bytes_.seek(head_size + blocks_size_);
+  RunningChecksum sums;
+  std::vector<std::byte> bytes;
+  for (std::uint64_t left = sums_bytes_; left > 0; left -= bytes.size()) {
+    bytes.resize(std::min<std::uint64_t>(left, at_once));
+    read_exactly(bytes.data(), bytes.size());
+    sums.add(bytes);
+    if (use) use(bytes);
+  }
+  bytes.resize(8);
+  read_exactly(bytes.data(), bytes.size());
+  if (!checksums_agree(load_little_endian<std::uint64_t>(bytes.data()), sums.value()))
+    fail("the sums of the part are damaged");
 }
 
 void PartReader::read_block(std::vector<std::byte>& block) {

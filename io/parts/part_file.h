@@ -11,9 +11,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "io/bytes/checksum.h"
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/tag/blocks.h"
@@ -25,6 +28,7 @@ struct PartId {
   std::uint64_t run = 0;  ///< see RunRecord::id
   std::int64_t number = 0;
   std::int64_t first_brick = 0, bricks = 0;
+  std::uint64_t sums_bytes = 0;  ///< of sums of blocks for overviews
 };
 
 class PartWriter : public BrickSink {
@@ -33,13 +37,16 @@ class PartWriter : public BrickSink {
   PartWriter(const std::string& path, const PartId& id, const CodingParameters& parameters);
   /// REQUIRES: the bricks of the part come in the order of their numbers.
   void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
-  /// Completes the file, makes it durable and gives it its name.
+  /// The next bytes of the part's sums. REQUIRES: all bricks were written.
+  void write_sums(std::span<const std::byte> bytes);
+  /// Completes the file, makes it durable and gives it its name. REQUIRES: all sums were written.
   void finish();
 
  private:
   OutputFile out_;
   CodingParameters parameters_;
   std::vector<std::byte> head_, table_;
+  RunningChecksum sums_;
 };
 
 struct PartEntry {
@@ -61,6 +68,8 @@ class PartReader {
   std::uint64_t blocks_size() const { return blocks_size_; }
   /// Reads and checks the next block. REQUIRES: there is one.
   void read_block(std::vector<std::byte>& block);
+  /// Passes the sums, part by part, of `at_once` bytes but for the last one, and then checks them.
+  void read_sums(std::size_t at_once, const std::function<void(std::span<const std::byte>)>& use);
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
@@ -71,7 +80,7 @@ class PartReader {
   std::int64_t first_brick_ = 0;
   std::size_t next_block_ = 0;
   std::vector<PartEntry> table_;
-  std::uint64_t blocks_size_ = 0;
+  std::uint64_t blocks_size_ = 0, sums_bytes_ = 0;
 };
 
 }  // namespace tagrid

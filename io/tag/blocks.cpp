@@ -170,7 +170,7 @@ Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest)
   const PageLayout layout(parameters.bricks().count());
   if (marker != 0) return Status::broken("there are more bricks than the volume has");
   if (!layout.is_possible()) return Status::broken("no file has that many bricks");
-  if (size < directory_size(layout.pages(), index_form(parameters)) || size > largest_directory ||
+  if (size < least_directory_size(layout.pages(), index_form(parameters)) || size > largest_directory ||
       packed_size > largest_packed(size))
     return Status::broken("the index has an impossible size");
   if (static_cast<std::uint64_t>(layout.bricks()) > (start - header_size) / block_frame_size)
@@ -207,7 +207,9 @@ Status FileEnd::check_sizes(const PageLayout& layout, const TagIndex& index, std
     return block >= packed_frame_size && block <= packed_frame_size + largest_packed(content);
   };
   // No sum is larger than the file, so none overflows.
-  std::uint64_t left = start - header_size, of_bricks = 0;
+  if (Status status = check_places(index.members, header_size, start); !status.ok()) return status;
+  const std::uint64_t end = index.members.empty() ? start : index.members.front().offset;
+  std::uint64_t left = end - header_size, of_bricks = 0;
   for (std::int64_t i = 0; i < layout.pages(); ++i) {
     const PageFacts& page = index.pages[static_cast<std::size_t>(i)];
     const auto count = static_cast<std::uint64_t>(layout.bricks_in(i));
@@ -234,7 +236,8 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
   sizes.envelope = envelope;
   sizes.activity = index.activity_bytes;
   sizes.values = index.value_bytes;
-  sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
+  for (const Member& member : index.members) sizes.members += member_frame_size + member.length;
+  sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.members - sizes.activity - sizes.values;
   return sizes;
 }
 

@@ -142,7 +142,8 @@ struct FileEnd {
   /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the directory's first byte to the file's last.
-  /// `envelope` receives the size of the envelope, which lies between the last page and the directory.
+  /// `envelope` receives the size of the envelope, which lies between the last page and the members or the
+  /// directory.
   Status parse(std::span<const std::byte> bytes, TagIndex& index, std::uint64_t& envelope) const;
 
  private:
@@ -153,7 +154,8 @@ struct FileEnd {
 struct TagSizes {
   std::uint64_t file = 0, header = 0, activity = 0, values = 0;
   std::uint64_t envelope = 0;
-  std::uint64_t index = 0;  ///< the pages and the directory, the footer, and the frames of the bricks
+  std::uint64_t members = 0;  ///< with their frames
+  std::uint64_t index = 0;    ///< the pages and the directory, the footer, and the frames of the bricks
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
 

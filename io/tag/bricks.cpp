@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
@@ -58,6 +59,20 @@ IndexedTag::End IndexedTag::read_end() const {
   if (Status status = facts.parse(from_start, end.index, end.envelope_size); !status.ok())
     throw broken_part(name(), "the index", size, status.what());
   return end;
+}
+
+bool IndexedTag::is_bound(const Member& member) const {
+  Member in_file;
+  if (!parse_member_head(bytes_at(member.offset, member_head_size), member.offset, in_file).ok() ||
+      in_file != member)
+    return false;
+  MemberChecksum own(member);
+  for (std::uint64_t done = 0; done < member.length;) {
+    const std::uint64_t part = std::min<std::uint64_t>(member.length - done, 1 << 20);
+    own.add(bytes_at(member.content() + done, part));
+    done += part;
+  }
+  return checksums_agree(checksum_before(member.end()), own.chained(checksum_before(member.offset)));
 }
 
 TagBricks::TagBricks(std::shared_ptr<const ByteSource> source)
@@ -122,6 +137,26 @@ std::vector<std::byte> TagBricks::beginning_of_envelope() const {
   return content;
 }
 
+std::shared_ptr<const ByteSource> TagBricks::bytes_of(const Member& member) const {
+  return std::make_shared<PartOfSource>(source_, member.content(), member.length,
+                                        name() + ": overview " + std::to_string(member.factor));
+}
+
+std::shared_ptr<const TagBricks> TagBricks::overview(const Member& member) const {
+  auto overview = std::make_shared<const TagBricks>(bytes_of(member));
+  if (Status status = check_overview(parameters(), member.factor, overview->parameters()); !status.ok())
+    throw BrokenInput(overview->name() + ": " + status.what());
+  if (!overview->index().members.empty() || overview->sizes().envelope > 0)
+    throw BrokenInput(overview->name() + ": has parts that no overview has");
+  return overview;
+}
+
+void TagBricks::check(const Member& member) const {
+  if (!is_bound(member))
+    throw broken_part(name(), "a member", member.end(),
+                      "the checksum does not match: the member is damaged, or belongs to another file");
+}
+
 BrickStream TagBricks::bricks_from(std::int64_t first) const {
   return {name(), [this, id = first](BrickBytes& brick) mutable {
             if (id == count()) return false;
@@ -133,11 +168,30 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
-    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope()};
+    std::vector<CodingParameters> overviews;
+    for (const Member& member : file.index().members)
+      if (member.is_overview()) overviews.push_back(file.overview(member)->parameters());
+    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(), std::move(overviews)};
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope()};
+  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(),
+          reader.overviews()};
+}
+
+std::shared_ptr<const ByteSource> overview_in(std::shared_ptr<const ByteSource> source, std::int64_t factor) {
+  const TagBricks file(std::move(source));
+  std::string there;
+  for (const Member& member : file.index().members) {
+    if (!member.is_overview()) continue;
+    if (member.factor == factor) {
+      file.overview(member);
+      return file.bytes_of(member);
+    }
+    there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
+  }
+  throw UsageError(file.name() + ": has no overview of " + std::to_string(factor) + "; " +
+                   (there.empty() ? "it has none at all" : "it has " + there));
 }
 
 }  // namespace tagrid

@@ -39,6 +39,9 @@ class IndexedTag {
   std::uint64_t checksum_before(std::uint64_t position) const;
   /// Reads and checks directory and footer, in one read of at most largest_end bytes. Throws BrokenInput.
   End read_end() const;
+  /// True if a member of the index is in the file, with its checksum, which continues the one before it. Reads
+  /// all of it.
+  bool is_bound(const Member& member) const;
 
   std::shared_ptr<const ByteSource> source_;
   TagHeader header_;
@@ -70,6 +73,13 @@ class TagBricks : public IndexedTag {
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The content of the first of these blocks; none without an envelope.
   std::vector<std::byte> beginning_of_envelope() const;
+  /// The overview of a member of the index: a file of its own. Throws BrokenInput, also if it is not one of
+  /// this volume. REQUIRES: member.is_overview().
+  std::shared_ptr<const TagBricks> overview(const Member& member) const;
+  /// The bytes of that overview.
+  std::shared_ptr<const ByteSource> bytes_of(const Member& member) const;
+  /// Throws BrokenInput if the checksum of a member does not match.
+  void check(const Member& member) const;
   /// The bricks from `first` on. This object must outlive the stream.
   BrickStream bricks_from(std::int64_t first) const;
 
@@ -92,7 +102,13 @@ struct TagSummary {
   TagIndex index;
   TagSizes sizes;
   std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
+  std::vector<CodingParameters> overviews =
+      {};  ///< of the overviews among the members of the index, in order
 };
+
+/// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,
+/// and UsageError that names the overviews if there is none with this factor.
+std::shared_ptr<const ByteSource> overview_in(std::shared_ptr<const ByteSource> file, std::int64_t factor);
 
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
 /// checks every checksum. Throws BrokenInput and WorldError.

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 
@@ -41,6 +42,17 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   last_checksum_ = write_block(out_, parameters_, brick, last_checksum_);
   position_ += block_frame_size + brick.activity.size() + brick.values.size();
   pages_.add(brick.activity.size(), brick.values.size(), statistics);
+}
+
+void TagWriter::write_member(
+    std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content) {
+  envelope_.finish();
+  pages_.add(tagrid::write_member({kind, factor, position_, length}, last_checksum_, content,
+                                  [&](std::span<const std::byte> bytes) {
+                                    out_.write(bytes);
+                                    position_ += bytes.size();
+                                  }));
 }
 
 void TagWriter::finish() {
@@ -105,6 +117,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
   } else {
     ahead_.id = -1;
     read_envelope();
+    read_members();
     read_index_section();
   }
   return true;
@@ -182,6 +195,64 @@ void TagReader::read_envelope() {
   }
 }
 
+void TagReader::read_members() {
+  while (load_little_endian<std::uint32_t>(block_.data()) == member_marker) {
+    read_member();
+    block_.clear();
+    read_growing(marker_size, "the index");
+  }
+}
+
+void TagReader::read_member() {
+  const auto require = [&](const Status& status) {
+    if (!status.ok()) throw broken_part(name(), "a member", bytes_->position(), status.what());
+  };
+  Member member;
+  const std::uint64_t start = bytes_->position() - marker_size;
+  read_growing(member_head_size - marker_size, "a member");
+  require(parse_member_head(block_, start, member));
+  if (members_.size() == most_members) require(Status::broken("there are too many members"));
+  MemberChecksum own(member);
+  std::uint64_t left = member.length;
+  const auto took_block = [&] {
+    own.add(block_);
+    left -= block_.size();
+  };
+  block_.clear();
+  if (member.is_overview()) {
+    read_overview_header(member, left);
+    took_block();
+  }
+  constexpr std::uint64_t step = 1 << 20;
+  while (left > 0) {
+    block_.clear();
+    read_growing(std::min(step, left), "a member");
+    took_block();
+  }
+  block_.clear();
+  read_growing(8, "a member");
+  const auto in_file = load_little_endian<std::uint64_t>(block_.data());
+  if (!checksums_agree(in_file, own.chained(last_checksum_)))
+    require(Status::broken("the checksum does not match: the member is damaged, or belongs to another file"));
+  last_checksum_ = in_file;
+  members_.push_back(member);
+}
+
+void TagReader::read_overview_header(const Member& member, std::uint64_t left) {
+  const std::string overview = name() + ": overview " + std::to_string(member.factor);
+  const auto no_room = [&] { return BrokenInput(overview + ": is shorter than its header"); };
+  if (left < tag_preamble_size) throw no_room();
+  read_growing(tag_preamble_size, "a member");
+  const std::size_t size = header_size_of(overview, block_);
+  if (size > left) throw no_room();
+  read_growing(size - tag_preamble_size, "a member");
+  std::uint64_t checksum = 0;
+  const TagHeader header = header_of(overview, block_, checksum);
+  if (Status status = check_overview(parameters(), member.factor, header.parameters); !status.ok())
+    throw BrokenInput(overview + ": " + status.what());
+  overviews_.push_back(header.parameters);
+}
+
 void TagReader::read_index_section() {
   const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_size,
                        last_checksum_};
@@ -190,6 +261,7 @@ void TagReader::read_index_section() {
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());
   read_growing(rest, "the index");
   if (Status status = end.parse(block_, index_, envelope); !status.ok()) fail(status.what());
+  if (index_.members != members_) fail("the table of members does not name the members of the file");
   if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes ||
       index_.pages != seen_.pages)
     fail("the sizes of the bricks, or the pages, are not those in the directory");

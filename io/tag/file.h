@@ -27,6 +27,11 @@ class TagWriter : public BrickSink {
   void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
   /// Writes the next bytes of the envelope; see io/envelope. REQUIRES: all bricks were written.
   void write_envelope(std::span<const std::byte> bytes) { envelope_.write(bytes); }
+  /// Writes a member of a kind with a factor and `length` bytes; see write_member(). Nothing of the envelope
+  /// may follow. REQUIRES: all bricks were written.
+  void write_member(
+      std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+      const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content);
   /// Writes the directory of the index, and the footer. The caller commits the file.
   void finish();
 
@@ -77,6 +82,9 @@ class TagReader {
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
   /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
+  /// The parameters of the overviews, in the order of the members. REQUIRES: as above. Of the overviews, only
+  /// headers and checksums were checked.
+  const std::vector<CodingParameters>& overviews() const { return overviews_; }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
@@ -86,8 +94,13 @@ class TagReader {
   void read_page();
   /// Reads a block that must have this marker and so many bytes of content.
   std::vector<std::byte> read_part_of_page(std::uint32_t marker, std::uint64_t size, std::uint32_t& bytes);
-  /// Reads the envelope, and the first bytes of the directory.
+  /// Reads the envelope, and the first bytes of what follows it.
   void read_envelope();
+  /// Reads the members, and the first bytes of the index.
+  void read_members();
+  void read_member();
+  /// Reads the header of an overview, of which `left` bytes are there.
+  void read_overview_header(const Member& member, std::uint64_t left);
   void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
@@ -107,6 +120,8 @@ class TagReader {
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
   std::vector<std::byte> beginning_of_envelope_;
+  std::vector<Member> members_;
+  std::vector<CodingParameters> overviews_;
 };
 
 }  // namespace tagrid

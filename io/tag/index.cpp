@@ -65,7 +65,7 @@ IndexForm index_form(const CodingParameters& parameters) {
   return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 
-std::uint64_t directory_size(std::int64_t pages, const IndexForm& form) {
+std::uint64_t least_directory_size(std::int64_t pages, const IndexForm& form) {
   return section_head + volume_fields_size(form) + section_head +
          static_cast<std::uint64_t>(pages) * page_facts;
 }
@@ -77,6 +77,7 @@ std::vector<std::byte> serialize_directory(const TagIndex& index, const IndexFor
   page_columns(pages, index.pages);
   put_section(all, volume_section, volume.bytes());
   put_section(all, pages_section, pages.bytes());
+  if (!index.members.empty()) put_section(all, members_section, serialize_members(index.members));
   return std::move(all.bytes());
 }
 
@@ -91,7 +92,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
     if (reader.overrun() || size > reader.left()) return Status::broken("a section of the index is cut off");
     if (kind <= before) return Status::broken("the sections of the index are not in order");
     before = kind;
-    FieldReader section(reader.get_bytes(memory_size(size)));
+    const std::span<const std::byte> section_bytes = reader.get_bytes(memory_size(size));
+    FieldReader section(section_bytes);
     if (kind == volume_section) {
       if (size != volume_fields_size(form))
         return Status::broken("the section of the volume has an impossible size");
@@ -105,6 +107,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       index.pages.assign(memory_size(static_cast<std::uint64_t>(pages)), {});
       page_columns(section, index.pages);
       has_pages = true;
+    } else if (kind == members_section) {
+      if (Status status = parse_members(section_bytes, index.members); !status.ok()) return status;
     } else if (kind < first_optional_section) {
       return Status::broken("the index has a section of kind " + std::to_string(kind) +
                             ", which this version of tagrid does not know; a newer one reads the file");

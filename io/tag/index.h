@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "io/tag/members.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/statistics.h"
 #include "stages/sample/status.h"
@@ -64,6 +65,7 @@ struct TagIndex {
   Statistics total;
   std::uint64_t activity_bytes = 0, value_bytes = 0;  ///< of all bricks
   std::vector<PageFacts> pages;
+  std::vector<Member> members;  ///< in the order of the file
   /// Kinds of the optional sections that this program does not know.
   std::vector<std::uint32_t> unknown_sections;
 };
@@ -80,15 +82,17 @@ IndexForm index_form(const CodingParameters& parameters);
 inline constexpr std::uint64_t largest_directory = (1 << 18) - (1 << 12);
 
 /// Kinds of sections of the directory. A reader must know those below first_optional_section.
-inline constexpr std::uint32_t volume_section = 1, pages_section = 2, first_optional_section = 1 << 16;
+inline constexpr std::uint32_t volume_section = 1, pages_section = 2, members_section = 3,
+                               first_optional_section = 1 << 16;
 
-/// Bytes of the serialized sections that this program writes.
-std::uint64_t directory_size(std::int64_t pages, const IndexForm& form);
+/// Bytes of the sections that every file has.
+std::uint64_t least_directory_size(std::int64_t pages, const IndexForm& form);
 
 /// The directory, not yet compressed, without sections that are not known.
 std::vector<std::byte> serialize_directory(const TagIndex& index, const IndexForm& form);
 
-/// Reads the directory. `pages` and `form` are those of the header; any other number of pages is broken.
+/// Reads the directory. `pages` and `form` are those of the header; any other number of pages is broken. Where
+/// members are is not checked.
 Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, const IndexForm& form,
                        TagIndex& index);
 

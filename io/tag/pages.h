@@ -31,6 +31,8 @@ class PageBlocks {
 
   /// After the block of a brick was written. The last brick of a page is followed by the blocks of the page.
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
+  /// After a member was written.
+  void add(const Member& member) { index_.members.push_back(member); }
   /// True between pages: add() has just written one, or nothing was added.
   bool is_between_pages() const { return page_.empty(); }
 

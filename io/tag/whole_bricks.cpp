@@ -142,8 +142,12 @@ void WholeBricks::look_at_bricks() {
     walk.before = checksum_before(walk.position);
     if (walk.is_of_brick) walk.should_be.reset();
   }
-  while (index_ && walk.position < index_start_)
-    if (!look_at_packed(walk, envelope_marker, envelope_content, index_start_)) return;
+  if (!index_) return;
+  const std::uint64_t end = index_->members.empty() ? index_start_ : index_->members.front().offset;
+  while (walk.position < end && look_at_packed(walk, envelope_marker, envelope_content, end)) {
+  }
+  for (const Member& member : index_->members)
+    if (!is_bound(member)) is_damaged_elsewhere_ = true;
 }
 
 std::vector<BrickRun> WholeBricks::lost() const {

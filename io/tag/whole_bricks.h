@@ -45,7 +45,8 @@ class WholeBricks : public IndexedTag {
   const std::optional<TagIndex>& index() const { return index_; }
   /// The statistics of a brick; nothing if they are damaged or missing.
   std::optional<IndexEntry> statistics(std::int64_t brick) const;
-  /// True if something besides bricks is damaged: a stored checksum, the envelope, the index, the footer.
+  /// True if something besides bricks is damaged: a stored checksum, the envelope, a member, the index, the
+  /// footer.
   bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
 
   /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer intact.

@@ -4,8 +4,15 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/tag/bricks.h"
 
 namespace tagrid {
+
+std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
+  auto file = std::make_shared<FileSource>(run.input);
+  if (run.overview == 0) return file;
+  return overview_in(std::move(file), run.overview);
+}
 
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                            const CodingParameters& parameters, bool others_write)

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/file_bytes.h"
 #include "io/files/spool_file.h"
 #include "io/formats/table/formats.h"
 #include "io/tag/header.h"
@@ -44,7 +45,10 @@ struct DecodeRun {
   std::string output;  ///< "-": the standard output
   const Format& format = format_named("nrrd");
   bool overwrite = false;
-  WantedRegion region = {};
+  WantedRegion region = {};  ///< in samples of the volume, even of an overview
+  /// The factor of the overview that is decoded; 0: the volume itself. REQUIRES: 0, or a regular file as input
+  /// and region.step = 1.
+  std::int64_t overview = 0;
   Numbers numbers = Numbers::automatic;
   /// If set, a damaged file is not an error. Samples of damaged bricks become this value, which must fit the
   /// output type, and the result lists them. REQUIRES: the input is a regular file.
@@ -53,6 +57,10 @@ struct DecodeRun {
   Resources resources{0};                          ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 };
+
+/// The bytes of the file that is decoded: the input, or the overview in it. REQUIRES: the input is a regular
+/// file. Throws as overview_in() does.
+std::shared_ptr<const ByteSource> source_of(const DecodeRun& run);
 
 /// What is damaged in a file that was salvaged.
 struct Salvage {

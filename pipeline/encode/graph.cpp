@@ -78,7 +78,9 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       return {};
     }
     if (streams.before_reading) streams.before_reading();
-    SliceSamples slice = streams.read_slice(parameters.domain().samples_at(next_rows));
+    const Box box = parameters.domain().samples_at(next_rows);
+    SliceSamples slice = streams.read_slice(box);
+    if (streams.see_slice) streams.see_slice(box, slice.get());
     ++next_rows.low.z, ++next_rows.high.z;
     return slice;
   });
@@ -168,6 +170,7 @@ void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows,
     EncodeStreams unwritten = streams;
     unwritten.write_brick = [](std::int64_t, BrickCode) {};
     unwritten.brick_done = {};
+    unwritten.see_slice = {};
     for (const BrickRows& r : rows_to_encode(parameters, rows))
       build_and_run(parameters, r, budget, r == rows ? streams : unwritten, closed ? &*closed : nullptr,
                     r == rows);
@@ -189,8 +192,14 @@ void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& wat
     watch.done(code.statistics.samples * size_of(parameters_.type));
   };
   try {
-    for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
+    for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows)) {
+      std::optional<StripSums> sums;
+      if (sums_out_) {
+        sums.emplace(parameters_, strip, sums_out_);
+        streams.see_slice = [&](const Box& box, const std::byte* samples) { sums->add_slice(box, samples); };
+      }
       run_encode_graph(parameters_, strip, plan_.budget, streams);
+    }
   } catch (...) {
     // A source that gave up because of the sink may have thrown first.
     if (failed_) std::rethrow_exception(failure_);

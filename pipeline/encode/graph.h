@@ -13,6 +13,7 @@
 #include "pipeline/grid/slices.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/overview/sums.h"
 #include "pipeline/progress/progress.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/box.h"
@@ -37,6 +38,8 @@ struct EncodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
   /// Called before each slice is read; an exception ends the run. May be empty.
   std::function<void()> before_reading = {};
+  /// Called with each slice that was read for the bricks that are written, in the order of z. May be empty.
+  std::function<void(const Box& rows, const std::byte* samples)> see_slice = {};
 };
 
 /// Encodes the bricks of `rows`, and returns when the last one has been written. The bricks do not depend on
@@ -56,6 +59,8 @@ class RowEncoder {
   RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice)
       : parameters_(parameters), plan_(std::move(plan)), read_slice_(std::move(read_slice)) {}
 
+  /// From now on, also sums blocks, and passes the sums that belong to the rows. See pipeline/overview.
+  void sum_blocks(StripSums::Out out) { sums_out_ = std::move(out); }
   /// Encodes `rows`. Throws the exceptions of reading, `sink` and `watch`; that of `sink` if several fail.
   void encode(const BrickRows& rows, BrickSink& sink, const Watch& watch);
   /// Becomes true when a sink fails. A source that waits for samples may then give up.
@@ -65,6 +70,7 @@ class RowEncoder {
   const CodingParameters& parameters_;
   EncodePlan plan_;
   ReadSlice read_slice_;
+  StripSums::Out sums_out_;
   std::exception_ptr failure_;  ///< of a sink
   std::atomic<bool> failed_{false};
 };

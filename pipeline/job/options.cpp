@@ -1,13 +1,16 @@
 #include "pipeline/job/options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
+#include "stages/overview/block_sums.h"
 
 namespace tagrid {
 namespace {
@@ -34,6 +37,21 @@ void validate_rule(const EncodeOptions& options) {
 }
 
 }  // namespace
+
+std::vector<int> factors_for(const Index3& dims) {
+  const std::int64_t longest = std::max({dims.x, dims.y, dims.z});
+  std::vector<int> factors;
+  if (longest <= 512) return factors;
+  for (std::int64_t factor = block_edge; factor <= largest_factor; factor *= block_edge) {
+    factors.push_back(static_cast<int>(factor));
+    if ((longest - 1) / factor + 1 <= 256) break;
+  }
+  return factors;
+}
+
+std::string text_of(const std::vector<int>& factors) {
+  return factors.empty() ? "none" : fmt::format("{}", fmt::join(factors, ","));
+}
 
 std::string text_of(const ErrorRule& rule) {
   constexpr const char* kinds[] = {"noise", "relative", "psnr"};
@@ -80,6 +98,18 @@ void EncodeOptions::validate() const {
   require(!limited || !mesh_error, no_bound(set::mesh_error));
   require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
           {"{} must be at least 1, and the edge of a brick at most 512 samples", {set::brick}});
+  if (overviews) {
+    require(!grid_only || overviews->empty(),
+            {"{} are made of voxels; they cannot be combined with {}", {set::overviews, set::grid_only}});
+    int before = 1;
+    for (const int factor : *overviews) {
+      require(factor > before && factor <= largest_factor &&
+                  std::has_single_bit(static_cast<unsigned>(factor)) &&
+                  std::countr_zero(static_cast<unsigned>(factor)) % 2 == 0,
+              {"{} must be increasing powers of 4, from 4 to 1024", {set::overviews}});
+      before = factor;
+    }
+  }
   require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
           {"{} must be positive", {set::field_scale}});
   require(!field_scale || (!range && !range_from_data),

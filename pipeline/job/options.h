@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "stages/sample/coding_parameters.h"
@@ -26,6 +27,7 @@ inline constexpr Setting brick = {"brick", "the edge of a brick"};
 inline constexpr Setting lead = {"lead", "the planes of padding before the first sample"};
 inline constexpr Setting max_level = {"max-level", "the highest level"};
 inline constexpr Setting range = {"range", "the value range"};
+inline constexpr Setting overviews = {"overviews", "the overviews"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 }  // namespace setting
 
@@ -40,6 +42,12 @@ struct ErrorRule {
   double value = 0;
   friend bool operator==(const ErrorRule&, const ErrorRule&) = default;
 };
+
+/// The factors of the overviews of a volume, if none are given: 4, 16, 64, ... until the longest axis has at
+/// most 256 samples; none if the longest axis of the volume has at most 512.
+std::vector<int> factors_for(const Index3& dims);
+/// "none" or "4,16".
+std::string text_of(const std::vector<int>& factors);
 
 /// As text, the same for equal rules only.
 std::string text_of(const ErrorRule& rule);
@@ -61,6 +69,8 @@ struct EncodeOptions {
   std::optional<std::pair<double, double>> range;
   bool range_from_data = false;       ///< needs a separate pass over the volume; files only
   std::optional<double> field_scale;  ///< lambda itself, instead of a range
+  /// The factors of the overviews, increasing; if not given, as large volumes need them: factors_for().
+  std::optional<std::vector<int>> overviews;
 
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;

@@ -147,6 +147,16 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   return p;
 }
 
+std::vector<int> overviews_of(const EncodeOptions& options, const VolumeInfo& info) {
+  // The mean of samples from slices with different scales is the mean of no values.
+  const bool possible = !has_slopes_of_slices(info.nrrd_fields);
+  if (!options.overviews) return possible && !options.grid_only ? factors_for(info.dims) : std::vector<int>();
+  require(possible || options.overviews->empty(),
+          {"{} are means, but each slice of this volume has its own slope and intercept; give {} none",
+           {setting::overviews, setting::overviews}});
+  return *options.overviews;
+}
+
 }  // namespace
 
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
@@ -164,6 +174,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
   resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
   resolved.parameters = parameters_but_scale(o, info);
+  resolved.overviews = overviews_of(o, info);
   resolved.range_from_data = !o.range && !o.field_scale && (o.range_from_data || is_wide_type(info.type));
   if (o.field_scale)
     resolved.parameters.field_scale = *o.field_scale;

@@ -184,7 +184,7 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields}, plan, options.reason_of_bound};
+  return {{options.parameters, options.fields}, plan, options.overviews, options.reason_of_bound};
 }
 
 void require_known_range(const ResolvedOptions& options) {

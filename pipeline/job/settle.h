@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/tag/header.h"
 #include "io/volume/volume_source.h"
@@ -17,6 +18,7 @@ namespace tagrid {
 struct EncodeJob {
   TagHeader header;  ///< of the file
   EncodePlan plan;
+  std::vector<int> overviews;       ///< their factors
   std::string reason_of_bound;      ///< how the largest error follows from the options; "" if it was given
   std::string doubt_of_bound = {};  ///< why it may not be what is wanted; "" if nothing says that
   double times_read = 0;            ///< how often a sample was read to find that out

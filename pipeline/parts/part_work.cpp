@@ -15,10 +15,15 @@
 #include "io/samples/file_samples.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/job/options.h"
 #include "pipeline/job/source_survey.h"
 
 namespace tagrid {
 namespace {
+
+SumsLayout layout_of_parts(const CodingParameters& parameters) {
+  return layout_of_sums(parameters.dims, parameters.type, block_edge);
+}
 
 // True if the part file exists and is intact. A damaged one is deleted.
 bool is_complete(const PartsOfRun& parts, std::int64_t part) {
@@ -28,6 +33,7 @@ bool is_complete(const PartsOfRun& parts, std::int64_t part) {
     PartReader reader(path, parts.id(part), parts.header().parameters);
     std::vector<std::byte> block;
     for (std::size_t i = 0; i < reader.table().size(); ++i) reader.read_block(block);
+    reader.read_sums(std::size_t{1} << 20, {});
     return true;
   } catch (const BrokenInput&) {
     if (unlink(path.c_str()) != 0) throw world_error("cannot remove", path, errno);
@@ -49,8 +55,9 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         volume_(open_volume(order.input, order.source)),
-        plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                            memory_besides_parts(*volume_))),
+        plan_(plan_encoding(
+            parameters_, of_this_rank(ranks, order.resources), true,
+            memory_besides_parts(*volume_) + (parts.has_sums() ? StripSums::memory(parameters_) : 0))),
         kept_(slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks, order.resources))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run started with");
@@ -62,21 +69,40 @@ class PartEncoder {
     }
     encoder_.emplace(parameters_, plan_,
                      [this](const Box& rows) { return read_input_slice(*volume_, rows); });
+    if (parts.has_sums())
+      encoder_->sum_blocks([this](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) {
+        sums_->write_at(position_of_sums(z, y), rows);
+      });
   }
 
   void encode(std::int64_t part, const Watch& watch) {
     PartWriter writer(parts_.path(part), parts_.id(part), parameters_);
+    if (parts_.has_sums()) sums_.emplace(SpoolFile::beside(parts_.path(part)));
+    blocks_ = parts_.blocks(part);
     encoder_->encode(parts_.rows()[static_cast<std::size_t>(part)], writer, watch);
+    std::vector<std::byte> bytes;
+    for (std::uint64_t done = 0; sums_ && done < sums_->size(); done += bytes.size()) {
+      bytes.resize(std::min<std::uint64_t>(sums_->size() - done, 1 << 20));
+      sums_->read_at(done, bytes);
+      writer.write_sums(bytes);
+    }
     writer.finish();
   }
 
  private:
+  std::uint64_t position_of_sums(std::int64_t z, std::int64_t y) const {
+    return static_cast<std::uint64_t>((z - blocks_.low.z) * blocks_.size().y + y - blocks_.low.y) *
+           layout_of_parts(parameters_).row_bytes();
+  }
+
   const PartsOfRun& parts_;
   const CodingParameters& parameters_;
   std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
   std::int64_t kept_;
   std::optional<RowEncoder> encoder_;
+  Box blocks_;                     // of the part that is being encoded
+  std::optional<SpoolFile> sums_;  // of these blocks
 };
 
 void place_part(PartReader& part, const std::vector<PartPlace>& places, PlacedFile& file) {
@@ -131,6 +157,13 @@ PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::m
   if (!status.ok()) throw BrokenInput(folder_ + ": the record of the run " + status.what());
   id_ = run_id(record);
   rows_ = parts_of(header_.parameters.bricks());
+  has_sums_ = std::ranges::any_of(record_.settings, [](const auto& named) {
+    return named.first == setting::overviews.name && named.second != text_of(std::vector<int>());
+  });
+}
+
+Box PartsOfRun::blocks(std::int64_t part) const {
+  return blocks_of_rows(header_.parameters, rows_[static_cast<std::size_t>(part)]);
 }
 
 std::string PartsOfRun::path(std::int64_t part) const { return PartFolder::part(folder_, part); }
@@ -138,7 +171,11 @@ std::string PartsOfRun::path(std::int64_t part) const { return PartFolder::part(
 PartId PartsOfRun::id(std::int64_t part) const {
   const BrickGrid bricks = header_.parameters.bricks();
   const BrickRows& rows = rows_[static_cast<std::size_t>(part)];
-  return {id_, part, rows.first_brick(bricks), rows.count(bricks)};
+  const std::uint64_t sums = has_sums_
+                                 ? static_cast<std::uint64_t>(blocks(part).size().y * blocks(part).size().z) *
+                                       layout_of_parts(header_.parameters).row_bytes()
+                                 : 0;
+  return {id_, part, rows.first_brick(bricks), rows.count(bricks), sums};
 }
 
 Watch watch_of(SharedWork& shared) {

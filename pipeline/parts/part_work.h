@@ -76,6 +76,10 @@ class PartsOfRun {
   std::uint64_t header_checksum() const { return header_checksum_; }
   const std::vector<BrickRows>& rows() const { return rows_; }
   std::string path(std::int64_t part) const;
+  /// True if the file will have overviews, so that parts have the sums of their blocks.
+  bool has_sums() const { return has_sums_; }
+  /// The blocks whose sums a part has.
+  Box blocks(std::int64_t part) const;
   PartId id(std::int64_t part) const;
   std::int64_t count() const { return static_cast<std::int64_t>(rows_.size()); }
 
@@ -85,6 +89,7 @@ class PartsOfRun {
   TagHeader header_;
   std::uint64_t id_ = 0, header_checksum_ = 0;
   std::vector<BrickRows> rows_;
+  bool has_sums_ = false;
 };
 
 /// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in

@@ -12,6 +12,7 @@
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/encode/overviews.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
@@ -80,6 +81,8 @@ class PartsStore : public BrickStore {
 
   bool take(const EncodeJob& job, const VolumeSource&) override {
     record_.settings = settings_of(job.parameters(), run_.source);
+    record_.settings.emplace_back(setting::overviews.name, text_of(job.overviews));
+    overviews_ = job.overviews;
     record_.header = serialize_header(job.header);
     if (!record_.error_rule.empty()) record_.reason_of_bound = job.reason_of_bound;
     if (goes_on_) {
@@ -121,6 +124,7 @@ class PartsStore : public BrickStore {
   void finish(EncodeResult& result) override {
     if (!file_) return describe_finished(result);
     envelope_->finish();
+    if (sums_) write_overviews(result.header);
     const Bytes end = file_end(parts_->header().parameters, pages_->index(), position_, checksum_,
                                parts_->header_checksum());
     file_->write_at(position_, end);
@@ -137,6 +141,16 @@ class PartsStore : public BrickStore {
   }
 
  private:
+  void write_overviews(const TagHeader& header) {
+    const auto write = [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+                           const std::function<void(const PassBytes&)>& content) {
+      pages_->add(write_member({kind, factor, position_, length}, checksum_, content,
+                               [this](std::span<const std::byte> bytes) { write_at_end(bytes); }));
+    };
+    tagrid::write_overviews(header, overviews_, pages_->index().total, std::move(*sums_),
+                            of_this_rank(ranks_, run_.resources), run_.output, write);
+  }
+
   bool read_earlier_record() {
     if (!status_of(folder_->record())) return false;
     const Status status = parse_record(content_of(folder_->record()), earlier_);
@@ -200,7 +214,7 @@ class PartsStore : public BrickStore {
   // Adds a part to the index, whose complete pages are written, and continues the checksum. Returns where the
   // blocks of the part belong.
   std::vector<PartPlace> survey(std::int64_t part) {
-    const PartReader reader(parts_->path(part), parts_->id(part), parts_->header().parameters);
+    PartReader reader(parts_->path(part), parts_->id(part), parts_->header().parameters);
     std::vector<PartPlace> places;
     for (const PartEntry& entry : reader.table()) {
       if (places.empty() || pages_->is_between_pages()) places.push_back({position_, checksum_, 0});
@@ -209,12 +223,20 @@ class PartsStore : public BrickStore {
       position_ += entry.block_bytes();
       pages_->add(entry.activity_bytes, entry.value_bytes, entry.statistics);
     }
+    if (sums_) take_sums(reader, parts_->blocks(part));
     return places;
   }
 
-  void write_at_end(const Bytes& block) {
-    file_->write_at(position_, block);
-    position_ += block.size();
+  void write_at_end(std::span<const std::byte> bytes) {
+    file_->write_at(position_, bytes);
+    position_ += bytes.size();
+  }
+
+  // Puts the sums of a part among those of the volume.
+  void take_sums(PartReader& reader, const Box& blocks) {
+    std::int64_t z = blocks.low.z;
+    const std::size_t slice = static_cast<std::size_t>(blocks.size().y) * sums_->layout().row_bytes();
+    reader.read_sums(slice, [&](std::span<const std::byte> rows) { sums_->write(z++, blocks.low.y, rows); });
   }
 
   void tell_of_parts() const {
@@ -229,10 +251,12 @@ class PartsStore : public BrickStore {
     PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
     position_ = record_.header.size();
     checksum_ = parts_->header_checksum();
+    if (const CodingParameters& p = parts_->header().parameters; parts_->has_sums())
+      sums_.emplace(layout_of_sums(p.dims, p.type, block_edge), run_.resources.spool, run_.output);
     const OutputFileOptions beginning = {.like = like, .others_write = true, .temporaries = folder_->path()};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);
     file_->write(record_.header);
-    const auto write = [this](const Bytes& block) { write_at_end(block); };
+    const auto write = [this](std::span<const std::byte> block) { write_at_end(block); };
     pages_.emplace(parts_->header().parameters.bricks().count(), checksum_, write);
     for (std::int64_t part = 0; part < parts_->count(); ++part) order.places.push_back(survey(part));
     order.file = file_->temporary();
@@ -262,6 +286,8 @@ class PartsStore : public BrickStore {
   std::uint64_t position_ = 0, checksum_ = 0;  // the end of what was written
   std::optional<PageBlocks> pages_;
   std::optional<EnvelopeBlocks> envelope_;
+  std::vector<int> overviews_;
+  std::optional<SumsFile> sums_;  // if there are overviews
 };
 
 }  // namespace

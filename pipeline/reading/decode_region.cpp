@@ -36,8 +36,8 @@ struct Blocks {
 };
 
 // From a file, by its index.
-Blocks indexed_blocks(const std::string& input) {
-  const auto file = std::make_shared<TagBricks>(std::make_shared<FileSource>(input));
+Blocks indexed_blocks(const DecodeRun& run) {
+  const auto file = std::make_shared<TagBricks>(source_of(run));
   return {file->header(),
           &file->index(),
           {file->name(), [file](std::int64_t id) { return file->read(id); }},
@@ -108,7 +108,7 @@ class SalvagedBlocks {
 
 Blocks blocks_of(const DecodeRun& run) {
   if (run.fill) return SalvagedBlocks::blocks(run.input);
-  return is_regular_input(run.input) ? indexed_blocks(run.input) : blocks_of_pipe(run.input);
+  return is_regular_input(run.input) ? indexed_blocks(run) : blocks_of_pipe(run.input);
 }
 
 // Sets every sample to the value that stands for those of lost bricks.
@@ -220,6 +220,13 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
 
 }  // namespace
 
+void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t samples) {
+  throw UsageError(
+      fmt::format("a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
+                  "samples along {} (0:{})",
+                  low, high, "xyz"[axis], samples, "xyz"[axis], samples));
+}
+
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
   const Index3& dims = parameters.dims;
   if (wanted.step < 1 || wanted.step > parameters.cube_size ||
@@ -232,11 +239,7 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     const std::int64_t low = wanted.low[a].value_or(0), high = wanted.high[a].value_or(dims[axis]);
-    if (low < 0 || low >= high || high > dims[axis])
-      throw UsageError(
-          fmt::format("a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
-                      "samples along {} (0:{})",
-                      low, high, "xyz"[axis], dims[axis], "xyz"[axis], dims[axis]));
+    if (low < 0 || low >= high || high > dims[axis]) refuse_region(low, high, axis, dims[axis]);
     region.step[axis] = wanted.step;
     region.box.low[axis] = (low + wanted.step - 1) / wanted.step * wanted.step;
     region.box.high[axis] = high - 1;

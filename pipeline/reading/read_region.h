@@ -84,6 +84,9 @@ struct BlocksInOrder {
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads);
 
+/// Throws UsageError: a region of low:high along an axis is not in a volume with so many samples along it.
+[[noreturn]] void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t samples);
+
 /// Throws UsageError if the region is empty or not in the volume, or if a root cube does not allow the step.
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters);
 

@@ -13,6 +13,7 @@
 #include "io/samples/file_samples.h"
 #include "io/tag/file.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/encode/overviews.h"
 #include "pipeline/encode/slices_ahead.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
@@ -27,6 +28,10 @@ bool keeps_files(const EncodeRun& run) { return run.keep_files && !run.options.s
 std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
   return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
          (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);
+}
+
+std::uint64_t memory_of_overviews(const ResolvedOptions& options) {
+  return options.overviews.empty() ? 0 : StripSums::memory(options.parameters);
 }
 
 // How the input will be read when the file is compared with it; nothing if it will not be.
@@ -66,6 +71,7 @@ class StreamStore : public BrickStore {
     const OutputFileOptions like = {.like = attributes_of(source.files().back())};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
+    overviews_ = job.overviews;
     return true;
   }
 
@@ -81,6 +87,12 @@ class StreamStore : public BrickStore {
     SlicesAhead ahead(*source, count);
     RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
     ahead.stop_when(encoder.failed());
+    if (!overviews_.empty()) {
+      sums_.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), resources_.spool,
+                    run_.output);
+      encoder.sum_blocks(
+          [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums_->write(z, y, rows); });
+    }
     const BrickRows all = BrickRows::all(parameters.bricks());
     encoder.encode(all, *writer_,
                    watch_for(run_.progress, sample_bytes(parameters.dims, parameters.type).value()));
@@ -96,6 +108,11 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
+    if (sums_)
+      write_overviews(result.header, overviews_, writer_->index().total, std::move(*sums_), resources_,
+                      run_.output,
+                      [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+                          const auto& content) { writer_->write_member(kind, factor, length, content); });
     writer_->finish();
     result.index = writer_->index();
     result.file_bytes = file_->position();
@@ -109,6 +126,8 @@ class StreamStore : public BrickStore {
   Resources resources_;
   std::unique_ptr<OutputFile> file_;
   std::optional<TagWriter> writer_;
+  std::vector<int> overviews_;
+  std::optional<SumsFile> sums_;  // if there are overviews
 };
 
 // Writes the envelope of a source if `keep`, and if the source allows it.
@@ -136,9 +155,9 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const ResolvedOptions options = in_samples(run.options, volume->facts());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const auto [any_rows, memory] = store->reading(*volume);
-  const EncodePlan plan =
-      plan_encoding(options.parameters, resources, any_rows, memory + memory_of_files(run, *volume),
-                    original_access(run, *volume));
+  const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
+                                        memory + memory_of_files(run, *volume) + memory_of_overviews(options),
+                                        original_access(run, *volume));
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;

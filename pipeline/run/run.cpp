@@ -42,12 +42,13 @@ DecodeResult result_of(TagHeader header, TagIndex index, std::uint64_t bytes_in,
 WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) {
   if (!depends_on_range(run.format, run.numbers, header) || !is_regular_input(run.input))
     return written_numbers(run.format, run.numbers, header, nullptr);
-  const TagBricks file(std::make_shared<FileSource>(run.input));
+  const TagBricks file(source_of(run));
   return written_numbers(run.format, run.numbers, header, &file.index());
 }
 
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
-  TagReader reader(run.input);
+  TagReader reader =
+      run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
   const CodingParameters& parameters = reader.parameters();
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
@@ -62,6 +63,20 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
       [&](const DecodedRows& rows) { rows_out.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
   return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
+}
+
+/// The blocks that meet a region of samples of the volume in `input`.
+WantedRegion in_blocks(WantedRegion wanted, std::int64_t factor, const std::string& input) {
+  const TagBricks file(std::make_shared<FileSource>(input));
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const std::int64_t samples = file.parameters().dims[axis];
+    const std::int64_t low = wanted.low[a].value_or(0), high = wanted.high[a].value_or(samples);
+    if (low < 0 || low >= high || high > samples) refuse_region(low, high, axis, samples);
+    if (wanted.low[a]) wanted.low[a] = low / factor;
+    if (wanted.high[a]) wanted.high[a] = (high - 1) / factor + 1;
+  }
+  return wanted;
 }
 
 FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resources& resources) {
@@ -95,6 +110,12 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
   refuse_same_file(run.input, run.output);
   refuse_same_file(run.input, samples_path(run.output, run.format));
   const Resources resources = of_this_rank(ranks, run.resources);
+  if (run.overview != 0) {
+    DecodeRun of_overview = run;
+    of_overview.region = in_blocks(run.region, run.overview, run.input);
+    return of_overview.region.is_all() ? decode_at_once(of_overview, resources)
+                                       : decode_region(of_overview, resources);
+  }
   if (!run.region.is_all() || run.fill) return decode_region(run, resources);
   const bool in_parts =
       ranks.count() > 1 && run.format.any_order && parts_are_possible(run.input, run.output);
@@ -120,7 +141,11 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   if (!run.original.empty())
     result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original, has_scale);
   // Of a pipe, only the checksums of the envelope are checked.
-  if (is_file) source_files_of(TagBricks(std::make_shared<FileSource>(run.input)));
+  if (is_file) {
+    const TagBricks file(std::make_shared<FileSource>(run.input));
+    source_files_of(file);
+    verify_members(file, of_this_rank(ranks, run.resources));
+  }
   return result;
 }
 

@@ -56,6 +56,9 @@ struct VerifyResult {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 
+/// Verifies the members of a file: checksums, and overviews as any file. Throws as verify_file() does.
+void verify_members(const TagBricks& file, const Resources& resources);
+
 struct VerifySetup;
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});

@@ -34,9 +34,13 @@ def chained(block, before):
     return xxh3(struct.pack("<Q", xxh3(block)), before)
 
 
+MEMBER = 0xFFFFFFFF  # the marker of a member
+
+
 class SampleType:
     def __init__(self, number):
         require(1 <= number <= 8, "the sample type is not of version 5")
+        self.number = number
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -64,6 +68,7 @@ class Header:
         require(self.mode in (0, 1), "the mode is unknown")
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
+        self.grid = grid
         self.stores_grid = grid == 0
         require(lead in (0, 1), "impossible lead")
         self.first = [lead if n > 1 else 0 for n in self.dims]  # the lattice point of the first sample
@@ -240,6 +245,37 @@ def check_envelope(data, at, header, last):
     return at, last
 
 
+def check_members(data, at, header, last):
+    """Section 3.6. Returns the members (kind, factor, offset, length), where the index begins, and the checksum before."""
+    members, coarsest = [], 1
+    while len(data) >= at + 4 and struct.unpack_from("<I", data, at)[0] == MEMBER:
+        require(len(data) >= at + 20, "a member is cut off")
+        kind, factor, length = struct.unpack_from("<IIQ", data, at + 4)
+        end = at + 20 + length
+        require(len(data) >= end + 8, "a member is cut off")
+        checksum = struct.unpack_from("<Q", data, end)[0]
+        require(checksum == chained(data[at:end], last), "a member is damaged")
+        members.append((kind, factor, at, length))
+        require(len(members) <= 64, "there are too many members")
+        if kind == 1:
+            require(factor > coarsest, "the overviews do not become coarser")
+            coarsest = factor
+            inner = Header(data[at + 20:end])
+            require(inner.mode == 0 and inner.grid == 1 and inner.type.number == header.type.number, "an overview is of another volume")
+            require(inner.dims == [(n - 1) // factor + 1 for n in header.dims], "an overview has other sizes")
+        last, at = checksum, end + 8
+    return members, at, last
+
+
+def overviews(data):
+    """The factors of a file's overviews, and their bytes, which are files of their own. The file must be whole."""
+    at = struct.unpack_from("<Q", data, len(data) - 24)[0]
+    size, packed_size = struct.unpack_from("<QQ", data, at + 4)
+    table = sections_of(unpack(data[at + 20:at + 20 + packed_size], size)).get(3, b"")
+    return {factor: data[offset + 20:offset + 20 + length]
+            for kind, factor, offset, length in struct.iter_unpack("<IIQQ", table) if kind == 1}
+
+
 def compression_in(data):
     """How the samples of the source were compressed, as the first block of the envelope of a whole file says."""
     header = Header(data)
@@ -314,14 +350,14 @@ def sections_of(directory):
         require(len(directory) >= at + 12, "a section is cut off")
         kind, size = struct.unpack_from("<IQ", directory, at)
         require(last < kind and size <= len(directory) - at - 12, "a section is impossible")
-        require(kind in (1, 2) or kind >= 1 << 16, "a section is not known")
+        require(kind in (1, 2, 3) or kind >= 1 << 16, "a section is not known")
         sections[kind], last = directory[at + 12:at + 12 + size], kind
         at += 12 + size
     require(1 in sections and 2 in sections, "a section is missing")
     return sections
 
 
-def check_index(data, at, header, last, sizes, pages, counts):
+def check_index(data, at, header, last, sizes, pages, counts, members):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
     require(marker == 0 and 24 + header.volume_fields + 32 * len(pages) <= size <= (1 << 18) - (1 << 12),
@@ -349,6 +385,9 @@ def check_index(data, at, header, last, sizes, pages, counts):
     n = len(pages)
     stored = struct.unpack(f"<{2 * n}I{n}Q{2 * n}d", columns)
     require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")
+    table = sections.get(3)
+    require(table is None or (table and len(table) % 24 == 0), "the table of members has an impossible size")
+    require(list(struct.iter_unpack("<IIQQ", table or b"")) == members, "the directory has other members than the file")
 
 
 def decode(data, with_grid=True):
@@ -383,7 +422,8 @@ def decode(data, with_grid=True):
             at, last, page = check_page(data, at, last, sizes[len(pages) * in_page:])
             pages.append(page)
     at, last = check_envelope(data, at, header, last)
-    check_index(data, at, header, last, sizes, pages, counts if with_grid else None)
+    members, at, last = check_members(data, at, header, last)
+    check_index(data, at, header, last, sizes, pages, counts if with_grid else None, members)
     whole = Box(tuple(header.first), tuple(header.last))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())

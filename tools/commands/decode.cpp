@@ -37,7 +37,7 @@ struct DecodeCommand {
   std::string format;
   VdbOptions vdb;
   std::string region;
-  std::int64_t step = 1;
+  std::int64_t step = 1, overview = 0;
   bool remove = false, salvage = false, samples = false, values = false;
   std::optional<double> fill;
 
@@ -47,9 +47,10 @@ struct DecodeCommand {
     wanted.step = step;
     const std::string path = output.path.empty() ? default_output() : output.path;
     // A part with the name of the whole volume would be taken for it, or replace it.
-    if (output.path.empty() && path != "-" && !wanted.is_all())
+    if (output.path.empty() && path != "-" && (!wanted.is_all() || overview != 0))
       throw UsageError(
-          "a region or a step needs -o FILE: without it, the output would have the name of the entire "
+          "a region, a step or an overview needs -o FILE: without it, the output would have the name of the "
+          "entire "
           "volume");
     // For an NRRD file, "is not a .tag file" is the better message than "is its own output".
     if (output.path.empty() && path == input && path != "-") TagReader{input};
@@ -79,6 +80,11 @@ struct DecodeCommand {
 
   void refuse_contradictions() const {
     if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
+    if (overview < 0) throw usage_error("--overview {}: must be the factor of an overview", overview);
+    if (overview != 0 && (step != 1 || salvage || remove))
+      throw UsageError("--overview: cannot be combined with --step, --salvage or --rm");
+    if (overview != 0 && is_pipe_input(input))
+      throw usage_error("{}: --overview needs a file, not a pipe; save it to one first", shown_input(input));
     if (fill && !salvage) throw UsageError("--fill: applies only with --salvage; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
@@ -196,6 +202,7 @@ struct DecodeCommand {
                                  .format = chosen,
                                  .overwrite = output.overwrite,
                                  .region = wanted,
+                                 .overview = overview,
                                  .numbers = numbers(),
                                  .fill = salvage ? std::optional(fill.value_or(0)) : std::nullopt,
                                  .wishes = wishes_of(vdb),
@@ -217,6 +224,9 @@ Action add_decode_command(CLI::App& app) {
   add_number_option(
       *command, "--step", state->step, "N",
       "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
+  add_number_option(*command, "--overview", state->overview, "F",
+                    "The averaged level with this factor (see tagrid info) instead of the volume; --region "
+                    "still counts samples of the volume");
   command->add_flag("--samples", state->samples,
                     "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,

@@ -6,11 +6,11 @@ _tagrid_options() {
   local headerless='--dims --type --endian --spacing --offset'
   local source="$headerless --from --series --dataset --gaps-ok --vdb-grid"
   local error='--max-error --relative-error --psnr'
-  local encoding="$source --strip --surface-error --grid-only --grid --mesh-error --effort --accuracy
+  local encoding="$source --strip --surface-error --grid-only --grid --overviews --mesh-error --effort --accuracy
     --cube --lead --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
-    decode) echo "$run $memory --spool $output $removal --format --region --step --samples --values --salvage --fill --vdb-grid
+    decode) echo "$run $memory --spool $output $removal --format --region --overview --step --samples --values --salvage --fill --vdb-grid
       --vdb-type --vdb-background --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;

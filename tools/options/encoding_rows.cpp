@@ -65,6 +65,18 @@ void set_max_error(EncodingOptions& o, const std::string& option, const std::str
     read_number(option, text, o.options.max_error);
 }
 
+void set_overviews(EncodingOptions& o, const std::string& option, const std::string& text) {
+  o.options.overviews.reset();
+  if (text == "auto") return;
+  std::vector<int>& factors = o.options.overviews.emplace();
+  if (text == "none") return;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    read_number(option, text.substr(begin, end - begin), factors.emplace_back());
+    begin = end + 1;
+  }
+}
+
 void set_range(EncodingOptions& o, const std::string&, const std::string& text) { o.range = text; }
 
 OptionRow row(std::string_view name, const char* group, const char* value, const char* help, Set set,
@@ -94,6 +106,10 @@ std::vector<OptionRow> all_rows() {
       row("effort", kept, "fast|default|best",
           "Trade time for size; no effect on bricks whose values span more than 65536 units",
           to(&E::effort, effort_names), {"fast", "default", "best"}),
+      row(setting::overviews.name, kept, "none|auto|4,16,...",
+          "Averaged levels for looking at the volume, by their factors; auto, the default: where the longest "
+          "axis has more than 512 samples",
+          set_overviews),
       row(setting::mesh_error.name, kept, "E",
           "Refine until the mesh is within E of every sample; at least the bound on active voxels",
           to(&E::mesh_error)),

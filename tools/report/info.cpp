@@ -224,8 +224,26 @@ ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
 }
 
+/// Calls use(member, parameters) for each overview of a file.
+void for_each_overview(const TagSummary& file, auto use) {
+  std::size_t i = 0;
+  for (const Member& member : file.index.members)
+    if (member.is_overview()) use(member, file.overviews[i++]);
+}
+
+ordered_json overviews_json(const TagSummary& file) {
+  ordered_json all = ordered_json::array();
+  for_each_overview(file, [&](const Member& member, const CodingParameters& p) {
+    all.push_back({{"factor", member.factor},
+                   {"dims", {p.dims.x, p.dims.y, p.dims.z}},
+                   {"bytes", member_frame_size + member.length},
+                   {"max_error", p.max_error}});
+  });
+  return all;
+}
+
 ordered_json info_json(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning] = file;
+  const auto& [header, index, sizes, beginning, overviews] = file;
   ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
@@ -239,7 +257,9 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
       json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
   }
   json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
-                   {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
+                   {"values", sizes.values}, {"envelope", sizes.envelope}, {"members", sizes.members},
+                   {"index", sizes.index}};
+  json["overviews"] = overviews_json(file);
   json["achieved"] = achieved_json(header, index);
   const std::string compression = compression_of(file);
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
@@ -250,7 +270,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
 }
 
 std::string info_text(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning] = file;
+  const auto& [header, index, sizes, beginning, overviews] = file;
   const CodingParameters& p = header.parameters;
   const auto n = static_cast<std::uint64_t>(p.domain().volume().count());
   const std::uint64_t raw = n * size_of(p.type);
@@ -268,6 +288,16 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
+  for_each_overview(file, [&, is_first = true](const Member& member, const CodingParameters& o) mutable {
+    line(is_first ? "overviews" : "",
+         fmt::format("{}: {} x {} x {}, {}, maximum error {}", member.factor, o.dims.x, o.dims.y, o.dims.z,
+                     human_bytes(member_frame_size + member.length), bound_text(o.max_error)));
+    is_first = false;
+  });
+  for (const Member& member : index.members)
+    if (!member.is_overview())
+      line("also has", fmt::format("a member of kind {}, {}, which this version does not know", member.kind,
+                                   human_bytes(member.length)));
   if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
   if (p.grid == GridOrigin::implied) line("grid", "that of the original, which the voxels determine");
   line("effort", std::string(name_of(p.effort)));
@@ -300,6 +330,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   part("  activity", sizes.activity);
   part("  values", sizes.values);
   if (sizes.envelope > 0) part("  source files", sizes.envelope);
+  if (sizes.members > 0) part("  overviews", sizes.members);
   part("  index, frames", sizes.index);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
   if (!with_levels) return out;

@@ -48,14 +48,18 @@ std::optional<Vector> position_of(std::string_view text) {
 
 class RegionLines {
  public:
-  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices)
+  /// What is kept are samples from `low` on, or with `blocks` the means of blocks of `step` samples.
+  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices,
+              bool blocks = false)
       : fields_(fields),
         whole_(geometry_of(fields)),
         low_(low),
         step_(step),
         slices_(slices),
         all_slices_(all_slices),
-        origin_(to_world(whole_, low)) {
+        blocks_(blocks),
+        place_(place_of_first()),
+        origin_(to_world(whole_, place_)) {
     // If the spacing is unknown, so is the distance to any other sample.
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (is_moved(axis) && std::isnan(whole_.spacing[axis])) origin_[axis] = Geometry::unknown;
@@ -70,6 +74,15 @@ class RegionLines {
   }
 
  private:
+  // Of the first one that is kept, in samples.
+  Vector place_of_first() const {
+    Vector place;
+    for (int axis = 0; axis < 3; ++axis)
+      place[static_cast<std::size_t>(axis)] =
+          static_cast<double>(low_[axis]) + (blocks_ ? static_cast<double>(step_[axis] - 1) / 2 : 0);
+    return place;
+  }
+
   std::string changed(const NrrdLine& line) {
     const std::string same = fmt::format("{}\n", line.text);
     if (line.kind == NrrdLine::Kind::key_value)
@@ -99,13 +112,15 @@ class RegionLines {
       const bool is_list = std::ranges::find(lists_of_slices, line.key) != lists_of_slices.end();
       return is_list ? "" : fmt::format("{}\n", line.text);
     }
+    // A block has no entry of its own but a position.
+    if (blocks_ && !is_places) return "";
     if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line.text);
     if (is_places && even_step_) return "";
     std::string kept;
     for (std::int64_t z = 0; z < slices_; ++z) {
       const std::string_view entry = all[index_of(z)];
       if (z > 0) kept += is_places ? "; " : " ";
-      kept += is_places ? moved_position(entry) : std::string(entry);
+      kept += is_places ? moved_position(entry, all, z) : std::string(entry);
     }
     return fmt::format("{}:={}\n", line.key, kept);
   }
@@ -115,13 +130,27 @@ class RegionLines {
   std::optional<Vector> moved(std::string_view position) const {
     auto place = position_of(position);
     for (std::size_t axis = 0; place && axis < 3; ++axis)
-      (*place)[axis] = (*place)[axis] + static_cast<double>(low_.x) * whole_.directions[0][axis] +
-                       static_cast<double>(low_.y) * whole_.directions[1][axis];
+      (*place)[axis] =
+          (*place)[axis] + place_[0] * whole_.directions[0][axis] + place_[1] * whole_.directions[1][axis];
     return place;
   }
-  std::string moved_position(std::string_view position) const {
-    if (low_.x == 0 && low_.y == 0) return std::string(position);
-    const auto place = moved(position);
+  // The same for slice z of those that are kept; the middle of the slices of a block.
+  std::optional<Vector> place_of_slice(const std::vector<std::string_view>& all, std::int64_t z) const {
+    if (!blocks_) return moved(all[index_of(z)]);
+    const std::size_t first = index_of(z),
+                      end = std::min(first + static_cast<std::size_t>(step_.z), all.size());
+    Vector sum = {0, 0, 0};
+    for (std::size_t i = first; i < end; ++i) {
+      const auto place = moved(all[i]);
+      if (!place) return std::nullopt;
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += (*place)[axis];
+    }
+    return scaled(sum, 1 / static_cast<double>(end - first));
+  }
+  std::string moved_position(std::string_view position, const std::vector<std::string_view>& all,
+                             std::int64_t z) const {
+    if (!is_moved(0) && !is_moved(1) && !blocks_) return std::string(position);
+    const auto place = place_of_slice(all, z);
     return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
   }
   // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those
@@ -134,7 +163,7 @@ class RegionLines {
       if (static_cast<std::int64_t>(all.size()) != all_slices_) return;
       std::vector<Vector> places;
       for (std::int64_t z = 0; z < slices_; ++z)
-        if (const auto place = moved(all[index_of(z)]))
+        if (const auto place = place_of_slice(all, z))
           places.push_back(*place);
         else
           return;
@@ -197,7 +226,7 @@ class RegionLines {
     if (at_point_[axis]) return origin_[axis];
     return origin_[axis] - static_cast<double>(step_[static_cast<int>(axis)]) * whole_.spacing[axis] / 2;
   }
-  bool is_moved(std::size_t axis) const { return low_[static_cast<int>(axis)] != 0; }
+  bool is_moved(std::size_t axis) const { return place_[axis] != 0; }
 
   // Without an origin in its header, the first sample of the whole volume was at (0, 0, 0). A region must
   // state the position of its first sample.
@@ -223,6 +252,8 @@ class RegionLines {
   Geometry whole_;
   Index3 low_, step_;
   std::int64_t slices_, all_slices_;
+  bool blocks_;
+  Vector place_;   ///< of the first sample that is kept, in samples
   Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is unknown
   std::optional<Vector>
       even_step_;  ///< of slices whose positions are known, if they are kept at equal distances
@@ -235,6 +266,12 @@ class RegionLines {
 std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
                              std::int64_t all_slices) {
   return RegionLines(nrrd_fields, low, step, slices, all_slices).lines();
+}
+
+std::string fields_of_overview(std::string_view nrrd_fields, std::int64_t factor, std::int64_t all_slices) {
+  return RegionLines(nrrd_fields, {0, 0, 0}, {factor, factor, factor}, (all_slices - 1) / factor + 1,
+                     all_slices, true)
+      .lines();
 }
 
 std::vector<std::string_view> positions_in(std::string_view list) {

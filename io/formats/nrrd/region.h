@@ -19,6 +19,11 @@ namespace tagrid {
 std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
                              std::int64_t all_slices);
 
+/// The same for the means of blocks of `factor` samples along each axis, the last ones perhaps of fewer, whose
+/// places are the middles of blocks. Of pairs with an entry for each slice, slice_positions becomes that of the
+/// middle of the slices of each block; the others are left out.
+std::string fields_of_overview(std::string_view nrrd_fields, std::int64_t factor, std::int64_t all_slices);
+
 /// The key-value pair that has the positions of slices at unequal distances: "x y z; x y z".
 inline constexpr std::string_view slice_positions_key = "slice_positions";
 

@@ -1,0 +1,110 @@
+#include "io/tag/members.h"
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid {
+namespace {
+
+std::vector<std::byte> head_of(const Member& member) {
+  FieldWriter head;
+  head.put(member_marker);
+  head.put(member.kind);
+  head.put(member.factor);
+  head.put(member.length);
+  return std::move(head.bytes());
+}
+
+}  // namespace
+
+Status parse_member_head(std::span<const std::byte> head, std::uint64_t offset, Member& member) {
+  FieldReader fields(head);
+  const auto marker = fields.get<std::uint32_t>();
+  member.kind = fields.get<std::uint32_t>();
+  member.factor = fields.get<std::uint32_t>();
+  member.length = fields.get<std::uint64_t>();
+  member.offset = offset;
+  if (marker != member_marker) return Status::broken("no member begins here");
+  if (member.length > std::uint64_t{1} << 62 || offset > std::uint64_t{1} << 62)
+    return Status::broken("an impossible size");
+  if (member.is_overview() && member.factor < 2)
+    return Status::broken("an overview has an impossible factor");
+  return {};
+}
+
+MemberChecksum::MemberChecksum(const Member& member) { own_.add(head_of(member)); }
+
+Member write_member(
+    const Member& what, std::uint64_t& checksum,
+    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
+    const std::function<void(std::span<const std::byte>)>& write) {
+  MemberChecksum own(what);
+  write(head_of(what));
+  content([&](std::span<const std::byte> bytes) {
+    own.add(bytes);
+    write(bytes);
+  });
+  checksum = own.chained(checksum);
+  FieldWriter tail;
+  tail.put(checksum);
+  write(tail.bytes());
+  return what;
+}
+
+std::vector<std::byte> serialize_members(const std::vector<Member>& members) {
+  FieldWriter fields;
+  for (const Member& member : members) {
+    fields.put(member.kind);
+    fields.put(member.factor);
+    fields.put(member.offset);
+    fields.put(member.length);
+  }
+  return std::move(fields.bytes());
+}
+
+Status parse_members(std::span<const std::byte> bytes, std::vector<Member>& members) {
+  const std::size_t count = bytes.size() / member_entry_size;
+  if (bytes.size() % member_entry_size != 0 || count == 0 || count > most_members)
+    return Status::broken("the table of members has an impossible size");
+  FieldReader fields(bytes);
+  members.resize(count);
+  std::uint32_t coarsest = 1;
+  for (Member& member : members) {
+    member.kind = fields.get<std::uint32_t>();
+    member.factor = fields.get<std::uint32_t>();
+    member.offset = fields.get<std::uint64_t>();
+    member.length = fields.get<std::uint64_t>();
+    if (!member.is_overview()) continue;
+    if (member.factor <= coarsest) return Status::broken("the overviews do not become coarser");
+    coarsest = member.factor;
+  }
+  return {};
+}
+
+Status check_places(const std::vector<Member>& members, std::uint64_t begin, std::uint64_t end) {
+  const auto wrong = [] { return Status::broken("the members do not add up to the size of the file"); };
+  for (const Member& member : members) {
+    const bool is_first = &member == &members.front();
+    if (is_first ? member.offset < begin : member.offset != begin) return wrong();
+    // Nothing overflows: no sum is larger than `end`.
+    if (member.offset > end || member.length > end - member.offset ||
+        member_frame_size > end - member.offset - member.length)
+      return wrong();
+    begin = member.end();
+  }
+  return members.empty() || begin == end ? Status() : wrong();
+}
+
+Index3 overview_dims(const Index3& dims, std::int64_t factor) {
+  Index3 blocks;
+  for (int axis = 0; axis < 3; ++axis) blocks[axis] = (dims[axis] - 1) / factor + 1;
+  return blocks;
+}
+
+Status check_overview(const CodingParameters& file, std::uint32_t factor, const CodingParameters& overview) {
+  if (overview.type != file.type || overview.mode != FileMode::voxels ||
+      overview.grid != GridOrigin::derived || overview.dims != overview_dims(file.dims, factor))
+    return Status::broken("the overview is not one of this volume");
+  return {};
+}
+
+}  // namespace tagrid

@@ -1,0 +1,77 @@
+// Members of a .tag file: other content that is nested in it, such as overviews. docs/format.md specifies them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "io/bytes/checksum.h"
+#include "io/tag/header.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/status.h"
+
+namespace tagrid {
+
+/// The first field of a member, where a brick has its length, which never is that large: see largest_body().
+inline constexpr std::uint32_t member_marker = 0xFFFFFFFF;
+/// Bytes of a member before its content: that field, kind, factor and length.
+inline constexpr std::uint64_t member_head_size = 4 + 4 + 4 + 8;
+/// Bytes of a member besides its content: the head and the checksum.
+inline constexpr std::uint64_t member_frame_size = member_head_size + 8;
+/// A file has no more members.
+inline constexpr std::size_t most_members = 64;
+
+/// The kinds of members. Numbers are part of the file format: never renumber. A reader skips others.
+inline constexpr std::uint32_t overview_kind = 1;
+
+/// Where a member is in its file.
+struct Member {
+  std::uint32_t kind = 0;
+  std::uint32_t factor = 0;  ///< of an overview: the edge of a block, in samples
+  std::uint64_t offset = 0;  ///< of its marker
+  std::uint64_t length = 0;  ///< of its content
+
+  std::uint64_t content() const { return offset + member_head_size; }
+  std::uint64_t end() const { return offset + member_frame_size + length; }
+  bool is_overview() const { return kind == overview_kind; }
+  friend bool operator==(const Member&, const Member&) = default;
+};
+
+/// Reads the head of a member that begins at `offset`. Broken if it is not one.
+Status parse_member_head(std::span<const std::byte> head, std::uint64_t offset, Member& member);
+
+/// The checksum of a member's bytes, which arrive part by part: those of its head first. See chained_checksum().
+class MemberChecksum {
+ public:
+  explicit MemberChecksum(const Member& member);
+  void add(std::span<const std::byte> content) { own_.add(content); }
+  std::uint64_t chained(std::uint64_t before) const { return chained_checksum(own_.value(), before); }
+
+ private:
+  RunningChecksum own_;
+};
+
+/// Writes a member at `offset` of a file. `content` passes all bytes of its content to the function that it
+/// gets, in order. `checksum` is that of the last block of the file; it is continued.
+Member write_member(
+    const Member& what, std::uint64_t& checksum,
+    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
+    const std::function<void(std::span<const std::byte>)>& write);
+
+/// The table of the members of a file, for the directory.
+std::vector<std::byte> serialize_members(const std::vector<Member>& members);
+/// Bytes of an entry of the table.
+inline constexpr std::uint64_t member_entry_size = 4 + 4 + 8 + 8;
+/// Reads the table, which is all of `bytes` and has an entry at least.
+Status parse_members(std::span<const std::byte> bytes, std::vector<Member>& members);
+/// Checks that the members lie one after the other, from byte `begin` or later to byte `end`.
+Status check_places(const std::vector<Member>& members, std::uint64_t begin, std::uint64_t end);
+
+/// The samples of an overview: blocks of `factor` samples along each axis, the last ones perhaps of fewer.
+Index3 overview_dims(const Index3& dims, std::int64_t factor);
+/// Checks that `overview` can be the header of an overview of a file with these parameters.
+Status check_overview(const CodingParameters& file, std::uint32_t factor, const CodingParameters& overview);
+
+}  // namespace tagrid

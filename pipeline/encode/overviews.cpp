@@ -1,0 +1,99 @@
+#include "pipeline/encode/overviews.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "io/formats/nrrd/region.h"
+#include "io/tag/file.h"
+#include "io/tag/members.h"
+#include "pipeline/encode/graph.h"
+#include "pipeline/memory/plan.h"
+
+namespace tagrid {
+namespace {
+
+// The bound of an overview is a part of the range of the samples if that is looser than the bound of the file:
+// far below a level of grey. Means of floats have digits that no sample has.
+constexpr double parts_of_range = 65536;
+
+double overview_bound(const CodingParameters& file, const Statistics& total) {
+  if (total.finite == 0) return file.max_error;
+  const double bound = std::max(file.max_error, total.high / parts_of_range - total.low / parts_of_range);
+  return is_float_type(file.type) ? bound : std::floor(bound);
+}
+
+// Means of the rows of sums.
+class MeansOfBlocks {
+ public:
+  MeansOfBlocks(SumsFile& sums, const Index3& dims) : sums_(sums), dims_(dims) {}
+
+  SliceSamples read(const Box& rows) {
+    const SumsLayout& layout = sums_.layout();
+    const std::int64_t count = rows.size().y;
+    const std::size_t row = static_cast<std::size_t>(layout.blocks.x) * size_of(layout.type);
+    auto slice = std::make_shared_for_overwrite<std::byte[]>(static_cast<std::size_t>(count) * row);
+    sums_.read(rows.low.z, rows.low.y, count, stored_);
+    for (std::int64_t y = 0; y < count; ++y) {
+      const auto i = static_cast<std::size_t>(y);
+      means_of_row(layout, dims_, rows.low.y + y, rows.low.z,
+                   std::span(stored_).subspan(i * layout.row_bytes(), layout.row_bytes()),
+                   slice.get() + i * row);
+    }
+    return slice;
+  }
+
+ private:
+  SumsFile& sums_;
+  Index3 dims_;
+  std::vector<std::byte> stored_;
+};
+
+class SpoolSink : public ByteSink {
+ public:
+  explicit SpoolSink(SpoolFile& file) : file_(file) {}
+  void write(std::span<const std::byte> bytes) override { file_.write(bytes); }
+
+ private:
+  SpoolFile& file_;
+};
+
+}  // namespace
+
+TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total) {
+  TagHeader header = file;
+  CodingParameters& p = header.parameters;
+  p.dims = overview_dims(file.parameters.dims, factor);
+  p.grid = GridOrigin::derived;
+  p.max_error = overview_bound(file.parameters, total);
+  p.surface_error = p.mesh_error = -1;
+  header.nrrd_fields = fields_of_overview(file.nrrd_fields, factor, file.parameters.dims.z);
+  return header;
+}
+
+void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
+                     SumsFile sums, const Resources& resources, const std::string& output,
+                     const MemberOut& out) {
+  const Index3 dims = file.parameters.dims;
+  for (const int factor : factors) {
+    while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool, output);
+    const TagHeader header = overview_header(file, factor, total);
+    const CodingParameters& p = header.parameters;
+    SpoolFile encoded =
+        resources.spool.empty() ? SpoolFile::beside(output) : SpoolFile::in(resources.spool, output);
+    SpoolSink sink(encoded);
+    TagWriter writer(sink, header);
+    MeansOfBlocks means(sums, dims);
+    const std::uint64_t besides =
+        static_cast<std::uint64_t>(sums.layout().blocks.y) * sums.layout().row_bytes();
+    RowEncoder(p, plan_encoding(p, resources, true, besides), [&](const Box& rows) {
+      return means.read(rows);
+    }).encode(BrickRows::all(p.bricks()), writer, watch_for({}, 0));
+    writer.finish();
+    out(overview_kind, static_cast<std::uint32_t>(factor), encoded.size(),
+        [&](const PassBytes& pass) { encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); }); });
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,32 @@
+// Overviews: averaged levels of a volume, encoded after its last brick and nested in its file.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/tag/header.h"
+#include "io/tag/index.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/overview/sums.h"
+
+namespace tagrid {
+
+/// The header of an overview of a file. `total` are the statistics of the file's samples.
+TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total);
+
+/// Passes bytes, part by part.
+using PassBytes = std::function<void(std::span<const std::byte>)>;
+/// Writes a member; see TagWriter::write_member().
+using MemberOut = std::function<void(std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
+                                     const std::function<void(const PassBytes&)>& content)>;
+
+/// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
+/// those of blocks of 4. Temporary files are in `resources.spool`, or beside `output`. Throws WorldError.
+void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
+                     SumsFile sums, const Resources& resources, const std::string& output,
+                     const MemberOut& out);
+
+}  // namespace tagrid
