@@ -256,6 +256,22 @@ TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const t
                                             const int64_t* step, void* samples, const int64_t* strides,
                                             const tagrid_call* call);
 
+/* The most overviews that a file can have. */
+#define TAGRID_MOST_OVERVIEWS 64
+
+/* Writes the factors of the overviews of the file, which are averaged levels of its volume, to `factors`, which
+ * has room for TAGRID_MOST_OVERVIEWS numbers: from fine to coarse, and then zeros. */
+TAGRID_API tagrid_status tagrid_reader_overviews(const tagrid_reader* reader, int64_t* factors);
+
+/* Opens the overview with this factor, one of tagrid_reader_overviews(). It is a .tag file of its own: its
+ * samples are means of blocks of factor * factor * factor samples, the last ones along an axis perhaps of fewer,
+ * and its geometry says where they are.
+ *
+ * `*overview` is as after tagrid_reader_open_file(), and does not need `reader`; the callbacks of an input must
+ * stay valid until both are closed. */
+TAGRID_API tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor,
+                                                tagrid_reader** overview);
+
 /* Decodes the whole file and checks everything that can be checked without the original: checksums, that every
  * brick decodes, that the grid has no crack, that bricks agree on the faces that they share, and the
  * statistics. Returns TAGRID_BROKEN_INPUT if not; the message names the first thing that is wrong. */

@@ -237,6 +237,20 @@ class Reader {
     });
   }
 
+  /// The factors of the overviews, from fine to coarse.
+  std::vector<std::int64_t> overviews() const {
+    std::vector<std::int64_t> factors(TAGRID_MOST_OVERVIEWS);
+    check(tagrid_reader_overviews(reader_, factors.data()));
+    std::erase(factors, 0);
+    return factors;
+  }
+  /// The overview with a factor; see tagrid_reader_overview().
+  Reader overview(std::int64_t factor) const {
+    Reader opened;
+    opened.own(tagrid_reader_overview(reader_, factor, &opened.reader_));
+    return opened;
+  }
+
   /// The number of active points of each level of the grid: see tagrid_reader_levels().
   std::vector<std::uint64_t> levels(const Call& call = {}) const {
     std::vector<std::uint64_t> active(static_cast<std::size_t>(info().levels) + 1);
@@ -301,6 +315,7 @@ class Reader {
   }
 
  private:
+  Reader() = default;
   static tagrid_box c_box(const Box& box) {
     tagrid_box c;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -179,8 +179,7 @@ TagSummary summary_of(const std::string& path) {
           reader.overviews()};
 }
 
-std::shared_ptr<const ByteSource> overview_in(std::shared_ptr<const ByteSource> source, std::int64_t factor) {
-  const TagBricks file(std::move(source));
+std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {
   std::string there;
   for (const Member& member : file.index().members) {
     if (!member.is_overview()) continue;

@@ -108,7 +108,7 @@ struct TagSummary {
 
 /// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,
 /// and UsageError that names the overviews if there is none with this factor.
-std::shared_ptr<const ByteSource> overview_in(std::shared_ptr<const ByteSource> file, std::int64_t factor);
+std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor);
 
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
 /// checks every checksum. Throws BrokenInput and WorldError.

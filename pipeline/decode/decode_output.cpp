@@ -11,7 +11,7 @@ namespace tagrid {
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
   auto file = std::make_shared<FileSource>(run.input);
   if (run.overview == 0) return file;
-  return overview_in(std::move(file), run.overview);
+  return overview_in(TagBricks(std::move(file)), run.overview);
 }
 
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,

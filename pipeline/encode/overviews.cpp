@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "io/formats/nrrd/region.h"
 #include "io/tag/file.h"
 #include "io/tag/members.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/overview/means_source.h"
 
 namespace tagrid {
 namespace {
@@ -23,32 +24,6 @@ double overview_bound(const CodingParameters& file, const Statistics& total) {
   const double bound = std::max(file.max_error, total.high / parts_of_range - total.low / parts_of_range);
   return is_float_type(file.type) ? bound : std::floor(bound);
 }
-
-// Means of the rows of sums.
-class MeansOfBlocks {
- public:
-  MeansOfBlocks(SumsFile& sums, const Index3& dims) : sums_(sums), dims_(dims) {}
-
-  SliceSamples read(const Box& rows) {
-    const SumsLayout& layout = sums_.layout();
-    const std::int64_t count = rows.size().y;
-    const std::size_t row = static_cast<std::size_t>(layout.blocks.x) * size_of(layout.type);
-    auto slice = std::make_shared_for_overwrite<std::byte[]>(static_cast<std::size_t>(count) * row);
-    sums_.read(rows.low.z, rows.low.y, count, stored_);
-    for (std::int64_t y = 0; y < count; ++y) {
-      const auto i = static_cast<std::size_t>(y);
-      means_of_row(layout, dims_, rows.low.y + y, rows.low.z,
-                   std::span(stored_).subspan(i * layout.row_bytes(), layout.row_bytes()),
-                   slice.get() + i * row);
-    }
-    return slice;
-  }
-
- private:
-  SumsFile& sums_;
-  Index3 dims_;
-  std::vector<std::byte> stored_;
-};
 
 class SpoolSink : public ByteSink {
  public:
@@ -84,11 +59,11 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
         resources.spool.empty() ? SpoolFile::beside(output) : SpoolFile::in(resources.spool, output);
     SpoolSink sink(encoded);
     TagWriter writer(sink, header);
-    MeansOfBlocks means(sums, dims);
+    MeansSource means(sums, dims);
     const std::uint64_t besides =
         static_cast<std::uint64_t>(sums.layout().blocks.y) * sums.layout().row_bytes();
     RowEncoder(p, plan_encoding(p, resources, true, besides), [&](const Box& rows) {
-      return means.read(rows);
+      return read_input_slice(means, rows);
     }).encode(BrickRows::all(p.bricks()), writer, watch_for({}, 0));
     writer.finish();
     out(overview_kind, static_cast<std::uint32_t>(factor), encoded.size(),

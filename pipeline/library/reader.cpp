@@ -119,11 +119,29 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
   });
 }
 
+tagrid_status tagrid_reader_overviews(const tagrid_reader* reader, int64_t* factors) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(factors != nullptr, "there is no room for the factors");
+    static_assert(TAGRID_MOST_OVERVIEWS == most_members);
+    std::fill_n(factors, TAGRID_MOST_OVERVIEWS, 0);
+    for (const Member& member : file.index().members)
+      if (member.is_overview()) *factors++ = member.factor;
+  });
+}
+
+tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor, tagrid_reader** overview) {
+  return open_reader(overview, [&] {
+    require(reader != nullptr && reader->file != nullptr, "the reader is not open");
+    return overview_in(*reader->file, factor);
+  });
+}
+
 tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_call* given) {
-  return with_file(reader, [&](const TagBricks&) {
+  return with_file(reader, [&](const TagBricks& file) {
     const tagrid_call settings = settings_of(given);
     verify_bytes(std::make_unique<SourceStream>(reader->source), resources_of(settings),
                  progress_of(settings));
+    verify_members(file, nullptr, resources_of(settings));
   });
 }
 

@@ -42,14 +42,23 @@ std::int64_t quick_slice(const BrickGrid& bricks) {
   return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
 }
 
-// The samples of a panel.
+// True if a panel may show the means of an overview: a mean has two pixels at most along the longest axis of
+// the volume, and never more than four.
+bool fits(std::int64_t factor, const Panel& panel, const Index3& dims, int largest) {
+  const auto fits_along = [&](const PanelAxis& a) { return 4 * a.samples >= factor * a.pixels; };
+  return 2 * std::max({dims.x, dims.y, dims.z}) >= factor * largest && fits_along(panel.across) &&
+         fits_along(panel.down);
+}
+
+// The samples of a panel, in the file or in the overview that has them.
 Region region_of(const Panel& panel, const CodingParameters& parameters) {
+  const std::int64_t block = panel.block();
   Region region;
-  region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice;
+  region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice / block;
   for (const PanelAxis& a : {panel.across, panel.down}) {
-    region.box.low[a.axis] = a.first;
-    region.box.high[a.axis] = a.first + a.samples - 1;
-    region.step[a.axis] = a.step();
+    region.box.low[a.axis] = a.first / block;
+    region.box.high[a.axis] = (a.first + a.samples - 1) / block;
+    region.step[a.axis] = a.step() / block;
   }
   region.box = parameters.domain().points_of(region.box);
   return region;
@@ -156,13 +165,14 @@ std::vector<PreviewSlice*> parts_of(PreviewContent& content, const CodingParamet
   return parts;
 }
 
-// The bricks of all parts, each once.
-std::vector<WantedBrick> wanted_bricks(PreviewContent& content, const CodingParameters& p) {
+// The bricks of some parts, each once. `with_leaves` is the part whose grid is read.
+std::vector<WantedBrick> wanted_bricks(const std::vector<PreviewSlice*>& parts,
+                                       const PreviewSlice* with_leaves, const CodingParameters& p) {
   const BrickGrid bricks = p.bricks();
   std::vector<WantedBrick> wanted;
-  for (const PreviewSlice* part : parts_of(content, p)) {
+  for (const PreviewSlice* part : parts) {
     const Region region = region_of(part->panel, p);
-    const bool with_grid = part == &content.levels && p.stores_activity();
+    const bool with_grid = part == with_leaves && p.stores_activity();
     for (const std::int64_t id : bricks_of(region, bricks))
       wanted.push_back(
           {id, with_grid,
@@ -220,6 +230,41 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
   return plan;
 }
 
+// The slices, each from the coarsest overview that shows as much.
+void choose_panels(const TagBricks& file, const PreviewWishes& wishes, PreviewContent& content) {
+  const Index3& dims = file.parameters().dims;
+  const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
+  for (int axis = 0; axis < 3; ++axis) {
+    Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
+    panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
+                     wishes.least);
+    for (const Member& member : file.index().members)
+      if (member.is_overview() && fits(member.factor, panel, dims, wishes.largest))
+        panel.across.block = panel.down.block = member.factor;
+  }
+}
+
+// A file, or an overview in it, from which parts are read.
+struct PreviewSource {
+  std::int64_t factor = 1;  // 1: the file itself
+  std::shared_ptr<const TagBricks> overview = {};
+  std::vector<PreviewSlice*> parts = {};
+  std::vector<WantedBrick> bricks = {};
+
+  const TagBricks& of(const TagBricks& file) const { return overview ? *overview : file; }
+};
+
+// The file first, then the overviews that are shown.
+std::vector<PreviewSource> sources_of(const TagBricks& file, const PreviewContent& content) {
+  std::vector<PreviewSource> sources(1);
+  for (const Member& member : file.index().members) {
+    const auto is_shown = [&](const PreviewSlice& slice) { return slice.panel.block() == member.factor; };
+    if (member.is_overview() && std::ranges::any_of(content.slices, is_shown))
+      sources.push_back({member.factor, file.overview(member)});
+  }
+  return sources;
+}
+
 }  // namespace
 
 std::vector<double> values_of(const PreviewSlice& slice, SampleType type) {
@@ -232,17 +277,15 @@ std::vector<double> values_of(const PreviewSlice& slice, SampleType type) {
 PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
                             std::uint64_t besides, const Progress& progress) {
   const CodingParameters& p = file.parameters();
-  const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
   PreviewContent content;
-  for (int axis = 0; axis < 3; ++axis) {
-    Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
-    panel = panel_of(p.dims, geometry.spacing, axis, chosen_slice(wishes, p.dims, axis), wishes.largest,
-                     wishes.least);
-  }
+  choose_panels(file, wishes, content);
+  std::vector<PreviewSource> sources = sources_of(file, content);
   Panel& of_z = content.slices[2].panel;
   // Without voxels, bricks are decoded as a whole.
   if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)
-    of_z.slice = quick_slice(p.bricks());
+    for (const PreviewSource& source : sources)
+      if (source.factor == of_z.block())
+        of_z.slice = of_z.block() * quick_slice(source.of(file).parameters().bricks());
   const Index3 crossing{content.slices[0].panel.slice, content.slices[1].panel.slice, of_z.slice};
   content.levels.panel = of_z.leaves_out() && p.counts_points() ? detail_of(of_z, crossing) : of_z;
   const Plan plan = plan_preview(content, p, resources, besides);
@@ -259,24 +302,33 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
                           static_cast<std::size_t>(of_levels.down.pixels));
   LeafMap leaves(of_levels, p, content.leaves);
 
-  const std::vector<WantedBrick> wanted = wanted_bricks(content, p);
-  content.bricks = static_cast<std::int64_t>(wanted.size());
+  for (PreviewSource& source : sources) {
+    for (PreviewSlice* part : parts)
+      if (part->panel.block() == source.factor) source.parts.push_back(part);
+    source.bricks = wanted_bricks(source.parts, &content.levels, source.of(file).parameters());
+    content.bricks += static_cast<std::int64_t>(source.bricks.size());
+  }
   std::mutex telling;
   std::uint64_t done = 0;
+  const auto read = [&](const PreviewSource& source, const WantedBrick& wanted) {
+    const TagBricks& from = source.of(file);
+    const CodingParameters& of_source = from.parameters();
+    const auto [id, with_grid, slices] = wanted;
+    const DecodedBrick brick = decode_block(from.read(id), of_source, from.name(),
+                                            with_grid ? Wanted::samples_and_grid : Wanted::samples, slices);
+    std::uint64_t bytes = 0;
+    for (PreviewSlice* part : source.parts)
+      bytes += copy_samples(brick, of_source, region_of(part->panel, of_source), part->samples.data(),
+                            strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
+    if (with_grid) leaves.add_brick(p.bricks().position(brick.id), brick.active, {});
+    if (!progress) return;
+    const std::lock_guard lock(telling);
+    progress(done += bytes, total);
+  };
   Threads(plan.threads).run([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
-      const auto [id, with_grid, slices] = wanted[i];
-      const DecodedBrick brick = decode_block(file.read(id), p, file.name(),
-                                              with_grid ? Wanted::samples_and_grid : Wanted::samples, slices);
-      std::uint64_t bytes = 0;
-      for (PreviewSlice* part : parts)
-        bytes += copy_samples(brick, p, region_of(part->panel, p), part->samples.data(),
-                              strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
-      if (with_grid) leaves.add_brick(p.bricks().position(brick.id), brick.active, {});
-      if (!progress) return;
-      const std::lock_guard lock(telling);
-      progress(done += bytes, total);
-    });
+    for (const PreviewSource& source : sources)
+      oneapi::tbb::parallel_for(std::size_t{0}, source.bricks.size(),
+                                [&](std::size_t i) { read(source, source.bricks[i]); });
   });
   if (p.grid == GridOrigin::implied)
     take_some(file, bricks_across(of_levels, p), 0, Resources(plan.threads), leaves);

@@ -22,8 +22,8 @@ struct PreviewWishes {
   int least = 24;     ///< pixels that the shorter side has at least
 };
 
-/// The samples of a panel, in the type of the volume and the machine's byte order. The first index is across,
-/// the second down, of the numbers that PanelAxis::number() gives.
+/// The samples of a panel, or their means, in the type of the volume and the machine's byte order. The first
+/// index is across, the second down, of the numbers that PanelAxis::number() gives.
 struct PreviewSlice {
   Panel panel;
   std::vector<std::byte> samples;
@@ -42,7 +42,7 @@ struct PreviewContent {
   PreviewSlice levels;
   /// For each pixel of that panel, in raster order, the leaf there; empty if the file stores no grid.
   std::vector<LeafPixel> leaves;
-  std::int64_t bricks = 0;   ///< that were read
+  std::int64_t bricks = 0;   ///< that were read, those of overviews included
   std::uint64_t memory = 0;  ///< planned at most, in bytes
 };
 
@@ -50,7 +50,8 @@ struct PreviewContent {
 std::vector<double> values_of(const PreviewSlice& slice, SampleType type);
 
 /// Reads the bricks that the slices meet, and decodes them no further than needed. The leaves are those just
-/// below the slice of z (above the first slice), so that its plane cuts them. Memory: the slices, a brick for
+/// below the slice of z (above the first slice), so that its plane cuts them. Where the file has an overview
+/// that shows as much as a panel does, the slice is read from it. Memory: the slices, a brick for
 /// each thread, and `besides`, which the caller needs besides the values_of() all slices. Throws UsageError
 /// for a slice outside the volume, MemoryLimit, BrokenInput, WorldError, and the exceptions of `progress`.
 PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,

@@ -129,7 +129,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
   const std::string fields_of_original = setup.fields_of_original;
-  const bool has_scale = !setup.is_original_headerless;
+  const bool has_scale = !setup.is_original_headerless, again = setup.again;
   const auto verified = [&] {
     if (ranks.count() == 1 || !setup.any_order || !is_file)
       return verify_all(reader, std::move(setup), run.progress);
@@ -144,7 +144,9 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   if (is_file) {
     const TagBricks file(std::make_shared<FileSource>(run.input));
     source_files_of(file);
-    verify_members(file, of_this_rank(ranks, run.resources));
+    std::unique_ptr<VolumeSource> original;
+    if (again && !file.index().members.empty()) original = open_volume(run.original, run.source);
+    verify_members(file, original.get(), of_this_rank(ranks, run.resources));
   }
   return result;
 }

@@ -299,15 +299,6 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
   return verify_all(reader, {plan_decoding(reader.parameters(), resources, DecodeUse::verify)}, progress);
 }
 
-void verify_members(const TagBricks& file, const Resources& resources) {
-  for (const Member& member : file.index().members) {
-    file.check(member);
-    if (!member.is_overview()) continue;
-    file.overview(member);
-    verify_bytes(std::make_unique<SourceStream>(file.bytes_of(member)), resources);
-  }
-}
-
 // All rows have none below them, so the file is opened once.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();

@@ -118,6 +118,7 @@ struct VerifySetup {
   DecodePlan plan;
   std::unique_ptr<AgainstOriginal> against = nullptr;  ///< comparison with an original; null if there is none
   bool any_order = true;                               ///< rows may be compared in any order
+  bool again = false;                                  ///< the original can be read once more
   std::string fields_of_original = "";                 ///< what the original says of itself; see VolumeInfo
   bool is_original_headerless = false;                 ///< it has no place for a scale of values
 };

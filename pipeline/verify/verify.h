@@ -11,6 +11,7 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 
@@ -56,8 +57,9 @@ struct VerifyResult {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 
-/// Verifies the members of a file: checksums, and overviews as any file. Throws as verify_file() does.
-void verify_members(const TagBricks& file, const Resources& resources);
+/// Verifies the members of a file: checksums, and overviews as any file. With `original`, whose first sample is
+/// the next one, also compares overviews with the means of its blocks. Throws as verify_file() does.
+void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources);
 
 struct VerifySetup;
 /// The same for a file that has been opened but not read.

@@ -24,6 +24,7 @@ VerifySetup verify_setup(const std::string& name, const CodingParameters& parame
   const std::uint64_t of_files = of_envelope > 0 ? memory_of_source_files(volume->facts()) : 0;
   VerifySetup setup;
   setup.any_order = volume->traits().any_rows;
+  setup.again = volume->traits().again;
   setup.fields_of_original = info.nrrd_fields;
   setup.is_original_headerless = volume->facts().headerless;
   setup.plan =

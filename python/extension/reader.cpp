@@ -13,7 +13,8 @@ struct Reader::File {
   py::object read_at;
   std::uint64_t size = 0;
   std::string name;
-  Raised raised;  // while bytes were read
+  std::shared_ptr<File> whole;  // in which this one is an overview, and which reads its bytes
+  Raised raised;                // while bytes were read
   tagrid_reader* reader = nullptr;
   int calls = 0;  // that are running; counted with the GIL
 
@@ -47,13 +48,16 @@ struct Reader::File {
       ~Count() {
         if (--file.calls == 0) file.raised.clear();
       }
-    } const count(*this);
+    } const count(source());
     const Outcome ended = run(call, [&] { return outcome(do_it()); });
     // Also if the work was complete before it noticed.
     call.raised().raise();
-    if (ended.status == TAGRID_IO_ERROR) raised.raise();
+    if (ended.status == TAGRID_IO_ERROR) source().raised.raise();
     raise_unless_ok(ended);
   }
+
+  // The file whose callbacks are called.
+  File& source() { return whole ? *whole : *this; }
 
   // Called without the GIL, by several threads at once.
   int give(std::uint64_t offset, void* to, std::size_t count) noexcept {
@@ -223,6 +227,25 @@ py::dict Reader::brick(std::int64_t number) const {
   tagrid_brick_init(&brick);
   raise_unless_ok(open->outcome(tagrid_reader_brick(open->reader, number, &brick)));
   return dict_of(brick);
+}
+
+py::tuple Reader::overviews() const {
+  const auto open = file();
+  std::array<std::int64_t, TAGRID_MOST_OVERVIEWS> factors;
+  raise_unless_ok(open->outcome(tagrid_reader_overviews(open->reader, factors.data())));
+  py::list all;
+  for (const std::int64_t factor : factors)
+    if (factor != 0) all.append(factor);
+  return py::tuple(all);
+}
+
+std::unique_ptr<Reader> Reader::overview(std::int64_t factor) const {
+  auto overview = std::make_shared<File>();
+  const auto open = file();
+  overview->whole = open->whole ? open->whole : open;
+  Call call(0, 0, py::none());
+  overview->work(call, [&] { return tagrid_reader_overview(open->reader, factor, &overview->reader); });
+  return std::unique_ptr<Reader>(new Reader(std::move(overview)));
 }
 
 void Reader::read(const Point& low, const Point& high, const Point& step, py::array out, int threads,

@@ -35,6 +35,10 @@ class Reader {
   py::dict info() const;
   py::bytes metadata() const;
   py::dict brick(std::int64_t number) const;
+  /// The factors of the overviews, from fine to coarse.
+  py::tuple overviews() const;
+  /// The overview with a factor, as a file of its own, which holds what this one holds.
+  std::unique_ptr<Reader> overview(std::int64_t factor) const;
   /// Fills `out`, an array of the shape (z, y, x) that the box has with this step.
   void read(const Point& low, const Point& high, const Point& step, py::array out, int threads,
             std::uint64_t memory_limit, py::object progress) const;

@@ -24,8 +24,18 @@ def describe(source: Any) -> str:
     return name if isinstance(name, str) else type(source).__name__
 
 
+class OverviewOf:
+    """An overview in a source."""
+
+    def __init__(self, source: Any, factor: int):
+        self.source, self.factor = source, factor
+        self.name = f"{describe(source)}: overview {factor}"
+
+
 def open_reader(source: Any) -> Reader:
     """Opens a source: see tagrid.open()."""
+    if isinstance(source, OverviewOf):
+        return open_reader(source.source).overview(source.factor)
     if isinstance(source, (str, os.PathLike)):
         return _open_path(os.fspath(source))
     if is_memory(source):
@@ -65,6 +75,8 @@ def is_path(source: Any) -> bool:
 
 def is_tied(source: Any) -> bool:
     """Whether a source belongs to this process, so that another process cannot use it."""
+    if isinstance(source, OverviewOf):
+        return is_tied(source.source)
     return isinstance(source, (memoryview, io.BufferedReader, io.BufferedRandom, io.FileIO))
 
 

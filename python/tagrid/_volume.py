@@ -21,7 +21,7 @@ from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._rescaled import Rescaled
 from ._selection import Run, Selection, select
-from ._sources import describe, is_memory, is_path, is_tied, open_reader
+from ._sources import OverviewOf, describe, is_memory, is_path, is_tied, open_reader
 
 Progress = Optional[Callable[[int, int], object]]
 
@@ -50,6 +50,7 @@ class Volume:
         self._name = describe(source)
         self._kept = KeptBox()
         self._info = self._reader.info()
+        self._overviews = self._reader.overviews()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
         # Bytes go to another process with the volume; a name may refer to another file there.
         self._contents = "" if is_memory(source) else self._digest()
@@ -249,6 +250,22 @@ class Volume:
         ArgumentError: there are slopes for slices, but not one for each slice.
         """
         return Rescaled(self)
+
+    @property
+    def overviews(self) -> tuple[int, ...]:
+        """The factors of the averaged levels that the file has, from fine to coarse: (4, 16) for example, or ()."""
+        return self._overviews
+
+    def overview(self, factor: int) -> Volume:
+        """The averaged level with this factor, as a volume: each sample is the mean of factor x factor x factor
+        samples, and `affine` and `spacing` say where it is. It reads nothing but the overview.
+
+        ArgumentError: the file has no overview with this factor.
+        """
+        if factor not in self._overviews:
+            there = ", ".join(map(str, self._overviews)) or "none"
+            raise ArgumentError(f"{self._name}: has no overview {factor!r}; it has {there}")
+        return Volume(OverviewOf(self._source, factor), self._threads)
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the entire file and checks everything possible without the original. DamagedError names the

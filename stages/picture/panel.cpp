@@ -37,6 +37,7 @@ Panel detail_of(const Panel& panel, Index3 at) {
   for (PanelAxis* a : {&detail.across, &detail.down}) {
     const std::int64_t all = a->samples;
     const double share = panel.to_scale ? of_both : share_of(*a);
+    a->block = 1;
     a->samples = std::max<std::int64_t>(1, static_cast<std::int64_t>(share * static_cast<double>(all)));
     a->first += std::clamp<std::int64_t>(at[a->axis] - a->first - a->samples / 2, 0, all - a->samples);
   }

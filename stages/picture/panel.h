@@ -16,9 +16,12 @@ struct PanelAxis {
   int pixels = 1;
   bool reversed = false;   ///< The last sample comes first.
   std::int64_t first = 0;  ///< the first sample that the panel shows
+  std::int64_t block = 1;  ///< factor of the overview whose means are read; 1: the samples themselves
 
   /// Distance of the samples that are read; 1 where every sample has a pixel.
-  constexpr std::int64_t step() const { return std::max<std::int64_t>(1, samples / pixels); }
+  constexpr std::int64_t step() const {
+    return block * std::max<std::int64_t>(1, samples / (pixels * block));
+  }
   /// The number of samples that are read: first, first + step(), first + 2 * step(), ...
   constexpr std::int64_t count() const { return (samples - 1) / step() + 1; }
 
@@ -50,7 +53,10 @@ struct Panel {
   /// False if a side was too short, so that lengths across and down cannot be compared.
   bool to_scale = true;
 
-  /// True if samples of the slice are left out, since they are twice as many as pixels or more.
+  /// Factor of the overview that the panel shows; 1: none.
+  constexpr std::int64_t block() const { return across.block; }
+  /// True if samples of the slice are left out, since they are twice as many as pixels or more, or if their
+  /// means are shown.
   constexpr bool leaves_out() const { return across.step() > 1 || down.step() > 1; }
 };
 
@@ -63,8 +69,8 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
                int largest, int least);
 
 /// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or
-/// more. If the panel is not to scale, a side on which they have as many stays complete. REQUIRES: the panel
-/// shows `at`.
+/// more. If the panel is not to scale, a side on which they have as many stays complete. It shows samples, even
+/// if the panel shows means. REQUIRES: the panel shows `at`.
 Panel detail_of(const Panel& panel, Index3 at);
 
 /// A length that is easy to read, for a scale bar: the longest of 1, 2, 5, 10, 20, 50 ..., and of 0.5, 0.2,

@@ -99,6 +99,7 @@ std::string slice_caption(const Panel& panel, const Lengths& lengths) {
       fmt::format("{} = {} of 0..{}", "xyz"[panel.axis], panel.slice, lengths.dims[panel.axis] - 1);
   const std::string unit = lengths.unit(panel.axis);
   if (unit != "samples") text += ", " + length_words(lengths.distance(panel.axis, panel.slice), unit);
+  if (panel.block() > 1) text += fmt::format(", means of {0} x {0} x {0}", panel.block());
   if (!panel.to_scale) text += ", not to scale";
   return text;
 }

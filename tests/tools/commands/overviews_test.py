@@ -61,6 +61,23 @@ def means(volume, factor):
         return numpy.where((counts == 0) | ~numpy.isfinite(values), numpy.nan, values / counts).astype(volume.dtype)
 
 
+def with_member(data, kind, factor, content):
+    """A file whose only member is replaced by another one. All checksums are right."""
+    inner, = decoder.overviews(data).values()
+    at = data.index(inner) - 20
+    before = struct.unpack_from("<Q", data, at - 8)[0]
+    member = struct.pack("<IIIQ", decoder.MEMBER, kind, factor, len(content)) + content
+    member += struct.pack("<Q", decoder.chained(member, before))
+    end = at + 28 + len(inner)
+    size, packed = struct.unpack_from("<QQ", data, end + 4)
+    # The table of members is the last section, with one entry.
+    sections = decoder.unpack(data[end + 20:end + 20 + packed], size)[:-24] + struct.pack("<IIQQ", kind, factor, at, len(content))
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
+    directory += struct.pack("<Q", decoder.chained(directory, struct.unpack("<Q", member[-8:])[0]))
+    return data[:at] + member + directory + struct.pack("<Q", at + len(member)) + data[-16:]
+
+
 class Overviews(unittest.TestCase):
     def setUp(self):
         self.temporary = tempfile.TemporaryDirectory()
@@ -95,6 +112,11 @@ class Overviews(unittest.TestCase):
         shape = [(n - 1) // factor + 1 for n in volume.shape]
         return numpy.frombuffer((self.folder / "level.raw").read_bytes(), volume.dtype).reshape(shape)
 
+    def verify(self, name, volume, code=0):
+        (self.folder / "original.raw").write_bytes(volume.tobytes())
+        dims = ",".join(map(str, volume.shape[::-1]))
+        self.run_tagrid("verify", name, "--against", "original.raw", "--dims", dims, "--type", volume.dtype.name, "-q", code=code)
+
     def info(self, name):
         return json.loads(self.run_tagrid("info", name, "--json", "--no-levels").stdout)
 
@@ -109,24 +131,39 @@ class Overviews(unittest.TestCase):
         self.assertLessEqual(numpy.nanmax(error, initial=0), bound)
 
     def test_they_are_the_means_of_all_types_and_awkward_sizes(self):
-        shapes = [(1, 1, 1), (3, 4, 5), (5, 1, 17), (16, 16, 16), (17, 9, 33), (4, 64, 66), (23, 65, 19)]
+        shapes = [(1, 1, 1), (3, 4, 5), (5, 1, 17), (16, 16, 16), (17, 9, 33), (4, 64, 66), (23, 65, 19), (63, 129, 3)]
         for type in TYPES:
             for seed, shape in enumerate(shapes):
                 volume = self.volume(type, shape, seed)
-                for options in ((), ("--cube", "4", "--brick", "1"), ("--max-error", "2")):
+                for options in ((), ("--cube", "4", "--brick", "1"), ("--lead", "0"), ("--max-error", "2")):
                     self.encode(volume, "a.tag", "--overviews", "4,16", *options)
                     for factor in (4, 16):
                         self.require_means("a.tag", factor, volume)
-                self.run_tagrid("verify", "a.tag", "-q")
+                self.verify("a.tag", volume)
+
+    def test_verify_compares_them_with_the_means_of_the_original(self):
+        if shutil.which("zstd") is None:
+            self.skipTest("there is no zstd")
+        for type in ("int16", "float32"):
+            volume = self.volume(type, (19, 33, 70))
+            other = volume.copy()
+            other[12:16, 12:16, 12:16] += 40
+            for options in ((), ("--max-error", "3"), ("--lead", "0")):
+                data = self.encode(volume, "a.tag", "--overviews", "4", *options)
+                self.verify("a.tag", volume)
+                theirs = decoder.overviews(self.encode(other, "b.tag", "--overviews", "4", *options))[4]
+                (self.folder / "c.tag").write_bytes(with_member(data, 1, 4, theirs))
+                self.run_tagrid("verify", "c.tag", "-q")
+                self.verify("c.tag", volume, code=65)
 
     def test_the_file_is_the_same_in_every_way_of_encoding(self):
         volumes = [self.volume("uint16", (41, 131, 67)), self.volume("float32", (70, 133, 37)), self.volume("int32", (9, 300, 20))]
         for volume in volumes:
             options = ["--cube", "8", "--brick", "2", "--overviews", "4,16,64"]
             whole = self.encode(volume, "a.tag", *options)
-            self.assertEqual(whole, self.encode(volume, "b.tag", *options, "-j", "1"))
+            self.assertEqual(whole, self.encode(volume, "b.tag", *options, "-T", "1"))
             self.assertEqual(whole, self.encode(volume, "b.tag", *options, "--resume"))
-            self.assertEqual(whole, self.encode(volume, "b.tag", *options, "--resume", "-j", "1"))
+            self.assertEqual(whole, self.encode(volume, "b.tag", *options, "--resume", "-T", "1"))
             lossy = [*options, "--max-error", "3", "--mesh-error", "4"]
             with_mesh = self.encode(volume, "c.tag", *lossy)
             self.assertEqual(with_mesh, self.encode(volume, "d.tag", *lossy, "--resume"))
@@ -145,7 +182,7 @@ class Overviews(unittest.TestCase):
         volume = self.volume("uint16", (40, 700, 400))
         options = ["--cube", "8", "--brick", "2", "--overviews", "4,16"]
         whole = self.encode(volume, "a.tag", *options)
-        small = self.encode(volume, "b.tag", *options, "-M", "40M", "-j", "1")
+        small = self.encode(volume, "b.tag", *options, "-M", "40M", "-T", "1")
         self.assertEqual(whole, small)
 
     def test_large_volumes_have_them_by_themselves(self):
@@ -220,22 +257,8 @@ class Overviews(unittest.TestCase):
 
     def test_members_of_unknown_kinds_are_skipped_and_named(self):
         volume = self.volume("uint8", (6, 7, 9))
-        data = bytearray(self.encode(volume, "a.tag", "--overviews", "4"))
-        inner = decoder.overviews(bytes(data))[4]
-        at = bytes(data).index(inner) - 20
-        content = b"from the future"
-        before = struct.unpack_from("<Q", data, at - 8)[0]
-        member = struct.pack("<IIIQ", 2, 77, 0, len(content)) + content
-        member += struct.pack("<Q", decoder.chained(member, before))
-        end_of_member = at + 28 + len(inner)
-        packed = struct.unpack_from("<Q", data, end_of_member + 12)[0]
-        fields = subprocess.run(["zstd", "-dc"], input=bytes(data[end_of_member + 20:end_of_member + 20 + packed]),
-                                capture_output=True, check=True).stdout
-        fields = fields[:-24] + struct.pack("<IIQQ", 77, 0, at, len(content))
-        frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(fields)}"], input=fields, capture_output=True, check=True).stdout
-        index = struct.pack("<IQQ", 0, len(fields), len(frame)) + frame
-        index += struct.pack("<Q", decoder.chained(index, struct.unpack("<Q", member[-8:])[0]))
-        new = bytes(data[:at]) + member + index + struct.pack("<Q", at + len(member)) + bytes(data[-16:])
+        data = self.encode(volume, "a.tag", "--overviews", "4")
+        new = with_member(data, 77, 0, b"from the future")
         (self.folder / "b.tag").write_bytes(new)
         self.run_tagrid("verify", "b.tag", "-q")
         self.assertIn(b"kind 77", self.run_tagrid("info", "b.tag").stdout)
