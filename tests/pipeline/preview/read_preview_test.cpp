@@ -37,7 +37,7 @@ class ReadPreview : public TemporaryFolder {
   void expect_slices(const PreviewContent& content) const {
     const auto whole = read_samples<T>(path("whole.nrrd"));
     const TagBricks file(source_);
-    const Box volume = file.parameters().domain().volume();
+    const Box volume = Box::of_size(file.parameters().dims);
     for (const PreviewSlice& slice : content.slices) {
       const Panel& p = slice.panel;
       const std::vector<double> values = values_of(slice, sample_type_of<T>());
@@ -164,7 +164,7 @@ TEST_F(ReadPreview, WhereSamplesAreLeftOutTheLevelsAreThoseOfTheMiddle) {
     for (std::int64_t x = 0; x < part.across.samples; ++x) {
       const Index3 p{part.across.first + x, part.down.first + y, part.slice};
       EXPECT_EQ(values[static_cast<std::size_t>(y * part.across.samples + x)],
-                samples[static_cast<std::size_t>(file.parameters().domain().volume().offset(p))]);
+                samples[static_cast<std::size_t>(Box::of_size(file.parameters().dims).offset(p))]);
     }
   ASSERT_EQ(content.leaves.size(), static_cast<std::size_t>(part.across.pixels * part.down.pixels));
   for (const LeafPixel& pixel : content.leaves) EXPECT_NE(pixel.leaf, 0U);
@@ -182,13 +182,13 @@ TEST_F(ReadPreview, OfALargeSliceTheFirstOneOfALayerOfBricksIsShownIfItIsNearThe
     expect_slices<std::uint8_t>(content);
     return content.slices[2].panel.slice;
   };
-  // Layers of bricks own the slices 0 to 8, 9 to 16, 17 to 24, ...
-  EXPECT_EQ(slice_of(32, 8), 17);
+  // Layers of bricks own the slices 0 to 7, 8 to 15, 16 to 23, ...
+  EXPECT_EQ(slice_of(32, 8), 16);
   EXPECT_EQ(slice_of(32, 300), 16);
   EXPECT_EQ(slice_of(32, 8, 16), 16);
-  EXPECT_EQ(slice_of(41, 8), 20);   // 17 is 3 of 41 away
-  EXPECT_EQ(slice_of(121, 8), 57);  // instead of 60
-  EXPECT_EQ(slice_of(127, 8), 65);  // instead of 63
+  EXPECT_EQ(slice_of(41, 8), 20);   // 16 is 4 of 41 away
+  EXPECT_EQ(slice_of(121, 8), 56);  // instead of 60
+  EXPECT_EQ(slice_of(127, 8), 64);  // instead of 63
   EXPECT_EQ(slice_of(3, 8), 1);
 }
 
