@@ -82,6 +82,9 @@ TEST_F(ReadPreview, ReadsEachBrickOfTheSlicesOnceAndNothingElse) {
   const PreviewContent content = read_preview(file, {}, Resources(3), 0);
   const BrickGrid bricks = file.parameters().bricks();
   std::multiset<std::pair<std::uint64_t, std::uint64_t>> expected;
+  const auto last = bricks.count() - 1;
+  const std::uint64_t page = file.start(last) + file.block_bytes(last);
+  expected.emplace(page - 8, page + file.index().pages.at(0).sizes_bytes);
   for (std::int64_t id = 0; id < bricks.count(); ++id) {
     const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(id)));
     bool shown = false;
@@ -93,7 +96,7 @@ TEST_F(ReadPreview, ReadsEachBrickOfTheSlicesOnceAndNothingElse) {
   }
   const auto reads = source_->reads();
   EXPECT_EQ((std::multiset(reads.begin(), reads.end())), expected);
-  EXPECT_EQ(content.bricks, static_cast<std::int64_t>(expected.size()));
+  EXPECT_EQ(content.bricks, static_cast<std::int64_t>(expected.size()) - 1);
   EXPECT_LT(content.bricks, bricks.count());
 }
 
