@@ -152,6 +152,8 @@ class Estimator {
     const CodingParameters& p = of_bounds_[bound];
     std::vector<std::size_t> in_order(sample_.chosen.size());
     std::vector<IndexEntry> page;
+    TagIndex index;
+    PageFacts facts;
     std::iota(in_order.begin(), in_order.end(), std::size_t{0});
     std::ranges::sort(in_order, {}, [&](std::size_t i) { return sample_.bricks[sample_.chosen[i]].id; });
     for (const std::size_t i : in_order) {
@@ -159,11 +161,16 @@ class Estimator {
       const double finite = std::max(1.0, static_cast<double>(brick.statistics.finite));
       page.push_back({static_cast<std::uint32_t>(brick.activity), static_cast<std::uint32_t>(brick.values),
                       brick.statistics.low, brick.statistics.high, brick.statistics.sum / finite});
+      index.total.add(brick.statistics);
+      index.activity_bytes += brick.activity;
+      index.value_bytes += brick.values;
+      facts.brick_bytes += block_frame_size + brick.activity + brick.values;
     }
+    take_range(page, facts);
     const auto none = static_cast<double>(bytes_of_page({})), some = static_cast<double>(bytes_of_page(page));
     const PageLayout layout(bricks_.count());
-    TagIndex index;
-    index.pages.resize(static_cast<std::size_t>(std::min(layout.pages(), PageLayout::most_pages)));
+    facts.sizes_bytes = facts.statistics_bytes = static_cast<std::uint32_t>(some) / 2;
+    index.pages.resize(static_cast<std::size_t>(std::min(layout.pages(), PageLayout::most_pages)), facts);
     const auto header = static_cast<double>(serialize_header({p, source_.info().nrrd_fields}).size()),
                end = static_cast<double>(file_end(p, index, 0, 0, 0).size());
     return header + end + none * static_cast<double>(layout.pages()) +

@@ -51,21 +51,52 @@ void for_some_rows(Index3 size, F f) {
       f(static_cast<std::size_t>((z * size.y + y) * size.x));
 }
 
+/// How far before a sample its neighbours lie: the one in the row above it, and the one in the slice behind it.
+/// Where there is one row, or one slice, both are the same.
+struct Neighbours {
+  explicit Neighbours(Index3 size)
+      : above(static_cast<std::size_t>(size.y > 1 ? size.x : size.x * size.y)),
+        behind(size.z > 1 ? static_cast<std::size_t>(size.x * size.y) : above) {}
+  std::size_t above, behind;
+};
+
 /// True if almost every sample has a neighbour before it that is equal.
 template <class T>
 bool are_like_labels(std::span<const T> samples, Index3 size) {
+  if (size.y == 1 && size.z == 1) return false;
   const auto* const bits = reinterpret_cast<const Bits<T>*>(samples.data());
-  const auto row_size = static_cast<std::size_t>(size.x), slice = row_size * static_cast<std::size_t>(size.y);
+  const Neighbours before(size);
+  const auto count = static_cast<std::size_t>(size.x);
   std::size_t seen = 0, unlike = 0;
   for_some_rows(size, [&](std::size_t at) {
     const Bits<T>* const row = bits + at;
-    const Bits<T>* const above = size.y > 1 ? row - row_size : row - slice;
-    const Bits<T>* const behind = size.z > 1 ? row - slice : above;
-    if (size.y == 1 && size.z == 1) return;
-    unlike += count_unlike(row, above, behind, row_size);
-    seen += row_size - 1;
+    unlike += count_unlike(row, row - before.above, row - before.behind, count);
+    seen += count - 1;
   });
   return unlike * 32 < seen;
+}
+
+/// True if samples take the fewest bits, about, as labels. Between a few objects they do. In noise amid what is
+/// flat they do not: there most samples are unlike all neighbours, and near some of them. `value_steps`,
+/// `number_steps`: see gain_of().
+template <class ValueSteps, class NumberSteps>
+bool labels_pay(Index3 size, std::size_t entries, ValueSteps value_steps, NumberSteps number_steps) {
+  const Neighbours before(size);
+  const std::int64_t bits_of_index = entries == 2 ? 0 : 3 + std::bit_width(entries - 1);
+  std::int64_t as_values = 0, as_numbers = 0, as_labels = 0;
+  for_some_rows(size, [&](std::size_t at) {
+    for (std::size_t i = at + 1; i < at + static_cast<std::size_t>(size.x); ++i) {
+      const std::array<std::uint64_t, 3> numbers = {number_steps(i - 1, i), number_steps(i - before.above, i),
+                                                    number_steps(i - before.behind, i)};
+      const auto [nearest, farthest] = std::minmax_element(numbers.begin(), numbers.end());
+      if (*farthest == 0) continue;
+      as_numbers += 1 + std::bit_width(*farthest);
+      as_values += 1 + std::bit_width(std::max({value_steps(i - 1, i), value_steps(i - before.above, i),
+                                                value_steps(i - before.behind, i)}));
+      as_labels += 1 + (*nearest == 0 ? 0 : bits_of_index);
+    }
+  });
+  return as_labels <= std::min(as_values, as_numbers);
 }
 
 /// An offset of a sample and of the next one, in steps that a few thousand samples are apart.
@@ -173,8 +204,8 @@ template <class T>
 std::optional<FewValues<T>> find_few_narrow(std::span<const T> samples, Index3 size, const FewBounds& bounds,
                                             std::int64_t low, std::int64_t high) {
   const std::int64_t span = high - low, error = integer_bound<T>(bounds.loose), step = 2 * error + 1;
-  const bool labels = are_like_labels(samples, size);
-  if (!labels && !are_sparse(samples, low, span, step)) return {};
+  const bool like_labels = are_like_labels(samples, size), sparse = are_sparse(samples, low, span, step);
+  if (!like_labels && !sparse) return {};
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(span) + 1);
   for (const T v : samples) marks[static_cast<std::size_t>(v - low)] = 1;
   std::vector<T> values;
@@ -185,33 +216,32 @@ std::optional<FewValues<T>> find_few_narrow(std::span<const T> samples, Index3 s
       common = std::gcd(common, v);
     }
   if (values.size() > most_entries(samples.size())) return {};
-  if (!labels) {
-    if (affine_pays(common, error) && 2 * static_cast<std::int64_t>(values.size()) >= span / common)
-      return affine(samples, low, common);
-    if (2 * step * static_cast<std::int64_t>(values.size()) > span && common == 1 && error == 0) return {};
-  }
   FewValues<T> few;
   std::vector<std::uint16_t> number;
   few.entries = representatives(values, bounds.tight, number);
-  if (few.entries.size() < 2) return {};
   std::vector<std::uint16_t> number_of(static_cast<std::size_t>(span) + 1);
   for (std::size_t i = 0; i < values.size(); ++i)
     number_of[static_cast<std::size_t>(values[i] - low)] = number[i];
-  few.kind = labels ? FewKind::labels : FewKind::table;
-  if (!labels) {
-    const auto number_at = [&](std::size_t i) {
-      return number_of[static_cast<std::size_t>(samples[i] - low)];
-    };
-    const std::int64_t gain = gain_of(
-        size,
-        [&](std::size_t a, std::size_t b) {
-          return (distance(samples[a], samples[b]) + static_cast<std::uint64_t>(error)) /
-                 static_cast<std::uint64_t>(step);
-        },
-        [&](std::size_t a, std::size_t b) { return distance(number_at(a), number_at(b)); });
+  const auto number_at = [&](std::size_t i) { return number_of[static_cast<std::size_t>(samples[i] - low)]; };
+  const auto value_steps = [&](std::size_t a, std::size_t b) {
+    return (distance(samples[a], samples[b]) + static_cast<std::uint64_t>(error)) /
+           static_cast<std::uint64_t>(step);
+  };
+  const auto number_steps = [&](std::size_t a, std::size_t b) {
+    return distance(number_at(a), number_at(b));
+  };
+  if (like_labels && few.entries.size() > 1 &&
+      labels_pay(size, few.entries.size(), value_steps, number_steps)) {
+    few.kind = FewKind::labels;
+  } else {
+    if (!sparse) return {};
+    if (affine_pays(common, error) && 2 * static_cast<std::int64_t>(values.size()) >= span / common)
+      return affine(samples, low, common);
+    if (2 * step * static_cast<std::int64_t>(values.size()) > span && common == 1 && error == 0) return {};
+    if (few.entries.size() < 2) return {};
     const auto entries = static_cast<std::int64_t>(few.entries.size());
     const std::int64_t bits = entries * (std::bit_width(static_cast<std::uint64_t>(span / entries)) + 2);
-    if (!pays(gain, bits, samples.size())) return {};
+    if (!pays(gain_of(size, value_steps, number_steps), bits, samples.size())) return {};
   }
   few.numbers.resize(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i)
@@ -295,15 +325,15 @@ std::int64_t common_step(std::span<const T> samples, std::int64_t& low) {
 /// Samples of 32 or 64 bits.
 template <class T>
 std::optional<FewValues<T>> find_few_wide(std::span<const T> samples, Index3 size, const FewBounds& bounds) {
-  const bool labels = are_like_labels(samples, size);
+  const bool like_labels = are_like_labels(samples, size);
   std::int64_t error = 0;
   if constexpr (std::is_integral_v<T>) {
     error = integer_bound<T>(bounds.loose);
     std::int64_t low = 0;
-    const std::int64_t step = labels ? 0 : common_step(samples, low);
+    const std::int64_t step = like_labels ? 0 : common_step(samples, low);
     if (affine_pays(step, error)) return affine(samples, low, step);
   }
-  if (!labels && !may_be_few(samples)) return {};
+  if (!like_labels && !may_be_few(samples)) return {};
   ValueSet<T> set(most_entries(samples.size()));
   FewValues<T> few;
   few.numbers.resize(samples.size());
@@ -330,37 +360,30 @@ std::optional<FewValues<T>> find_few_wide(std::span<const T> samples, Index3 siz
   std::vector<std::uint16_t> number_of(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) number_of[order[i]] = number[i];
   for (std::uint16_t& n : few.numbers) n = number_of[n];
-  few.kind = labels ? FewKind::labels : FewKind::table;
-  if (labels) return few;
   const auto number_steps = [&](std::size_t a, std::size_t b) {
     return distance(few.numbers[a], few.numbers[b]);
   };
-  std::int64_t gain = 0;
-  if constexpr (std::is_floating_point_v<T>) {
-    const double per_step = bounds.loose > 0 ? 0.5 / bounds.loose : 0;
-    gain = gain_of(
-        size,
-        [&](std::size_t a, std::size_t b) {
-          if (per_step == 0) return distance(key_of(samples[a]), key_of(samples[b]));
-          const double steps =
-              std::fabs(static_cast<double>(samples[a]) - static_cast<double>(samples[b])) * per_step;
-          return steps < 0x1p62 ? static_cast<std::uint64_t>(steps) : std::uint64_t{1} << 62;
-        },
-        number_steps);
-  } else {
-    const auto step = static_cast<std::uint64_t>(2 * error + 1);
-    gain = gain_of(
-        size,
-        [&](std::size_t a, std::size_t b) {
-          return (distance(samples[a], samples[b]) + static_cast<std::uint64_t>(error)) / step;
-        },
-        number_steps);
+  [[maybe_unused]] const double per_step = bounds.loose > 0 ? 0.5 / bounds.loose : 0;
+  const auto value_steps = [&](std::size_t a, std::size_t b) {
+    if constexpr (std::is_floating_point_v<T>) {
+      if (per_step == 0) return distance(key_of(samples[a]), key_of(samples[b]));
+      const double steps =
+          std::fabs(static_cast<double>(samples[a]) - static_cast<double>(samples[b])) * per_step;
+      return steps < 0x1p62 ? static_cast<std::uint64_t>(steps) : std::uint64_t{1} << 62;
+    } else {
+      const auto step = static_cast<std::uint64_t>(2 * error + 1);
+      return (distance(samples[a], samples[b]) + static_cast<std::uint64_t>(error)) / step;
+    }
+  };
+  if (like_labels && labels_pay(size, few.entries.size(), value_steps, number_steps)) {
+    few.kind = FewKind::labels;
+    return few;
   }
   // An entry takes no more than the bits of its distance, and often much less.
   std::int64_t bits = 0;
   for (std::size_t i = 1; i < few.entries.size(); ++i)
     bits += 2 + std::bit_width(distance(key_of(few.entries[i]), key_of(few.entries[i - 1])));
-  if (!pays(gain, bits, samples.size())) return {};
+  if (!pays(gain_of(size, value_steps, number_steps), bits, samples.size())) return {};
   return few;
 }
 

@@ -271,6 +271,8 @@ Status take_table(std::span<const std::uint8_t>& bytes, std::size_t samples, std
   RansDecoder coder(bytes.first(*size));
   bytes = bytes.subspan(*size);
   values.clear();
+  // Exactly: a quarter of the samples at most.
+  values.reserve(*count + 1);
   if (!code_entries<T>(coder, p, step, *count + 1, {}, values) || !coder.finished()) return impossible;
   return {};
 }

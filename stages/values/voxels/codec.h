@@ -36,8 +36,8 @@ class [[nodiscard]] PendingVoxels {
 
   /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or
   /// 64, as there is room. Returns nothing if the code was longer than the samples: then these are stored
-  /// instead, and become the reconstruction. REQUIRES: it is called once, while all that encode_voxels() was
-  /// given is still there.
+  /// instead, and become the reconstruction. Of numbers, those that the reconstruction has are stored, and it
+  /// stays. REQUIRES: it is called once, while all that encode_voxels() was given is still there.
   std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {});
 
  private:

@@ -84,9 +84,9 @@ TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
   tagrid_info info = {};
   info.struct_size = sizeof info;
   ASSERT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+  constexpr std::uint64_t of_header = 4096, of_end = 262144;
   for (const auto& [begin, end] : file.reads)
-    EXPECT_TRUE(end <= info.header_bytes || begin >= info.file_bytes - info.index_bytes - 8)
-        << begin << " " << end;
+    EXPECT_TRUE(end <= of_header || (end == info.file_bytes && end - begin <= of_end)) << begin << " " << end;
 
   std::mt19937_64 random(2);
   std::vector<std::uint16_t> out(samples.size());
@@ -137,7 +137,7 @@ TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost8Bricks) {
     }
     file.reads.clear();
     ASSERT_EQ(tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
-    EXPECT_LE(file.reads.size(), 8u);
+    EXPECT_LE(file.reads.size(), i == 0 ? 8u + 1 : 8u) << "and once the page of the index";
   }
 }
 

@@ -226,6 +226,7 @@ TEST_F(CoarsenedBricks, SameBytesForAnyThreadsMemoryAndGrid) {
 
 TEST_F(CoarsenedBricks, AboveAllDifferencesOnlyRootTetrahedraAreLeft) {
   const Index3 dims{33, 17, 65};
+  lead_ = 0;
   encode(blobs<std::uint8_t>(dims, 3, 20), dims, {}, 16, 2);
   EXPECT_EQ(coarsen(255, false).tetrahedra, 2 * 1 * 4 * 6);
   EXPECT_EQ(coarsen(1e300, true).points, 3 * 2 * 5);

@@ -129,7 +129,7 @@ class CoarseningMemory : public TemporaryFolder {
     EXPECT_EQ(plan.threads, threads);
     std::int64_t active = 0;
     const HeapPeak peak;
-    coarsen_file(reader, {p.dims, p.cube_size, 20, false},
+    coarsen_file(reader, {p.domain().volume(), p.cube_size, 20, false},
                  Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)}), path("x"), 0,
                  resources, [&](Index3, const LatticeBits& bits, const auto&) {
                    for (const std::uint64_t word : bits.words()) active += std::popcount(word);

@@ -62,9 +62,10 @@ std::pair<std::set<Place>, std::size_t> march(const ValuedMesh& mesh, double iso
         const double at = (iso - mesh.values[a]) / (static_cast<double>(mesh.values[b]) - mesh.values[a]);
         Place place;
         for (int axis = 0; axis < 3; ++axis) {
-          const auto from = static_cast<double>(mesh.points[a][axis]);
+          // Sample i is the lattice point i + 1.
+          const auto from = static_cast<double>(mesh.points[a][axis] - 1);
           place[static_cast<std::size_t>(axis)] =
-              from + at * (static_cast<double>(mesh.points[b][axis]) - from);
+              from + at * (static_cast<double>(mesh.points[b][axis] - 1) - from);
         }
         vertices[{static_cast<std::int64_t>(a), static_cast<std::int64_t>(b)}] = place;
       }

@@ -54,7 +54,7 @@ class SalvageTest : public TemporaryFolder {
   /// Every voxel of a lost brick has the fill, and every other one is that of the whole file.
   Salvage expect_right(const std::string& bytes, const std::string& what) {
     const Salvage found = salvage(bytes);
-    const BrickGrid bricks{{salvaged_dims, 4}, 2};
+    const BrickGrid bricks{{salvaged_dims, 4, 1}, 2};
     std::string expected = whole_;
     for (const BrickRun& run : found.lost)
       for (const Box& box : boxes_of(run, bricks))

@@ -229,9 +229,9 @@ TEST_F(MemoryLimit, IsKeptWithGzip) {
   expect_error(tagrid({"verify", "a.tag", "--against", "a.nrrd", "-M", std::to_string(limit) + "M"}), usage,
                "--spool DIR");
   const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir", "out", "-f"};
-  expect_ok(tagrid(with(with(convert, small), {"-M", "20M"})));
+  expect_ok(tagrid(with(with(convert, small), {"-M", "21M"})));
   EXPECT_TRUE(content("out/a.tag") == content("a.tag"));
-  EXPECT_EQ(tagrid(with(convert, {"--brick", "1", "-M", "20M"})).code, broken_input);
+  EXPECT_EQ(tagrid(with(convert, {"--brick", "1", "-M", "21M"})).code, broken_input);
 }
 
 // A limit that is too small for verifying is refused before anything is encoded.

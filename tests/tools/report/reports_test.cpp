@@ -289,7 +289,7 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
 TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
   std::string bytes;
   for (int i = 0; i < 10 * 10 * 10; ++i) {
-    const float v = i % 2 ? NAN : static_cast<float>(i % 20 * 5);
+    const float v = i % 2 ? NAN : static_cast<float>(i % 20 * 5) + static_cast<float>(i) * 0.013f;
     char raw[4];
     std::memcpy(raw, &v, 4);
     bytes.append(raw, 4);
