@@ -144,11 +144,24 @@ std::shared_ptr<const ByteSource> TagBricks::bytes_of(const Member& member) cons
 
 std::shared_ptr<const TagBricks> TagBricks::overview(const Member& member) const {
   auto overview = std::make_shared<const TagBricks>(bytes_of(member));
-  if (Status status = check_overview(parameters(), member.factor, overview->parameters()); !status.ok())
-    throw BrokenInput(overview->name() + ": " + status.what());
+  require_overview(member, *overview);
   if (!overview->index().members.empty() || overview->sizes().envelope > 0)
     throw BrokenInput(overview->name() + ": has parts that no overview has");
   return overview;
+}
+
+CodingParameters TagBricks::parameters_of(const Member& member) const {
+  struct Header : IndexedTag {
+    explicit Header(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {}
+  };
+  const Header header(bytes_of(member));
+  require_overview(member, header);
+  return header.parameters();
+}
+
+void TagBricks::require_overview(const Member& member, const IndexedTag& overview) const {
+  if (Status status = check_overview(parameters(), member.factor, overview.parameters()); !status.ok())
+    throw BrokenInput(overview.name() + ": " + status.what());
 }
 
 void TagBricks::check(const Member& member) const {
@@ -170,7 +183,7 @@ TagSummary summary_of(const std::string& path) {
     const TagBricks file(std::make_shared<FileSource>(path));
     std::vector<CodingParameters> overviews;
     for (const Member& member : file.index().members)
-      if (member.is_overview()) overviews.push_back(file.overview(member)->parameters());
+      if (member.is_overview()) overviews.push_back(file.parameters_of(member));
     return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(), std::move(overviews)};
   }
   TagReader reader(path);

@@ -76,6 +76,8 @@ class TagBricks : public IndexedTag {
   /// The overview of a member of the index: a file of its own. Throws BrokenInput, also if it is not one of
   /// this volume. REQUIRES: member.is_overview().
   std::shared_ptr<const TagBricks> overview(const Member& member) const;
+  /// Its parameters, for which only its header is read. Throws as overview() does.
+  CodingParameters parameters_of(const Member& member) const;
   /// The bytes of that overview.
   std::shared_ptr<const ByteSource> bytes_of(const Member& member) const;
   /// Throws BrokenInput if the checksum of a member does not match.
@@ -91,6 +93,8 @@ class TagBricks : public IndexedTag {
     std::uint64_t bytes() const { return sizes->starts[number + 1] - start(); }
   };
   Place place(std::int64_t brick) const;
+  /// Throws BrokenInput if these are not the parameters of an overview of this volume.
+  void require_overview(const Member& member, const IndexedTag& overview) const;
 
   End end_;
   TagPages pages_;

@@ -64,6 +64,7 @@ std::vector<Input> small_files() {
             .grid_only = grid, .max_error = error, .cube_size = 4, .brick_edge = error == 0 ? 1 : 2};
         if (is_wide_type(exact)) options.range = {-1024, 3072};
         if (error > 0 && !grid) options.surface_error = 1;
+        if (!grid) options.overviews = {4};
         files.push_back(small_file({9, 6, 7}, error == 0 ? exact : bounded, options));
       }
   return files;
@@ -78,8 +79,12 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
   const std::size_t header_size = u32(file, 12);
   seeds["header"].emplace_back(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header_size));
   std::size_t at = header_size;
-  while (u32(file, at) != 0)
-    at += u32(file, at) < 4 ? packed_frame_size + u32(file, at + 8) : 4 + u32(file, at) + 8;
+  const auto block_bytes = [&](std::size_t block) -> std::size_t {
+    const std::uint32_t marker = u32(file, block);
+    if (marker == member_marker) return member_frame_size + u32(file, block + 12);
+    return marker < 4 ? packed_frame_size + u32(file, block + 8) : 4 + marker + 8;
+  };
+  while (u32(file, at) != 0) at += block_bytes(at);
   const std::size_t size = u32(file, at + 4), packed = u32(file, at + 12);
   const int cube_size = file[42] | file[43] << 8;
   std::uint8_t kind = 0;

@@ -47,7 +47,8 @@ std::vector<Golden> all_golden() {
                              {"lead_voxels_bounded_int16", SampleType::int16, with_cube(16, 1)},
                              {"lead_voxels_two_bounds_uint8", SampleType::uint8, with_cube(8, 1)},
                              {"lead_grid_bounded_mesh_uint16", SampleType::uint16, with_cube(8, 1)},
-                             {"lead_voxels_derived_grid_float32", SampleType::float32, with_cube(8, 1)}};
+                             {"lead_voxels_derived_grid_float32", SampleType::float32, with_cube(8, 1)},
+                             {"lead_voxels_overviews_int16", SampleType::int16, with_cube(16, 1)}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
@@ -78,6 +79,8 @@ std::vector<Golden> all_golden() {
   all[22].options.grid = GridOrigin::derived;
   all[22].options.max_error = 6.5;
   all[22].options.range = {-1024, 3072};
+  all[23].options.max_error = 8;
+  all[23].options.overviews = {4, 16};
   return all;
 }
 

@@ -102,6 +102,33 @@ class Opening(unittest.TestCase):
         volume.close()
         file.seek(0)
 
+    def test_an_overview_is_a_volume_of_its_own(self):
+        path = pathlib.Path(__file__).parents[1] / "golden/lead_voxels_overviews_int16.tag"
+        volume = tagrid.open(path)
+        self.assertEqual(volume.overviews, (4, 16))
+        self.assertEqual(tagrid.open(self.bytes).overviews, ())
+        self.assertRaisesRegex(tagrid.ArgumentError, "it has 4, 16", volume.overview, 8)
+        whole = np.asarray(volume).astype(float)
+        expected = whole[4:8, 8:12, 12:16].mean()
+        with open(path, "rb") as file:
+            for source in (path, file, path.read_bytes(), Object(path.read_bytes())):
+                overview = tagrid.open(source).overview(4)
+                self.assertEqual(overview.shape, (10, 9, 11))
+                self.assertLess(abs(overview[1, 2, 3] - expected), 16.5)
+                np.testing.assert_allclose(overview.affine @ (0, 0, 0, 1), (1.5, 1.5, 1.5, 1))
+        overview = pickle.loads(pickle.dumps(volume.overview(16)))
+        self.assertEqual(overview.shape, (3, 3, 3))
+        overview.verify()
+        error = OSError("gone")
+        failing = Object(path.read_bytes())
+        overview = tagrid.open(failing).overview(4)
+        failing.error = error
+        with self.assertRaises(OSError) as raised:
+            np.asarray(overview)
+        self.assertIs(raised.exception, error)
+        volume.close()
+        self.assertRaises(tagrid.ArgumentError, volume._reader.overviews)
+
     def test_other_sources_are_a_TypeError(self):
         for source in (3, None, [1], object(), io.StringIO("text"), np.zeros(3)):
             with self.subTest(type(source)), self.assertRaises((TypeError, tagrid.DamagedError)):

@@ -10,6 +10,7 @@
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/points.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {
@@ -529,6 +530,39 @@ TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
   call.call = call_of(1);
   call.call.struct_size = sizeof call;
   EXPECT_EQ(tagrid_reader_verify(reader.get(), &call.call), TAGRID_OK);
+}
+
+TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
+  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/lead_voxels_overviews_int16.tag")};
+  ReaderHandle reader = open_reader(file);
+  std::int64_t factors[TAGRID_MOST_OVERVIEWS];
+  ASSERT_EQ(tagrid_reader_overviews(reader.get(), factors), TAGRID_OK);
+  EXPECT_EQ(factors[0], 4);
+  EXPECT_EQ(factors[1], 16);
+  EXPECT_EQ(factors[2], 0);
+  tagrid_reader* opened = nullptr;
+  EXPECT_EQ(tagrid_reader_overview(reader.get(), 8, &opened), TAGRID_INVALID_ARGUMENT);
+  EXPECT_STRNE(tagrid_reader_message(opened), "");
+  tagrid_reader_close(opened);
+  ASSERT_EQ(tagrid_reader_overview(reader.get(), 4, &opened), TAGRID_OK);
+  const ReaderHandle overview(opened);
+  std::vector<std::int16_t> whole(41 * 35 * 38), means(11 * 9 * 10);
+  const tagrid_box all = {{0, 0, 0}, {41, 35, 38}}, blocks = {{0, 0, 0}, {11, 9, 10}};
+  ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, whole.data(), nullptr, nullptr), TAGRID_OK);
+  reader.reset();
+  ASSERT_EQ(tagrid_reader_read(overview.get(), &blocks, nullptr, means.data(), nullptr, nullptr), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_verify(overview.get(), nullptr), TAGRID_OK);
+  for (const Index3 block : points_of(Index3{11, 9, 10})) {
+    double sum = 0, count = 0;
+    for (const Index3 in : points_of(Index3{4, 4, 4})) {
+      const Index3 p = 4 * block + in;
+      if (!Box::of_size({41, 35, 38}).contains(p)) continue;
+      sum += whole[static_cast<std::size_t>(Box::of_size({41, 35, 38}).offset(p))];
+      ++count;
+    }
+    // The bound of both is 8.
+    EXPECT_NEAR(means[static_cast<std::size_t>(Box::of_size({11, 9, 10}).offset(block))], sum / count, 16.5);
+  }
 }
 
 // oneTBB warns on standard error if an arena is larger than its number of threads.

@@ -75,6 +75,56 @@ TEST_F(ReadPreview, GivesTheSamplesOfTheVolume) {
   }
 }
 
+TEST_F(ReadPreview, TakesSlicesFromTheCoarsestOverviewThatShowsAsMuch) {
+  EncodeOptions options = small_bricks();
+  options.overviews = {4, 16};
+  encode<std::int16_t>({128, 90, 70}, options);
+  Ranks alone;
+  committed(decode_volume(alone, {.input = path("file.tag"),
+                                  .output = path("level.nrrd"),
+                                  .format = format_named("nrrd"),
+                                  .overview = 4,
+                                  .resources = Resources(2)}));
+  const auto level = read_samples<std::int16_t>(path("level.nrrd"));
+  const TagBricks file(source_);
+  const Box blocks = Box::of_size(file.overview(file.index().members.at(0))->parameters().dims);
+  PreviewWishes wishes;
+  wishes.largest = 40;
+  wishes.least = 3;
+  const PreviewContent content = read_preview(file, wishes, Resources(2), 0);
+  for (const PreviewSlice& slice : content.slices) {
+    const Panel& p = slice.panel;
+    ASSERT_EQ(p.block(), 4);
+    const std::vector<double> values = values_of(slice, SampleType::int16);
+    for (int v = 0; v < p.down.pixels; ++v)
+      for (int u = 0; u < p.across.pixels; ++u) {
+        Index3 at;
+        at[p.axis] = p.slice / 4;
+        at[p.across.axis] = p.across.place(u) / PanelAxis::parts / 4;
+        at[p.down.axis] = p.down.place(v) / PanelAxis::parts / 4;
+        const double value =
+            values[static_cast<std::size_t>(p.down.number(v) * p.across.count() + p.across.number(u))];
+        const auto mean_at = [&](Index3 block) {
+          return static_cast<double>(level[static_cast<std::size_t>(blocks.offset(block))]);
+        };
+        // A pixel shows the nearest sample, which may be in the next block.
+        bool is_near = false;
+        for (const int i : {0, 1})
+          for (const int j : {0, 1}) {
+            Index3 block = at;
+            block[p.across.axis] = std::min(block[p.across.axis] + i, blocks.high[p.across.axis]);
+            block[p.down.axis] = std::min(block[p.down.axis] + j, blocks.high[p.down.axis]);
+            is_near = is_near || value == mean_at(block);
+          }
+        ASSERT_TRUE(is_near);
+      }
+  }
+  EXPECT_EQ(content.levels.panel.block(), 1);
+  wishes.largest = 70;
+  for (const PreviewSlice& slice : read_preview(file, wishes, Resources(2), 0).slices)
+    EXPECT_EQ(slice.panel.block(), 1);
+}
+
 TEST_F(ReadPreview, ReadsEachBrickOfTheSlicesOnceAndNothingElse) {
   encode<std::uint8_t>({37, 45, 29}, small_bricks());
   const TagBricks file(source_);
