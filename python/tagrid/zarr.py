@@ -29,17 +29,18 @@ else:
 
 
 class Store(_Mapping):
-    """A read-only store for zarr.open_group(mode="r"). The arrays "0", "1", "2" ... hold every 1st, 2nd, 4th ...
-    sample along each axis, down to one chunk. Chunks have 64 samples along each edge, or fewer if the volume
-    is smaller, and are decoded on read.
+    """A read-only store for zarr.open_group(mode="r"). The array "0" holds the samples of the volume. "1", "2" ...
+    hold its overviews, whose samples are means of blocks of 4, 16 ... samples along each axis. If the file has
+    none, they hold every 2nd, 4th ... sample, down to one chunk. Chunks have 64 samples along each edge, or fewer
+    if the volume is smaller, and are decoded on read.
 
     source: anything that tagrid.open() accepts, or a Volume. chunk: samples along the edge of a chunk.
     cache_bytes: memory for decoded bricks. A chunk of 64 samples is a brick of the usual size; in a file that
         was encoded with lead=0, and at other sizes, a chunk has samples of up to 8 bricks (see
         Volume.aligned_chunks()).
 
-    Levels are samples of the volume, not means. All begin at the same sample, so their translations are
-    equal. Positions are world positions if the axes of the scan are world axes, and otherwise distances from
+    Levels without overviews begin at the same sample, so their translations are equal; overviews begin at the
+    middle of a block. Positions are world positions if the axes of the scan are world axes, and otherwise distances from
     the first sample. The arrays "z", "y", "x", "z_1" ... hold the position of each sample along an axis, even
     if slices are unevenly spaced.
 
@@ -56,9 +57,12 @@ class Store(_Mapping):
         cache_bytes = byte_count("cache_bytes", cache_bytes)
         # For a volume of one slice, chunks of 64 slices would be mostly padding.
         self._chunks = tuple(min(chunk, size) for size in self.volume.shape)
-        self._bricks = _Bricks(self.volume, cache_bytes)
-        longest = max(self.volume.shape)
-        self._levels = 1 + max(0, math.ceil(math.log2(longest / chunk)))
+        overviews = [self.volume.overview(factor) for factor in self.volume.overviews]
+        halved = 0 if overviews else max(0, math.ceil(math.log2(max(self.volume.shape) / chunk)))
+        self._levels = [_Level(self.volume, cache_bytes),
+                        *(_Level(overview, cache_bytes, block=factor)
+                          for factor, overview in zip(self.volume.overviews, overviews)),
+                        *(_Level(self.volume, 0, step=2**n) for n in range(1, halved + 1))]
         described, self._fixed = self._described()
         described[".zmetadata"] = {"zarr_consolidated_format": 1, "metadata": dict(described)}
         self._fixed.update((name, json.dumps(value).encode()) for name, value in described.items())
@@ -68,15 +72,15 @@ class Store(_Mapping):
         found: dict[str, Any] = {".zgroup": {"zarr_format": 2},
                                  ".zattrs": {"multiscales": [self._multiscales()], "tagrid": _about(self.volume)}}
         places: dict[str, bytes] = {}
-        coordinates = [coordinate_of(self.volume, axis) for axis in range(3)]
         values = _meaning_of_samples(self.volume)
-        for level in range(self._levels):
+        for number, level in enumerate(self._levels):
             # In xarray, axes with the same name have the same length.
-            axes = [f"{name}_{level}" if level else name for name in "zyx"]
-            found[f"{level}/.zarray"] = _zarray(self._shape(level), self._chunks, self.volume.dtype)
-            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": axes, **values}
-            for name, coordinate in zip(axes, coordinates):
-                numbers = coordinate.places[::2**level]
+            axes = [f"{name}_{number}" if number else name for name in "zyx"]
+            found[f"{number}/.zarray"] = _zarray(level.shape, self._chunks, self.volume.dtype)
+            found[f"{number}/.zattrs"] = {"_ARRAY_DIMENSIONS": axes, **values}
+            for axis, name in enumerate(axes):
+                coordinate = coordinate_of(level.volume, axis)
+                numbers = level.places(axis, coordinate.places)
                 found[f"{name}/.zarray"] = _zarray(numbers.shape, numbers.shape, numbers.dtype)
                 found[f"{name}/.zattrs"] = {"_ARRAY_DIMENSIONS": [name], **coordinate.attributes}
                 places[f"{name}/0"] = numbers.tobytes()
@@ -84,38 +88,34 @@ class Store(_Mapping):
 
     def _multiscales(self) -> dict[str, Any]:
         spacing, origin = _places(self.volume)
-        datasets = [{"path": str(level), "coordinateTransformations": [
-            {"type": "scale", "scale": [step * 2**level for step in spacing]},
-            {"type": "translation", "translation": origin}]} for level in range(self._levels)]
+        datasets = [{"path": str(number), "coordinateTransformations": [
+            {"type": "scale", "scale": [step * level.distance for step in spacing]},
+            {"type": "translation", "translation": [at + level.first * step for at, step in zip(origin, spacing)]}]}
+                    for number, level in enumerate(self._levels)]
         axes = [{"name": name, "type": "space", **unit} for name, unit in zip("zyx", _units(self.volume))]
-        return {"version": "0.4", "axes": axes, "datasets": datasets, "type": "subsampled"}
+        kind = "mean" if self.volume.overviews else "subsampled"
+        return {"version": "0.4", "axes": axes, "datasets": datasets, "type": kind}
 
-    def _shape(self, level: int) -> list[int]:
-        return [-(-size // 2**level) for size in self.volume.shape]
+    def _counts(self, level: _Level) -> list[int]:
+        return [-(-size // edge) for size, edge in zip(level.shape, self._chunks)]
 
-    def _counts(self, level: int) -> list[int]:
-        return [-(-size // edge) for size, edge in zip(self._shape(level), self._chunks)]
-
-    def _samples(self, level: int, index: _Index) -> npt.NDArray[Any]:
+    def _samples(self, level: _Level, index: _Index) -> npt.NDArray[Any]:
         """The samples of a chunk, padded with zeros beyond the volume."""
-        step, shape = 2**level, self._shape(level)
         lows = [number * edge for number, edge in zip(index, self._chunks)]
-        highs = [min(low + edge, size) for low, edge, size in zip(lows, self._chunks, shape)]
+        highs = [min(low + edge, size) for low, edge, size in zip(lows, self._chunks, level.shape)]
         chunk = np.zeros(self._chunks, self.volume.dtype)
-        part = chunk[tuple(slice(high - low) for low, high in zip(lows, highs))]
-        if level == 0:
-            self._bricks.copy(lows, highs, part)
-        else:
-            region = [(low * step, (high - 1) * step + 1) for low, high in zip(lows, highs)]
-            self.volume.read(region, step, part)
+        level.copy(lows, highs, chunk[tuple(slice(high - low) for low, high in zip(lows, highs))])
         return chunk
 
-    def _chunk_of(self, key: str) -> Optional[tuple[int, _Index]]:
+    def _chunk_of(self, key: str) -> Optional[tuple[_Level, _Index]]:
         parts = key.split("/")
         if len(parts) != 4 or not all(part.isascii() and part.isdigit() for part in parts):
             return None
-        level, z, y, x = map(int, parts)
-        if level >= self._levels or any(n >= count for n, count in zip((z, y, x), self._counts(level))):
+        number, z, y, x = map(int, parts)
+        if number >= len(self._levels):
+            return None
+        level = self._levels[number]
+        if any(n >= count for n, count in zip((z, y, x), self._counts(level))):
             return None
         return level, (z, y, x)
 
@@ -132,12 +132,12 @@ class Store(_Mapping):
 
     def __iter__(self) -> Iterator[str]:
         yield from self._fixed
-        for level in range(self._levels):
+        for number, level in enumerate(self._levels):
             for index in product(*map(range, self._counts(level))):
-                yield "/".join(map(str, (level, *index)))
+                yield "/".join(map(str, (number, *index)))
 
     def __len__(self) -> int:
-        return len(self._fixed) + sum(math.prod(self._counts(level)) for level in range(self._levels))
+        return len(self._fixed) + sum(math.prod(self._counts(level)) for level in self._levels)
 
     def __setitem__(self, key: str, value: Union[bytes, Any]) -> None:
         raise PermissionError("the store of a .tag file is read-only")
@@ -146,7 +146,7 @@ class Store(_Mapping):
         raise PermissionError("the store of a .tag file is read-only")
 
     def __repr__(self) -> str:
-        return f"<tagrid.zarr.Store of {self.volume!r}, {self._levels} resolutions>"
+        return f"<tagrid.zarr.Store of {self.volume!r}, {len(self._levels)} resolutions>"
 
     def __enter__(self) -> Store:
         return self
@@ -155,8 +155,42 @@ class Store(_Mapping):
         self.close()
 
     def close(self) -> None:
+        for level in self._levels:
+            level.close()
+
+
+class _Level:
+    """Every `step`-th sample of a volume, or all of an overview, which has means of `block` samples."""
+
+    def __init__(self, volume: Volume, cache_bytes: int, *, step: int = 1, block: int = 1):
+        self.volume, self.step, self.block = volume, step, block
+        self.shape = [-(-size // step) for size in volume.shape]
+        #: Where the first sample is, and the distance of two, in samples of the file's volume.
+        self.first, self.distance = (block - 1) / 2, step * block
+        self._bricks = _Bricks(volume, cache_bytes) if step == 1 else None
+
+    def places(self, axis: int, of_volume: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """The places of the samples along an axis. `of_volume` are those of the samples of self.volume."""
+        spacing = self.volume.spacing[axis]
+        if self.block == 1:
+            return of_volume[::self.step]
+        if math.isnan(spacing):
+            return self.first + self.distance * np.arange(self.shape[axis])
+        # Distances are from the first sample of the file's volume.
+        return of_volume if is_along_world(self.volume) else of_volume + self.first * spacing / self.block
+
+    def copy(self, lows: list[int], highs: list[int], out: npt.NDArray[Any]) -> None:
+        """Copies the samples of the level from lows up to highs."""
+        if self._bricks is not None:
+            self._bricks.copy(lows, highs, out)
+            return
+        step = self.step
+        self.volume.read([(low * step, (high - 1) * step + 1) for low, high in zip(lows, highs)], step, out)
+
+    def close(self) -> None:
         self.volume.close()
-        self._bricks.forget()
+        if self._bricks is not None:
+            self._bricks.forget()
 
 
 class _Bricks:

@@ -72,6 +72,21 @@ class Stores(unittest.TestCase):
                 self.assertEqual((dataset["path"], scales["scale"], translations["translation"]),
                                  (str(level), [step * 2**level for step in scale], translation))
 
+    def test_levels_are_the_overviews_of_a_file_that_has_some(self):
+        path = pathlib.Path(__file__).parents[1] / "golden/lead_voxels_overviews_int16.tag"
+        volume = tagrid.open(path)
+        group = zarr.open_group(Store(path, chunk=8), mode="r")
+        (multiscales,) = group.attrs["multiscales"]
+        self.assertEqual(multiscales["type"], "mean")
+        self.assertEqual(len(multiscales["datasets"]), 3)
+        np.testing.assert_array_equal(group["0"][:], np.asarray(volume))
+        for number, factor in ((1, 4), (2, 16)):
+            overview = volume.overview(factor)
+            np.testing.assert_array_equal(group[str(number)][:], np.asarray(overview))
+            scale, translation = multiscales["datasets"][number]["coordinateTransformations"]
+            self.assertEqual(scale["scale"], [factor] * 3)
+            self.assertEqual(translation["translation"], [(factor - 1) / 2] * 3)
+
     def test_values_follow_from_samples_by_attributes(self):
         pairs = {"rescale_slope": "0.5", "rescale_intercept": "-1024", "rescale_units": "HU", "scanner": "A"}
         data = tagrid.encode(self.samples, metadata=pairs)
