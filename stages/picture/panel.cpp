@@ -29,8 +29,9 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
 }
 
 Panel detail_of(const Panel& panel, Index3 at) {
-  const auto share_of = [](const PanelAxis& a) {
-    return std::min(1.0, static_cast<double>(a.pixels) / static_cast<double>(2 * a.samples));
+  const std::int64_t pixels_of_sample = panel.block() > 1 ? 4 : 2;
+  const auto share_of = [&](const PanelAxis& a) {
+    return std::min(1.0, static_cast<double>(a.pixels) / static_cast<double>(pixels_of_sample * a.samples));
   };
   const double of_both = std::min(share_of(panel.across), share_of(panel.down));
   Panel detail = panel;
