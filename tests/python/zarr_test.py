@@ -180,7 +180,7 @@ class Stores(unittest.TestCase):
         self.assertEqual(source.reads, np.prod(store.volume.info["bricks"]))
         small = Store(source, chunk=64, cache_bytes=0)
         np.testing.assert_array_equal(zarr.open_group(small, mode="r")["0"][:], self.samples)
-        self.assertLessEqual(len(small._bricks._kept), 8)
+        self.assertLessEqual(len(small._levels[0]._bricks._kept), 8)
 
     def test_dask_reads_it(self):
         try:
