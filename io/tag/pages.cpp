@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <future>
 #include <mutex>
 #include <utility>
 
@@ -23,40 +24,55 @@ std::size_t pages_to_keep(std::uint64_t bytes_of_page) {
   return std::clamp<std::size_t>(static_cast<std::size_t>(kept_bytes / bytes_of_page), 2, kept_pages);
 }
 
-/// The parts that were used last.
+/// The parts that were used last. A part is read once, however many threads ask for it at a time.
 template <class Part>
 class Recent {
  public:
+  using Pointer = std::shared_ptr<const Part>;
+
   explicit Recent(std::size_t most) : most_(most) {}
 
-  /// The part of a page, which `read` makes if it is not there.
+  /// The part of a page, which `read` makes if it is not there. What `read` throws, all get that wait for it.
   template <class Read>
-  std::shared_ptr<const Part> get(std::int64_t page, Read read) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (auto found = find(page)) return found;
+  Pointer get(std::int64_t page, Read read) {
+    std::promise<Pointer> promise;
+    const auto [part, is_known] = find_or_add(page, promise);
+    if (is_known) return part.get();
+    try {
+      promise.set_value(read());
+    } catch (...) {
+      remove(page);
+      promise.set_exception(std::current_exception());
     }
-    // Other threads go on meanwhile. If two read the same page, one of them is kept.
-    std::shared_ptr<const Part> part = read();
-    const std::lock_guard lock(mutex_);
-    if (auto found = find(page)) return found;
-    if (parts_.size() == most_) parts_.pop_back();
-    parts_.insert(parts_.begin(), {page, part});
-    return part;
+    return part.get();
   }
 
  private:
-  std::shared_ptr<const Part> find(std::int64_t page) {
-    const auto at =
-        std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.first == page; });
-    if (at == parts_.end()) return nullptr;
-    std::rotate(parts_.begin(), at, at + 1);
-    return parts_.front().second;
+  using Future = std::shared_future<Pointer>;
+
+  std::pair<Future, bool> find_or_add(std::int64_t page, std::promise<Pointer>& promise) {
+    const std::lock_guard lock(mutex_);
+    const auto at = place_of(page);
+    const bool is_known = at != parts_.end();
+    if (is_known) {
+      std::rotate(parts_.begin(), at, at + 1);
+    } else {
+      if (parts_.size() == most_) parts_.pop_back();
+      parts_.insert(parts_.begin(), {page, promise.get_future().share()});
+    }
+    return {parts_.front().second, is_known};
+  }
+  void remove(std::int64_t page) {
+    const std::lock_guard lock(mutex_);
+    if (const auto at = place_of(page); at != parts_.end()) parts_.erase(at);
+  }
+  auto place_of(std::int64_t page) {
+    return std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.first == page; });
   }
 
   std::size_t most_;
   std::mutex mutex_;
-  std::vector<std::pair<std::int64_t, std::shared_ptr<const Part>>> parts_;  // the last one used is first
+  std::vector<std::pair<std::int64_t, Future>> parts_;  // the last one used is first
 };
 
 constexpr std::uint64_t bytes_of_sizes = sizeof(std::uint64_t) + sizeof(std::uint32_t);

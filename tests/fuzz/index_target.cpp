@@ -14,7 +14,7 @@ namespace {
 void parse(std::span<const std::byte> fields, int cube_size, bool floats, bool mesh) {
   const IndexForm form{max_level(cube_size), floats, mesh};
   // As many pages as there would be if nothing else were there.
-  const std::uint64_t none = directory_size(0, form), one = directory_size(1, form) - none;
+  const std::uint64_t none = least_directory_size(0, form), one = least_directory_size(1, form) - none;
   const auto pages = static_cast<std::int64_t>(fields.size() < none ? 0 : (fields.size() - none) / one);
   TagIndex index;
   if (!parse_directory(fields, pages, form, index).ok()) return;

@@ -34,7 +34,8 @@ for name in sys.argv[1:]:
     for reader in (TagridImage, TagridStructuredGrid, TagridMesh):
         vtkOutputWindow.SetInstance(window)
         before = len(window.GetOutput())
-        source = reader(FileName=name)
+        # Coarser levels miss what is thin.
+        source = reader(FileName=name, Level=15) if reader is TagridMesh else reader(FileName=name)
         source.UpdatePipeline()
         about = source.GetDataInformation()
         contour = simple.Contour(Input=source, ContourBy=["POINTS", "value"], Isosurfaces=[300.5])

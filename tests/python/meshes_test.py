@@ -34,9 +34,10 @@ class Meshes(unittest.TestCase):
     def test_points_are_samples_in_the_world(self):
         places = to_voxels(self.mesh.points)
         np.testing.assert_allclose(places, places.round(), atol=1e-9)
-        inside = (places.round().astype(int) < np.array(SHAPE) - 1).all(axis=1)
-        z, y, x = places.round().astype(int)[inside].T
-        # Points on the last planes may be cut, and have values of the field.
+        samples = places.round().astype(int)
+        inside = ((samples > 0) & (samples < np.array(SHAPE) - 1)).all(axis=1)
+        z, y, x = samples[inside].T
+        # Points on the first and the last planes may be cut, and have values of the field.
         np.testing.assert_array_equal(self.mesh.values[inside], self.samples[z, y, x])
         self.assertEqual(self.mesh.values.dtype, np.int16)
 

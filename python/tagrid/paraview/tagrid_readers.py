@@ -223,10 +223,11 @@ class TagridMesh(_Reader):
 
 def _layers(volume: tagrid.Volume, piece: int, pieces: int) -> tuple[int, int] | None:
     """The samples [low, high) along z of a piece's root cubes; None if the piece has none."""
-    edge = volume.info["cube"]
-    cubes = -(-(volume.shape[0] - 1) // edge)
+    edge, samples = volume.info["cube"], volume.shape[0]
+    lead = volume.info["lead"] if samples > 1 else 0
+    cubes = max(1, -(-(samples - 1 + lead) // edge))
     low, high = cubes * piece // pieces, cubes * (piece + 1) // pieces
-    return (low * edge, min(high * edge + 1, volume.shape[0])) if low < high else None
+    return (max(low * edge - lead, 0), min(high * edge - lead + 1, samples)) if low < high else None
 
 
 def _mesh_of(volume: tagrid.Volume, level: int, layers: tuple[int, int]) -> tagrid.Mesh:

@@ -37,6 +37,7 @@ const std::vector<Pair> pairs = {
     {"effort", "best", ""},
     {"accuracy", "10", ""},
     {"cube", "16", ""},
+    {"lead", "0", ""},
     {"brick", "1", "2"},
     {"max-level", "6", "7"},
     {"max-level", "6", ""},

@@ -40,8 +40,12 @@ class Volume:
     def brick_edge(self):
         return self.cube * self.brick
 
+    def first(self, axis):
+        """The coordinate of the first sample in the lattice, which begins one step before it."""
+        return 1 if self.dims[axis] > 1 else 0
+
     def cubes(self, axis):
-        return max(1, math.ceil((self.dims[axis] - 1) / self.cube))
+        return max(1, math.ceil((self.first(axis) + self.dims[axis] - 1) / self.cube))
 
     def bricks(self, axis):
         return math.ceil(self.cubes(axis) / self.brick)
@@ -79,7 +83,8 @@ class Volume:
         """Samples along an axis of the bricks low .. end - 1, with `halo` on both sides."""
         first = low * self.brick_edge - halo
         last = min(end * self.brick_edge, self.cubes(axis) * self.cube) + halo
-        return min(last, self.dims[axis] - 1) - max(first, 0) + 1
+        sample = self.first(axis)
+        return min(last, sample + self.dims[axis] - 1) - max(first, sample) + 1
 
     def samples_around(self, part, halo):
         return (self.dims[0] * self.extent(1, part.y_low, part.y_end, halo)
