@@ -148,12 +148,14 @@ TEST(IndexPages, SectionsThatAreNotKnown) {
   EXPECT_TRUE(index.unknown_sections.empty());
   EXPECT_TRUE(parsed(with(1 << 16, 5, 5)).ok()) << "skipped by its length";
   EXPECT_EQ(index.unknown_sections, std::vector<std::uint32_t>{1 << 16});
-  const Status needed = parsed(with(3, 5, 5));
+  const Status needed = parsed(with(4, 5, 5));
   EXPECT_FALSE(needed.ok());
-  EXPECT_NE(std::string(needed.what()).find("a section of kind 3"), std::string::npos);
+  EXPECT_NE(std::string(needed.what()).find("a section of kind 4"), std::string::npos);
   EXPECT_FALSE(parsed(with(1 << 16, 5, 4)).ok()) << "cut off";
   EXPECT_FALSE(parsed(with(1 << 16, ~std::uint64_t{0}, 4)).ok());
   EXPECT_FALSE(parsed(with(2, 0, 0)).ok()) << "twice";
+  EXPECT_FALSE(parsed(with(members_section, 5, 5)).ok()) << "not a table of members";
+  EXPECT_FALSE(parsed(with(members_section, 0, 0)).ok()) << "a table without members";
   for (std::size_t size = 0; size < good.size(); ++size)
     EXPECT_FALSE(parsed({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}).ok()) << size;
 }
