@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
+#include "io/parity/layout.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
@@ -39,7 +40,8 @@ class IndexedTag {
   /// one. Throws BrokenInput.
   End read_end(std::optional<std::uint64_t> last_checksum = std::nullopt) const;
 
-  std::shared_ptr<const ByteSource> source_;
+  std::shared_ptr<const ByteSource> source_;  ///< without the parity at its end
+  std::optional<ParityLayout> parity_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
 };
@@ -52,7 +54,11 @@ class TagBricks : public IndexedTag {
   explicit TagBricks(std::shared_ptr<const ByteSource> source);
 
   const TagIndex& index() const { return end_.index; }
-  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index); }
+  TagSizes sizes() const {
+    return with_parity(tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index), parity_);
+  }
+  /// The parity at the end of the file; nothing if there is none.
+  const std::optional<ParityLayout>& parity() const { return parity_; }
   std::int64_t count() const { return static_cast<std::int64_t>(starts_.size()) - 1; }
 
   /// Position of the block of a brick in the file, and its size in bytes.
@@ -79,6 +85,7 @@ struct TagSummary {
   TagIndex index;
   TagSizes sizes;
   std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
+  std::optional<ParityLayout> parity;            ///< at the end of the file; nothing if there is none
 };
 
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
