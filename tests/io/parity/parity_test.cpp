@@ -47,7 +47,8 @@ Bytes random_bytes(Random& random, std::size_t size) {
 
 Bytes with_parity_after(const Bytes& file, ParityShare share, std::uint64_t memory = usual_parity_memory) {
   Bytes all = file;
-  EXPECT_EQ(write_parity(MemorySource(file), share, file.size(), into(all), memory), all.size());
+  const std::uint64_t end = write_parity(MemorySource(file), share, file.size(), into(all), memory);
+  EXPECT_EQ(end, all.size());
   return all;
 }
 
@@ -86,9 +87,14 @@ struct Example {
 std::vector<Example> examples() {
   Random random(1);
   std::vector<Example> all;
-  for (const auto& [size, share] :
-       {std::pair<std::size_t, ParityShare>{1, 5000}, {511, 5000}, {5'000, 20'000}, {40'001, 5'000},
-        {130'000, 100'000}, {262'143, 10'000}, {300'000, 1'000}, {130'560, 3'000}}) {
+  for (const auto& [size, share] : {std::pair<std::size_t, ParityShare>{1, 5000},
+                                    {511, 5000},
+                                    {5'000, 20'000},
+                                    {40'001, 5'000},
+                                    {130'000, 100'000},
+                                    {262'143, 10'000},
+                                    {300'000, 1'000},
+                                    {130'560, 3'000}}) {
     const Bytes file = random_bytes(random, size);
     Bytes all_bytes = with_parity_after(file, share);
     const auto layout = parity_at_end(MemorySource(all_bytes));
@@ -156,7 +162,8 @@ TEST(Parity, AnyBurstUpToThePromiseComesBack) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     Bytes bytes = example.whole;
     const std::uint64_t length = example.layout.burst(),
-                        begin = below(random, bytes.size() - std::min<std::uint64_t>(length, bytes.size() - 1));
+                        begin =
+                            below(random, bytes.size() - std::min<std::uint64_t>(length, bytes.size() - 1));
     damage(random, bytes, begin, begin + length);
     expect_whole(example, bytes, "burst", i);
   }
@@ -211,10 +218,11 @@ TEST(Parity, BeyondThePromiseNothingIsWrong) {
     }
     if (i % 4 == 0) bytes.resize(below(random, bytes.size()) + 1);
     const Repaired result = repaired(bytes);
-    if (result.found && result.condition.is_repairable())
+    if (result.found && result.condition.is_repairable()) {
       ASSERT_EQ(result.bytes, example.whole) << i;
-    else
+    } else {
       ++refused;
+    }
   }
   EXPECT_GT(refused, times() / 4);
 }
@@ -253,7 +261,8 @@ TEST(Parity, FalseDescriptionsAreRefused) {
   Random random(9);
   const Bytes file = random_bytes(random, 40'000);
   for (int i = 0; i < times(); ++i) {
-    ParityLayout layout = ParityLayout::of(1 + (random() >> below(random, 64)) % (std::uint64_t{1} << 54), 5000);
+    ParityLayout layout =
+        ParityLayout::of(1 + (random() >> below(random, 64)) % (std::uint64_t{1} << 54), 5000);
     layout.stripes ^= static_cast<std::uint32_t>(random() >> below(random, 64)) & (i % 2 ? ~0U : 0U);
     if (!layout.is_valid()) continue;
     Bytes bytes = file;
@@ -274,7 +283,7 @@ TEST(Parity, DescriptionsOfOtherFilesAreNotMixed) {
   std::copy_n(other.begin() + place, layout->block_size(), bytes.begin() + place);
   const Repaired result = repaired(bytes);
   EXPECT_TRUE(result.condition.is_repairable());
-  EXPECT_EQ(result.condition.damaged_parity, 1);
+  EXPECT_EQ(result.condition.damaged_parity, 1U);
   EXPECT_EQ(result.bytes, one);
 }
 
