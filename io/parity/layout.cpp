@@ -20,8 +20,8 @@ int parity_for(int data, ParityShare share) {
                           whole_share);
 }
 
-/// Blocks of 4 KiB, as sectors and pages have; smaller ones in files with few of them, larger ones where more than
-/// a million would need a large table.
+/// Blocks of 4 KiB, as sectors and pages have; smaller ones in files with few of them, larger ones where more
+/// than a million would need a large table.
 std::uint8_t log2_block_for(std::uint64_t file_size) {
   std::uint8_t log2 = least_log2_block;
   while (log2 < largest_log2_block && file_size >> log2 >= (log2 < 12 ? 1U << 9 : 1U << 20)) ++log2;

@@ -26,8 +26,8 @@ inline constexpr std::size_t parity_head_size = 48;
 
 /// The numbers in every description, from which all places follow.
 ///
-/// The protected bytes are cut into `blocks()` blocks. Data and parity blocks are numbered in one sequence, and
-/// block u belongs to stripe u mod `stripes`. So a burst of `stripes` blocks hits each stripe once.
+/// The protected bytes are cut into `blocks()` blocks. Data and parity blocks are numbered in one sequence,
+/// and block u belongs to stripe u mod `stripes`. So a burst of `stripes` blocks hits each stripe once.
 struct ParityLayout {
   std::uint64_t file_size = 0;  ///< F: bytes that are protected
   std::uint64_t id = 0;         ///< checksum of the table
@@ -96,9 +96,11 @@ struct ParityDescription {
   std::uint32_t number = 0;
 };
 
-/// What a description that begins with these bytes says, if its numbers are possible. Its checksum is not checked.
+/// What a description that begins with these bytes says, if its numbers are possible. Its checksum is not
+/// checked.
 std::optional<ParityDescription> claimed_description(std::span<const std::byte> bytes);
-/// Reads a description that begins with these bytes; its payload follows the first 40. Nothing if they are none.
+/// Reads a description that begins with these bytes; its payload follows the first 40. Nothing if they are
+/// none.
 std::optional<ParityDescription> parse_description(std::span<const std::byte> bytes);
 
 /// The parity at the end of a file, as its foot says; nothing if there is none.

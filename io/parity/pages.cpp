@@ -47,7 +47,8 @@ class PageGroup {
   std::vector<std::byte*> starts_;
 };
 
-/// Calls use(byte of the payload, number of the checksum) for the checksums of a page. A payload is a multiple of 8 bytes.
+/// Calls use(byte of the payload, number of the checksum) for the checksums of a page. A payload is a
+/// multiple of 8 bytes.
 template <class Use>
 void for_each_checksum(const ParityLayout& layout, std::uint64_t page, std::uint64_t count, Use use) {
   const std::uint64_t in_page = layout.payload() / 8, begin = page * in_page;

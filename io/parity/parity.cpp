@@ -69,7 +69,8 @@ void append_block(std::vector<Stretch>& stretches, const ParityLayout& layout, s
     stretches.push_back({begin, end});
 }
 
-/// The layout of a description, if that of a page lies where the page should, and is about as long as the file.
+/// The layout of a description, if that of a page lies where the page should, and is about as long as the
+/// file.
 std::optional<ParityLayout> credible(const ByteSource& source, std::uint64_t position, bool beside,
                                      std::span<const std::byte> head) {
   const auto claimed = claimed_description(head);
@@ -162,8 +163,8 @@ ProtectedFile::ProtectedFile(std::shared_ptr<const ByteSource> file, std::shared
 
 std::optional<ProtectedFile> ProtectedFile::find(std::shared_ptr<const ByteSource> file,
                                                  std::shared_ptr<const ByteSource> beside) {
-  // Parity at most doubles a file. Of one that is far shorter than a description says, nothing can be repaired,
-  // and the numbers of that description must not take memory.
+  // Parity at most doubles a file. Of one that is far shorter than a description says, nothing can be
+  // repaired, and the numbers of that description must not take memory.
   const auto found = [&](const std::optional<ParityLayout>& layout,
                          const std::shared_ptr<const ByteSource>& parity) -> std::optional<ProtectedFile> {
     const std::uint64_t there = file->size() + (parity == file ? 0 : parity->size());

@@ -25,8 +25,9 @@ inline constexpr std::uint64_t usual_parity_memory = std::uint64_t{64} << 20;
 /// Bytes of memory that the parity of a file needs at least, to write it or to repair the file.
 std::uint64_t least_parity_memory(const ParityLayout& layout);
 
-/// Reads all bytes of `file` and writes their parity; its head will lie at `base`. Returns the position of its
-/// end. `memory` limits what is taken, but not below least_parity_memory(). Throws WorldError and UsageError.
+/// Reads all bytes of `file` and writes their parity; its head will lie at `base`. Returns the position of
+/// its end. `memory` limits what is taken, but not below least_parity_memory(). Throws WorldError and
+/// UsageError.
 std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint64_t base,
                            const WriteAt& write, std::uint64_t memory = usual_parity_memory);
 
@@ -61,8 +62,8 @@ struct ParityCondition {
 /// A file, perhaps damaged, and its parity, in it or beside it.
 class ProtectedFile {
  public:
-  /// Finds parity in `file`, else in `beside`, which may be null. If the ends are damaged, reads everything in
-  /// search of a description. Nothing if there is none, or if far too little of the file is left.
+  /// Finds parity in `file`, else in `beside`, which may be null. If the ends are damaged, reads everything
+  /// in search of a description. Nothing if there is none, or if far too little of the file is left.
   static std::optional<ProtectedFile> find(std::shared_ptr<const ByteSource> file,
                                            std::shared_ptr<const ByteSource> beside = nullptr);
 
@@ -73,8 +74,8 @@ class ProtectedFile {
 
   /// Reads everything and compares it with the checksums.
   ParityCondition survey(std::uint64_t memory = usual_parity_memory) const { return walk(nullptr, memory); }
-  /// Also writes the repaired file, with parity if it is in it. What was written is right only if the condition
-  /// is_repairable().
+  /// Also writes the repaired file, with parity if it is in it. What was written is right only if the
+  /// condition is_repairable().
   ParityCondition repair(const WriteAt& write, std::uint64_t memory = usual_parity_memory) const {
     return walk(&write, memory);
   }

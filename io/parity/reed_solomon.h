@@ -11,8 +11,9 @@ namespace tagrid {
 /// Data and parity blocks that a stripe has at most.
 inline constexpr int largest_stripe = 255;
 
-/// Makes the parity blocks of stripes with `data` data blocks and `parity` parity blocks. The matrix is that of
-/// Cauchy, 1 / (row xor column), whose square parts are all invertible: any `parity` lost blocks come back.
+/// Makes the parity blocks of stripes with `data` data blocks and `parity` parity blocks. The matrix is that
+/// of Cauchy, 1 / (row xor column), whose square parts are all invertible: any `parity` lost blocks come
+/// back.
 class ReedSolomon {
  public:
   /// REQUIRES: data >= 1, parity >= 1, data + parity <= largest_stripe.
@@ -22,8 +23,8 @@ class ReedSolomon {
   /// written; all have `size` bytes. REQUIRES: size < 2^31.
   void encode(std::span<std::byte* const> blocks, std::size_t size) const;
 
-  /// Computes lost blocks, data or parity, from the others, which are not changed. REQUIRES: `lost` are numbers
-  /// of blocks in increasing order, at most `parity` of them.
+  /// Computes lost blocks, data or parity, from the others, which are not changed. REQUIRES: `lost` are
+  /// numbers of blocks in increasing order, at most `parity` of them.
   void restore(std::span<std::byte* const> blocks, std::span<const int> lost, std::size_t size) const;
 
  private:

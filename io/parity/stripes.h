@@ -42,8 +42,8 @@ class StripeBand {
   const std::vector<std::byte*>& row_starts() const { return row_starts_; }
   std::uint64_t row_bytes() const { return count_ * layout_.block_size(); }
 
-  /// Number of that block in the sequence of data and parity blocks; nothing for a block of zeros that fills a
-  /// stripe up.
+  /// Number of that block in the sequence of data and parity blocks; nothing for a block of zeros that fills
+  /// a stripe up.
   std::optional<std::uint64_t> number(int row, std::uint64_t i) const;
 
   /// Calls use(BlockRun) for the runs of the rows of data, or of parity.
