@@ -40,7 +40,7 @@ endforeach()
 add_library(tagrid_static STATIC ${objects})
 set_target_properties(tagrid_static PROPERTIES OUTPUT_NAME tagrid EXPORT_NAME static LINKER_LANGUAGE CXX)
 # Libraries by their names, so that an installed tree may be moved, and C projects may link it.
-set(TAGRID_STATIC_LIBRARIES tbb fmt zstd xxhash stdc++ m pthread)
+set(TAGRID_STATIC_LIBRARIES tbb fmt zstd xxhash isal stdc++ m pthread)
 target_link_libraries(tagrid_static INTERFACE $<INSTALL_INTERFACE:${TAGRID_STATIC_LIBRARIES}>)
 
 foreach(library tagrid_shared tagrid_static)

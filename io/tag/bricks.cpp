@@ -11,7 +11,8 @@
 
 namespace tagrid {
 
-IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
+IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source)
+    : source_(without_parity(source)), parity_(parity_at_end(*source)) {
   const std::uint64_t size = source_->size();
   // Usually all of the header, in one read.
   constexpr std::uint64_t enough = 4096;
@@ -133,11 +134,11 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
-    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope()};
+    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(), file.parity()};
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope()};
+  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(), reader.parity()};
 }
 
 }  // namespace tagrid

@@ -9,9 +9,11 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
 #include "io/tag/file.h"
+#include "io/text/text.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/slices_ahead.h"
 #include "pipeline/memory/plan.h"
@@ -49,6 +51,11 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
 // Fails early if the output may not be written. A run that was interrupted just before its end may have
 // written it already: a store that continues a run checks later.
 void check_early(const EncodeRun& run) {
+  // Parity is made from the finished file, which is read again.
+  if (run.options.parity && !is_regular_output(run.output))
+    throw UsageError(
+        Sentence{"{}: {} needs an output that can be read again; write to a file, or protect it later",
+                 {shown_output(run.output), setting::parity}});
   if (!run.resume || !status_of(part_folder_of(run.output))) check_output(run.output, run.overwrite);
 }
 
@@ -98,7 +105,7 @@ class StreamStore : public BrickStore {
   void finish(EncodeResult& result) override {
     writer_->finish();
     result.index = writer_->index();
-    result.file_bytes = file_->position();
+    result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity);
     result.temporary = file_->temporary();
   }
 

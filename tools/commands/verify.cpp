@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
 #include "pipeline/restore/restore.h"
@@ -51,11 +53,51 @@ struct VerifyCommand {
       figures.settings["source_files"] = files;
       figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
     }
+    const auto parity = is_regular_input(input) ? protected_if_wanted() : std::nullopt;
+    const ParityCondition condition = parity ? parity->survey(stripes_memory()) : ParityCondition();
+    if (parity) figures.more["parity"] = parity_words(condition);
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
+    if (parity && !condition.is_intact())
+      throw broken_input_error("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
+                               parity_words(condition));
+    if (parity && !run.quiet && run.json != "-") {
+      fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(condition),
+                 counted(parity->layout().parity, "damaged block"), parity->layout().burst());
+      std::fflush(stdout);
+    }
     if (!differences.empty())
       throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
+  }
+
+  /// Only where parity is seen without a search: of an intact file.
+  std::optional<ProtectedFile> protected_if_wanted() const {
+    const bool has_parity = parity_at_end(FileSource(input)).has_value();
+    if (!has_parity && (input == "-" || !is_regular_input(parity_beside(input)))) return std::nullopt;
+    return protected_file(input);
+  }
+
+  std::uint64_t stripes_memory() const {
+    return run.memory ? std::min(usual_parity_memory, *run.memory / 2) : usual_parity_memory;
+  }
+
+  std::string parity_words(const ParityCondition& condition) const {
+    if (condition.is_intact()) return "intact";
+    if (!condition.is_repairable()) return why_not_repairable(condition);
+    return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
+  }
+
+  /// Says whether parity brings the file back. A file without parity says nothing.
+  void tell_of_parity() const {
+    const auto file = protected_file(input);
+    if (!file) return;
+    const ParityCondition condition = file->survey(stripes_memory());
+    // What was protected may have been damaged, or may differ from the original.
+    const std::string words = condition.is_intact() ? "intact, and no help: the file is as it was protected"
+                                                    : parity_words(condition);
+    fmt::print("{}: {}\n", printable(input), words);
+    std::fflush(stdout);  // the error follows on another stream
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
@@ -107,6 +149,7 @@ struct VerifyCommand {
       return verify(ranks, description);
     } catch (const BrokenInput&) {
       if (is_regular_input(input)) tell_of_damage(report);
+      if (is_regular_input(input) && input != "-" && !run.quiet && run.json != "-") tell_of_parity();
       throw;
     }
   }
