@@ -65,7 +65,7 @@ write_basic_package_version_file(tagridConfigVersion.cmake COMPATIBILITY SameMin
 install(FILES ${PROJECT_BINARY_DIR}/tagridConfig.cmake ${PROJECT_BINARY_DIR}/tagridConfigVersion.cmake
         DESTINATION ${package} COMPONENT libtagrid-dev)
 
-set(TAGRID_STATIC_PACKAGES "tbb, fmt, libzstd, libxxhash")
+set(TAGRID_STATIC_PACKAGES "tbb, fmt, libzstd, libxxhash, libisal")
 set(TAGRID_STATIC_FLAGS "-lstdc++ -lm -lpthread")
 file(RELATIVE_PATH TAGRID_PREFIX_FROM_PKGCONFIG /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(cmake/tagrid.pc.in tagrid.pc @ONLY)

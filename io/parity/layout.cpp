@@ -10,7 +10,6 @@
 namespace tagrid {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> parity_magic = {'T', 'A', 'G', ' ', 'P', 'A', 'R', '\n'};
 constexpr int least_log2_block = 9, largest_log2_block = 18;
 /// Beyond this, numbers of stripes and pages would not fit their fields.
 constexpr std::uint64_t largest_file = std::uint64_t{1} << 54;
@@ -75,6 +74,11 @@ bool ParityLayout::is_valid() const {
   return data + parity <= largest_stripe && all_pages() < head_number;
 }
 
+std::uint64_t ParityDescription::place(std::uint64_t base) const {
+  if (number == head_number) return base;
+  return number == foot_number ? layout.foot(base) : layout.place_of_page(base, number);
+}
+
 std::vector<std::byte> serialize_description(const ParityLayout& layout, std::uint32_t number,
                                              std::span<const std::byte> payload) {
   FieldWriter fields;
@@ -114,28 +118,30 @@ std::optional<ParityDescription> claimed_description(std::span<const std::byte> 
 std::optional<ParityDescription> parse_description(std::span<const std::byte> bytes) {
   const auto claimed = claimed_description(bytes);
   if (!claimed) return std::nullopt;
-  const bool is_page = claimed->number < claimed->layout.all_pages();
-  const std::size_t size = is_page ? claimed->layout.block_size() : parity_head_size;
+  const std::uint64_t size = claimed->size();
   if (bytes.size() < size) return std::nullopt;
   const auto stored = load_little_endian<std::uint64_t>(bytes.data() + size - 8);
   return checksums_agree(stored, checksum_of({bytes.first(size - 8)})) ? claimed : std::nullopt;
 }
 
-std::optional<ParityLayout> parity_at_end(const ByteSource& file) {
-  const std::uint64_t size = file.size();
-  if (size < parity_head_size) return std::nullopt;
-  std::array<std::byte, parity_head_size> bytes;
-  file.read_at(size - parity_head_size, bytes);
-  const auto foot = parse_description(bytes);
+std::optional<ParityLayout> parity_at_end(std::uint64_t size, std::span<const std::byte> last) {
+  if (last.size() < parity_head_size) return std::nullopt;
+  const auto foot = parse_description(last.last(parity_head_size));
   if (!foot || foot->number != foot_number || foot->layout.end(foot->layout.file_size) != size)
     return std::nullopt;
   return foot->layout;
 }
 
-std::shared_ptr<const ByteSource> without_parity(std::shared_ptr<const ByteSource> source) {
-  const auto layout = parity_at_end(*source);
-  if (!layout) return source;
-  return std::make_shared<BeginningOfSource>(std::move(source), layout->file_size);
+std::optional<ParityLayout> parity_at_end(const ByteSource& file) {
+  const std::uint64_t size = file.size();
+  if (size < parity_head_size) return std::nullopt;
+  std::array<std::byte, parity_head_size> last;
+  file.read_at(size - last.size(), last);
+  return parity_at_end(size, last);
+}
+
+std::shared_ptr<const ByteSource> beginning_of(std::shared_ptr<const ByteSource> source, std::uint64_t size) {
+  return std::make_shared<BeginningOfSource>(std::move(source), size);
 }
 
 std::optional<ParityLayout> parity_that_follows(std::span<const std::byte> head, std::uint64_t position) {

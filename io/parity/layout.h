@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/files/file_bytes.h"
@@ -94,7 +95,14 @@ std::vector<std::byte> serialize_description(const ParityLayout& layout, std::ui
 struct ParityDescription {
   ParityLayout layout;
   std::uint32_t number = 0;
+
+  /// Where it lies, and its bytes.
+  std::uint64_t place(std::uint64_t base) const;
+  std::uint64_t size() const { return number < layout.all_pages() ? layout.block_size() : parity_head_size; }
 };
+
+/// What every description begins with.
+inline constexpr std::string_view parity_magic = "TAG PAR\n";
 
 /// What a description that begins with these bytes says, if its numbers are possible. Its checksum is not
 /// checked.
@@ -103,11 +111,13 @@ std::optional<ParityDescription> claimed_description(std::span<const std::byte> 
 /// none.
 std::optional<ParityDescription> parse_description(std::span<const std::byte> bytes);
 
-/// The parity at the end of a file, as its foot says; nothing if there is none.
+/// The parity at the end of a file of `size` bytes, of which these are the last; nothing if there is no foot.
+std::optional<ParityLayout> parity_at_end(std::uint64_t size, std::span<const std::byte> last);
+/// The same for a file that can be read.
 std::optional<ParityLayout> parity_at_end(const ByteSource& file);
 
-/// A .tag file without its parity: the source itself if it has none.
-std::shared_ptr<const ByteSource> without_parity(std::shared_ptr<const ByteSource> source);
+/// The first `size` bytes of a file: that without its parity.
+std::shared_ptr<const ByteSource> beginning_of(std::shared_ptr<const ByteSource> source, std::uint64_t size);
 
 /// The parity whose head follows at `position`, the end of the protected bytes; nothing if `head` is none.
 std::optional<ParityLayout> parity_that_follows(std::span<const std::byte> head, std::uint64_t position);

@@ -13,8 +13,8 @@
 namespace tagrid {
 namespace {
 
-/// Descriptions are found at multiples of this: pages lie at multiples of the block size.
-constexpr std::uint64_t search_step = 512;
+/// What a disk that cannot read a stretch may still read beside it.
+constexpr std::uint64_t sector = 4096;
 
 /// Fills `to` with what a damaged file has from `position` on, and with zeros where it ends, or where a disk
 /// cannot read it. `step` is the size of the stretches that are given up.
@@ -69,27 +69,26 @@ void append_block(std::vector<Stretch>& stretches, const ParityLayout& layout, s
     stretches.push_back({begin, end});
 }
 
-/// The layout of a description, if that of a page lies where the page should, and is about as long as the
-/// file.
+/// The layout of the description at a position, if it is whole and belongs there.
 std::optional<ParityLayout> credible(const ByteSource& source, std::uint64_t position, bool beside,
-                                     std::span<const std::byte> head) {
-  const auto claimed = claimed_description(head);
-  if (!claimed || claimed->number >= claimed->layout.all_pages()) return std::nullopt;
-  const ParityLayout& layout = claimed->layout;
-  if (position != layout.place_of_page(beside ? 0 : layout.file_size, claimed->number)) return std::nullopt;
-  std::vector<std::byte> page(layout.block_size());
-  read_what_is_there(source, position, page, page.size());
-  const auto found = parse_description(page);
+                                     std::span<const std::byte> beginning) {
+  const auto claimed = claimed_description(beginning);
+  if (!claimed || position != claimed->place(beside ? 0 : claimed->layout.file_size)) return std::nullopt;
+  std::vector<std::byte> bytes(claimed->size());
+  read_what_is_there(source, position, bytes, bytes.size());
+  const auto found = parse_description(bytes);
   return found ? std::optional(found->layout) : std::nullopt;
 }
 
-/// Reads a file in search of a page. Where the file ends, or its head lies, may not be known.
+/// Reads a file in search of a description. Where the file ends, or its head lies, may not be known.
 std::optional<ParityLayout> search(const ByteSource& source, bool beside) {
-  std::vector<std::byte> bytes(std::size_t{1} << 20);
-  for (std::uint64_t begin = 0; begin < source.size(); begin += bytes.size()) {
-    read_what_is_there(source, begin, bytes, 4096);
-    for (std::uint64_t i = 0; i < bytes.size(); i += search_step)
-      if (const auto layout = credible(source, begin + i, beside, std::span(bytes).subspan(i, search_step)))
+  constexpr std::uint64_t step = std::uint64_t{1} << 20;
+  std::vector<std::byte> bytes(step + parity_head_size - 1);  // one that begins here may end in the next part
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (std::uint64_t begin = 0; begin < source.size(); begin += step) {
+    read_what_is_there(source, begin, bytes, sector);
+    for (auto i = text.find(parity_magic); i < step; i = text.find(parity_magic, i + 1))
+      if (auto layout = credible(source, begin + i, beside, std::span(bytes).subspan(i, parity_head_size)))
         return layout;
   }
   return std::nullopt;
@@ -146,14 +145,16 @@ std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint6
   return layout.end(base);
 }
 
-std::uint64_t end_with_parity(OutputFile& file, std::uint64_t size, std::optional<ParityShare> share) {
-  if (!share) return size;
+std::uint64_t append_parity(OutputFile& file, std::uint64_t size, ParityShare share, std::uint64_t memory) {
   const FileSource written(file.temporary());
   if (written.size() != size) throw WorldError(file.name() + ": was changed while it was being written");
-  return write_parity(written, *share, size, [&](std::uint64_t position, std::span<const std::byte> bytes) {
+  const WriteAt write = [&](std::uint64_t position, std::span<const std::byte> bytes) {
     file.write_at(position, bytes);
-  });
+  };
+  return write_parity(written, share, size, write, memory);
 }
+
+std::optional<ParityLayout> search_for_parity(const ByteSource& file) { return search(file, false); }
 
 ProtectedFile::ProtectedFile(std::shared_ptr<const ByteSource> file, std::shared_ptr<const ByteSource> parity,
                              const ParityLayout& layout)

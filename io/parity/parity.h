@@ -19,24 +19,28 @@ namespace tagrid {
 /// Takes bytes at a position of a file.
 using WriteAt = std::function<void(std::uint64_t position, std::span<const std::byte> bytes)>;
 
-/// What reading and coding of stripes take if they may: long reads are faster.
+/// What the stripes that are read and coded at once may take: long reads are faster.
 inline constexpr std::uint64_t usual_parity_memory = std::uint64_t{64} << 20;
 
-/// Bytes of memory that the parity of a file needs at least, to write it or to repair the file.
+/// Bytes of memory that the parity of a file needs at least, to write it or to repair the file: for one stripe
+/// and the checksums of all blocks.
 std::uint64_t least_parity_memory(const ParityLayout& layout);
 
 /// Reads all bytes of `file` and writes their parity; its head will lie at `base`. Returns the position of
-/// its end. `memory` limits what is taken, but not below least_parity_memory(). Throws WorldError and
-/// UsageError.
+/// its end. `memory` is for stripes, of which there is always one; see least_parity_memory(). Throws WorldError
+/// and UsageError.
 std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint64_t base,
                            const WriteAt& write, std::uint64_t memory = usual_parity_memory);
 
-/// Appends parity, if it is wanted, to a finished file of `size` bytes. Returns its size then. REQUIRES:
-/// file.can_seek(), if it is wanted.
-std::uint64_t end_with_parity(OutputFile& file, std::uint64_t size, std::optional<ParityShare> share);
+/// Appends parity to a finished file of `size` bytes. Returns its size then. REQUIRES: file.can_seek().
+std::uint64_t append_parity(OutputFile& file, std::uint64_t size, ParityShare share, std::uint64_t memory);
 
 /// The path of the parity beside a file.
 inline std::string parity_beside(const std::string& path) { return path + ".parity"; }
+
+/// Reads a damaged file in search of any description of the parity in it, which says how long the file is
+/// without it. Nothing if none is left. Throws WorldError.
+std::optional<ParityLayout> search_for_parity(const ByteSource& file);
 
 /// Bytes `begin` to `end` - 1.
 struct Stretch {

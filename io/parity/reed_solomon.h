@@ -20,7 +20,7 @@ class ReedSolomon {
   ReedSolomon(int data, int parity);
 
   /// Computes the parity blocks. `blocks` points to the data blocks, then to the parity blocks, which are
-  /// written; all have `size` bytes. REQUIRES: size < 2^31.
+  /// written; all have `size` bytes.
   void encode(std::span<std::byte* const> blocks, std::size_t size) const;
 
   /// Computes lost blocks, data or parity, from the others, which are not changed. REQUIRES: `lost` are

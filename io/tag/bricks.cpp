@@ -11,8 +11,7 @@
 
 namespace tagrid {
 
-IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source)
-    : source_(without_parity(source)), parity_(parity_at_end(*source)) {
+IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
   const std::uint64_t size = source_->size();
   // Usually all of the header, in one read.
   constexpr std::uint64_t enough = 4096;
@@ -31,13 +30,21 @@ std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
   return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-IndexedTag::End IndexedTag::read_end() const {
-  const std::uint64_t size = source_->size();
+IndexedTag::End IndexedTag::read_end() {
+  // The header ends in a checksum, which is the one before the directory if there is nothing between.
+  const auto first_of_end = [&](std::uint64_t size) {
+    return std::max(header_size_ - 8, size - std::min(size, largest_end));
+  };
+  std::uint64_t size = source_->size(), first = first_of_end(size);
+  std::vector<std::byte> bytes = bytes_at(first, size - first);
+  if (const auto parity = parity_at_end(size, bytes)) {
+    parity_ = parity;
+    source_ = beginning_of(source_, size = parity->file_size);
+    first = first_of_end(size);
+    bytes = bytes_at(first, size - std::min(first, size));
+  }
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
-  // The header ends in a checksum, which is the one before the directory if there is nothing between.
-  const std::uint64_t first = std::max(header_size_ - 8, size - std::min(size, largest_end));
-  const std::vector<std::byte> bytes = bytes_at(first, size - first);
   const std::span all(bytes);
   End end;
   if (Status status = find_file_end(all.last(footer_size), end.start);

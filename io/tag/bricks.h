@@ -38,10 +38,11 @@ class IndexedTag {
   }
   /// The checksum that is stored before a position.
   std::uint64_t checksum_before(std::uint64_t position) const;
-  /// Reads and checks directory and footer, in one read of at most largest_end bytes. Throws BrokenInput.
-  End read_end() const;
+  /// Reads and checks directory and footer, in one read of at most largest_end bytes; in two if parity follows
+  /// them, which source_ then no longer has. Throws BrokenInput.
+  End read_end();
 
-  std::shared_ptr<const ByteSource> source_;  ///< without the parity at its end
+  std::shared_ptr<const ByteSource> source_;
   std::optional<ParityLayout> parity_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;

@@ -9,11 +9,11 @@
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
-#include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/job/resolved_options.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/work_orders.h"
@@ -127,7 +127,8 @@ class PartsStore : public BrickStore {
     const Bytes end = file_end(parts_->header().parameters, pages_->index(), position_, checksum_,
                                parts_->header_checksum());
     file_->write_at(position_, end);
-    result.file_bytes = end_with_parity(*file_, position_ + end.size(), run_.options.parity);
+    result.file_bytes = end_with_parity(*file_, position_ + end.size(), run_.options.parity,
+                                        of_this_rank(ranks_, run_.resources));
     file_->sync();
     result.index = pages_->index();
     result.temporary = file_->temporary();

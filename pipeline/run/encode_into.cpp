@@ -9,13 +9,13 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
-#include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/slices_ahead.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
@@ -105,7 +105,7 @@ class StreamStore : public BrickStore {
   void finish(EncodeResult& result) override {
     writer_->finish();
     result.index = writer_->index();
-    result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity);
+    result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity, resources_);
     result.temporary = file_->temporary();
   }
 
@@ -149,6 +149,11 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;
+  if (run.options.parity)
+    result.memory =
+        std::max(result.memory,
+                 memory_of_parity(resources, *sample_bytes(options.parameters.dims, options.parameters.type),
+                                  *run.options.parity));
   const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
   const bool copied = must_copy && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);

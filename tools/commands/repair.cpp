@@ -10,26 +10,15 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
 #include "tools/options/output_options.h"
 #include "tools/report/process.h"
-#include "tools/report/words.h"
 
 namespace tagrid {
 namespace {
-
-/// Memory for the stripes of a file, besides its checksums. Throws UsageError if the limit is too small.
-std::uint64_t memory_for_stripes(const RunOptions& run, const std::string& name, const ParityLayout& layout) {
-  if (!run.memory) return usual_parity_memory;
-  // The program itself and its libraries.
-  constexpr std::uint64_t of_program = std::uint64_t{16} << 20;
-  const std::uint64_t least = least_parity_memory(layout), needed = least + of_program;
-  if (*run.memory < needed)
-    throw usage_error("-M: {}: its parity needs at least {}M", name, (needed >> 20) + 1);
-  return std::min(usual_parity_memory, *run.memory - needed + layout.block_size());
-}
 
 WriteAt to_file(OutputFile& file) {
   return
@@ -61,7 +50,7 @@ struct RepairCommand {
           shown_input(input));
     OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
     const ParityCondition condition =
-        file->repair(to_file(repaired), memory_for_stripes(run, shown_input(input), file->layout()));
+        file->repair(to_file(repaired), memory_for_stripes(run.memory, file->layout(), "repairing a file"));
     if (!condition.is_repairable()) {
       if (!run.quiet) tell_what_is_lost(condition);
       throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(condition));
@@ -122,7 +111,7 @@ struct ProtectCommand {
     TagReader reader(input);
     reader.read_to_end();
     const std::uint64_t memory =
-        memory_for_stripes(run, shown_input(input), ParityLayout::of(file.size(), *asked));
+        memory_for_stripes(run.memory, ParityLayout::of(file.size(), *asked), "making parity");
     const UnchangedFiles watched({input});
     // A copy, so that a crash leaves the file as it was.
     OutputFile output(path, beside ? overwrite : true, {.like = attributes_of(input)});

@@ -14,6 +14,7 @@
 #include "io/parity/parity.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
@@ -54,7 +55,7 @@ struct VerifyCommand {
       figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
     }
     const auto parity = is_regular_input(input) ? protected_if_wanted() : std::nullopt;
-    const ParityCondition condition = parity ? parity->survey(stripes_memory()) : ParityCondition();
+    const ParityCondition condition = parity ? survey(*parity) : ParityCondition();
     if (parity) figures.more["parity"] = parity_words(condition);
     report.write(figures);
     report.keep();
@@ -78,8 +79,8 @@ struct VerifyCommand {
     return protected_file(input);
   }
 
-  std::uint64_t stripes_memory() const {
-    return run.memory ? std::min(usual_parity_memory, *run.memory / 2) : usual_parity_memory;
+  ParityCondition survey(const ProtectedFile& file) const {
+    return file.survey(memory_for_stripes(run.memory, file.layout(), "checking parity"));
   }
 
   std::string parity_words(const ParityCondition& condition) const {
@@ -92,7 +93,7 @@ struct VerifyCommand {
   void tell_of_parity() const {
     const auto file = protected_file(input);
     if (!file) return;
-    const ParityCondition condition = file->survey(stripes_memory());
+    const ParityCondition condition = survey(*file);
     // What was protected may have been damaged, or may differ from the original.
     const std::string words = condition.is_intact() ? "intact, and no help: the file is as it was protected"
                                                     : parity_words(condition);

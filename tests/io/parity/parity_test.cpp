@@ -16,9 +16,9 @@ namespace {
 using Bytes = std::vector<std::byte>;
 using Random = std::mt19937_64;
 
-class MemorySource : public ByteSource {
+class BytesInMemory : public ByteSource {
  public:
-  explicit MemorySource(Bytes bytes) : bytes_(std::move(bytes)) {}
+  explicit BytesInMemory(Bytes bytes) : bytes_(std::move(bytes)) {}
   std::uint64_t size() const override { return bytes_.size(); }
   void read_at(std::uint64_t position, std::span<std::byte> to) const override {
     std::memcpy(to.data(), bytes_.data() + position, to.size());
@@ -47,7 +47,7 @@ Bytes random_bytes(Random& random, std::size_t size) {
 
 Bytes with_parity_after(const Bytes& file, ParityShare share, std::uint64_t memory = usual_parity_memory) {
   Bytes all = file;
-  const std::uint64_t end = write_parity(MemorySource(file), share, file.size(), into(all), memory);
+  const std::uint64_t end = write_parity(BytesInMemory(file), share, file.size(), into(all), memory);
   EXPECT_EQ(end, all.size());
   return all;
 }
@@ -59,8 +59,8 @@ struct Repaired {
 };
 
 Repaired repaired(const Bytes& damaged, const Bytes* beside = nullptr) {
-  const auto file = ProtectedFile::find(std::make_shared<MemorySource>(damaged),
-                                        beside ? std::make_shared<MemorySource>(*beside) : nullptr);
+  const auto file = ProtectedFile::find(std::make_shared<BytesInMemory>(damaged),
+                                        beside ? std::make_shared<BytesInMemory>(*beside) : nullptr);
   Repaired result;
   if (!file) return result;
   result.found = true;
@@ -97,7 +97,7 @@ std::vector<Example> examples() {
                                     {130'560, 3'000}}) {
     const Bytes file = random_bytes(random, size);
     Bytes all_bytes = with_parity_after(file, share);
-    const auto layout = parity_at_end(MemorySource(all_bytes));
+    const auto layout = parity_at_end(BytesInMemory(all_bytes));
     EXPECT_TRUE(layout.has_value());
     all.push_back({std::move(all_bytes), *layout});
   }
@@ -231,7 +231,7 @@ TEST(Parity, BesideTheFile) {
   Random random(8);
   const Bytes file = random_bytes(random, 300'000);
   Bytes parity;
-  write_parity(MemorySource(file), 5000, 0, into(parity));
+  write_parity(BytesInMemory(file), 5000, 0, into(parity));
   const ParityLayout layout = ParityLayout::of(file.size(), 5000);
   for (int i = 0; i < times() / 10; ++i) {
     Bytes damaged = file, damaged_parity = parity;
@@ -277,7 +277,7 @@ TEST(Parity, DescriptionsOfOtherFilesAreNotMixed) {
   Random random(10);
   const Bytes one = with_parity_after(random_bytes(random, 100'000), 5000),
               other = with_parity_after(random_bytes(random, 100'000), 5000);
-  const auto layout = parity_at_end(MemorySource(one));
+  const auto layout = parity_at_end(BytesInMemory(one));
   Bytes bytes = one;
   const auto place = static_cast<std::ptrdiff_t>(layout->place_of_page(100'000, 0));
   std::copy_n(other.begin() + place, layout->block_size(), bytes.begin() + place);
