@@ -13,6 +13,10 @@ constexpr std::size_t bytes_of_table = 32;  // of one coefficient, in ISA-L
 
 std::size_t in_size(int n) { return static_cast<std::size_t>(n); }
 
+unsigned char* bytes_of(std::span<std::byte* const> blocks, int i) {
+  return reinterpret_cast<unsigned char*>(blocks[in_size(i)]);
+}
+
 /// Of each block at a time: so the results stay in the fastest cache while all blocks are added to them.
 constexpr std::size_t piece = 2048;
 
@@ -53,42 +57,57 @@ ReedSolomon::ReedSolomon(int data, int parity) : data_(data), parity_(parity) {
 
 void ReedSolomon::encode(std::span<std::byte* const> blocks, std::size_t size) const {
   std::vector<unsigned char*> from, to;
-  for (int i = 0; i < data_ + parity_; ++i)
-    (i < data_ ? from : to).push_back(reinterpret_cast<unsigned char*>(blocks[in_size(i)]));
+  for (int i = 0; i < data_ + parity_; ++i) (i < data_ ? from : to).push_back(bytes_of(blocks, i));
   combine(tables_, from, to, size);
 }
 
 void ReedSolomon::restore(std::span<std::byte* const> blocks, std::span<const int> lost,
                           std::size_t size) const {
   assert(static_cast<int>(lost.size()) <= parity_);
-  if (lost.empty()) return;
-  // `data_` blocks that are there, and the rows of the matrix that made them.
+  const auto middle = std::ranges::lower_bound(lost, data_);
+  restore_data(blocks, {lost.begin(), middle}, lost, size);
+  // All data is there again.
   std::vector<unsigned char*> from, to;
   std::vector<unsigned char> rows;
-  for (int i = 0; static_cast<int>(from.size()) < data_; ++i) {
-    if (std::ranges::binary_search(lost, i)) continue;
-    from.push_back(reinterpret_cast<unsigned char*>(blocks[in_size(i)]));
-    rows.insert(rows.end(), matrix_.begin() + i * data_, matrix_.begin() + (i + 1) * data_);
+  for (int i = 0; i < data_; ++i) from.push_back(bytes_of(blocks, i));
+  for (const int block : std::span(middle, lost.end())) {
+    to.push_back(bytes_of(blocks, block));
+    rows.insert(rows.end(), row(block), row(block) + data_);
   }
-  std::vector<unsigned char> inverse(rows.size());
-  if (gf_invert_matrix(rows.data(), inverse.data(), data_) != 0)
+  if (!to.empty()) combine(tables_of(std::move(rows), data_), from, to, size);
+}
+
+void ReedSolomon::restore_data(std::span<std::byte* const> blocks, std::span<const int> lost,
+                               std::span<const int> all_lost, std::size_t size) const {
+  if (lost.empty()) return;
+  // As many parity blocks as data blocks are lost. Their columns of lost blocks are a square, whose inverse
+  // gives these from the rest: much smaller than the inverse of a matrix of all blocks.
+  std::vector<int> used;
+  for (int i = data_; used.size() < lost.size(); ++i)
+    if (!std::ranges::binary_search(all_lost, i)) used.push_back(i);
+  std::vector<unsigned char> square, inverse(lost.size() * lost.size());
+  for (const int block : used)
+    for (const int column : lost) square.push_back(row(block)[column]);
+  if (gf_invert_matrix(square.data(), inverse.data(), static_cast<int>(lost.size())) != 0)
     throw std::logic_error("a part of the matrix of parity is singular");
-  // The row of a lost block, times the inverse, gives it from the blocks that are there.
-  std::vector<unsigned char> combined;
-  for (const int block : lost) {
-    to.push_back(reinterpret_cast<unsigned char*>(blocks[in_size(block)]));
-    const unsigned char* row = matrix_.data() + block * data_;
-    if (block < data_) {
-      combined.insert(combined.end(), inverse.begin() + block * data_, inverse.begin() + (block + 1) * data_);
-      continue;
-    }
-    for (int column = 0; column < data_; ++column) {
+  std::vector<unsigned char*> from, to;
+  std::vector<int> there;
+  for (int i = 0; i < data_; ++i)
+    if (!std::ranges::binary_search(lost, i)) there.push_back(i);
+  for (const int block : there) from.push_back(bytes_of(blocks, block));
+  for (const int block : used) from.push_back(bytes_of(blocks, block));
+  std::vector<unsigned char> rows;
+  for (std::size_t i = 0; i < lost.size(); ++i) {
+    to.push_back(bytes_of(blocks, lost[i]));
+    const unsigned char* factors = inverse.data() + i * lost.size();
+    for (const int column : there) {
       unsigned char sum = 0;
-      for (int i = 0; i < data_; ++i) sum ^= gf_mul(row[i], inverse[in_size(i * data_ + column)]);
-      combined.push_back(sum);
+      for (std::size_t j = 0; j < used.size(); ++j) sum ^= gf_mul(factors[j], row(used[j])[column]);
+      rows.push_back(sum);
     }
+    rows.insert(rows.end(), factors, factors + used.size());
   }
-  combine(tables_of(std::move(combined), data_), from, to, size);
+  combine(tables_of(std::move(rows), data_), from, to, size);
 }
 
 }  // namespace tagrid

@@ -28,6 +28,11 @@ class ReedSolomon {
   void restore(std::span<std::byte* const> blocks, std::span<const int> lost, std::size_t size) const;
 
  private:
+  /// The same for data blocks alone. `all_lost` are the parity blocks that are lost, too.
+  void restore_data(std::span<std::byte* const> blocks, std::span<const int> lost,
+                    std::span<const int> all_lost, std::size_t size) const;
+  const unsigned char* row(int block) const { return matrix_.data() + block * data_; }
+
   int data_, parity_;
   std::vector<unsigned char> matrix_;  ///< (data + parity) x data: the identity, then the rows of the parity
   std::vector<unsigned char> tables_;  ///< ISA-L's form of the rows of the parity

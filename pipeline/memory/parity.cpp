@@ -23,15 +23,12 @@ std::uint64_t memory_for_stripes(const std::optional<std::uint64_t>& limit, cons
   return std::min(usual_parity_memory, (*limit - least) / 2);
 }
 
-std::uint64_t memory_of_parity(const Resources& resources, std::uint64_t bytes, ParityShare share) {
+std::uint64_t least_memory_of_parity(std::uint64_t bytes, ParityShare share) {
   // Blocks become larger, and so fewer, at powers of two: below one of them, the checksums take the most.
   std::uint64_t least = 0;
   for (const std::uint64_t size : {bytes, std::bit_floor(bytes) - 1})
     if (size > 0) least = std::max(least, least_of_process(ParityLayout::of(size, share)));
-  const std::uint64_t most = least + usual_parity_memory;
-  if (!resources.memory) return most;
-  if (*resources.memory < least) throw MemoryLimit("making parity", *resources.memory, least, {});
-  return std::min(most, *resources.memory);
+  return least;
 }
 
 std::uint64_t end_with_parity(OutputFile& file, std::uint64_t size, std::optional<ParityShare> share,

@@ -16,12 +16,12 @@ namespace tagrid {
 std::uint64_t memory_for_stripes(const std::optional<std::uint64_t>& limit, const ParityLayout& layout,
                                  const std::string& work);
 
-/// The most memory that the process takes while parity is made of a file whose size is not known yet, but is
-/// not far above `bytes`. Throws MemoryLimit if a limit is too small. REQUIRES: bytes > 0.
-std::uint64_t memory_of_parity(const Resources& resources, std::uint64_t bytes, ParityShare share);
+/// The least memory that the process takes while parity is made of a file whose size is not known yet, but is
+/// not far above `bytes`. REQUIRES: bytes > 0.
+std::uint64_t least_memory_of_parity(std::uint64_t bytes, ParityShare share);
 
-/// Appends parity, if it is wanted, to a finished file of `size` bytes, which no longer fits into a limit that
-/// memory_of_parity() accepted only if it became far larger: then it takes what it needs. Returns its size.
+/// Appends parity, if it is wanted, to a finished file of `size` bytes. Returns its size. Never refuses: if the
+/// file became far larger than its samples, parity takes what it needs.
 std::uint64_t end_with_parity(OutputFile& file, std::uint64_t size, std::optional<ParityShare> share,
                               const Resources& resources);
 

@@ -143,17 +143,20 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const ResolvedOptions options = in_samples(run.options, volume->facts());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const auto [any_rows, memory] = store->reading(*volume);
+  const std::uint64_t parity_memory =
+      run.options.parity
+          ? least_memory_of_parity(*sample_bytes(options.parameters.dims, options.parameters.type),
+                                   *run.options.parity)
+          : 0;
   const EncodePlan plan =
       plan_encoding(options.parameters, resources, any_rows, memory + memory_of_files(run, *volume),
-                    original_access(run, *volume));
+                    original_access(run, *volume), parity_memory);
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;
   if (run.options.parity)
-    result.memory =
-        std::max(result.memory,
-                 memory_of_parity(resources, *sample_bytes(options.parameters.dims, options.parameters.type),
-                                  *run.options.parity));
+    result.memory = std::max(
+        result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
   const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
   const bool copied = must_copy && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);

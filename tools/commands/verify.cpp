@@ -56,7 +56,7 @@ struct VerifyCommand {
     }
     const auto parity = is_regular_input(input) ? protected_if_wanted() : std::nullopt;
     const ParityCondition condition = parity ? survey(*parity) : ParityCondition();
-    if (parity) figures.more["parity"] = parity_words(condition);
+    if (parity) figures.more["parity"] = json_of(condition);
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
@@ -89,11 +89,26 @@ struct VerifyCommand {
     return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
   }
 
-  /// Says whether parity brings the file back. A file without parity says nothing.
-  void tell_of_parity() const {
-    const auto file = protected_file(input);
-    if (!file) return;
-    const ParityCondition condition = survey(*file);
+  static nlohmann::ordered_json json_of(const ParityCondition& condition) {
+    return {{"intact", condition.is_intact()},
+            {"repairable", condition.is_repairable()},
+            {"damaged_blocks", condition.damaged_blocks},
+            {"damaged_parity", condition.damaged_parity}};
+  }
+
+  /// Whether parity brings a damaged file back; nothing for a file without parity, or if a limit on memory
+  /// leaves too little to say so.
+  std::optional<ParityCondition> condition_of_damaged() const {
+    const auto file = input == "-" ? std::nullopt : protected_file(input);
+    if (!file) return std::nullopt;
+    try {
+      return survey(*file);
+    } catch (const MemoryLimit&) {
+      return std::nullopt;
+    }
+  }
+
+  void tell_of_parity(const ParityCondition& condition) const {
     // What was protected may have been damaged, or may differ from the original.
     const std::string words = condition.is_intact() ? "intact, and no help: the file is as it was protected"
                                                     : parity_words(condition);
@@ -149,13 +164,15 @@ struct VerifyCommand {
     try {
       return verify(ranks, description);
     } catch (const BrokenInput&) {
-      if (is_regular_input(input)) tell_of_damage(report);
-      if (is_regular_input(input) && input != "-" && !run.quiet && run.json != "-") tell_of_parity();
+      if (!is_regular_input(input)) throw;
+      const auto parity = condition_of_damaged();
+      tell_of_damage(report, parity);
+      if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
       throw;
     }
   }
 
-  void tell_of_damage(RunReport& report) const {
+  void tell_of_damage(RunReport& report, const std::optional<ParityCondition>& parity) const {
     std::optional<WholeBricks> file;
     try {
       file.emplace(std::make_shared<FileSource>(input));
@@ -170,6 +187,7 @@ struct VerifyCommand {
                           nullptr};
     figures.settings["against"] = json_text_or_null(original);
     figures.more["damaged"] = json_of_lost(lost, bricks);
+    if (parity) figures.more["parity"] = json_of(*parity);
     report.write(figures);
     report.keep();
     if (lost.empty() || run.quiet || run.json == "-") return;

@@ -31,18 +31,42 @@ struct Part {
   std::uint64_t begin = 0, end = 0;
 };
 
-// 16 x 16 x 20 bricks: two pages of the index.
+// 16 x 16 x 20 bricks: two pages of the index. Encoded once, for all tests.
 class ProtectedTag : public TemporaryFolder {
  protected:
+  struct Files {
+    std::string plain, whole;
+  };
+  static EncodeOptions options(bool with_parity) {
+    EncodeOptions options = {.grid = GridOrigin::derived, .max_error = 0, .cube_size = 4, .brick_edge = 1};
+    if (with_parity) options.parity = 5000;
+    return options;
+  }
+  EncodeRun run(const std::string& output, bool with_parity, const Resources& resources) const {
+    return {.input = path("in.nrrd"),
+            .output = path(output),
+            .overwrite = true,
+            .options = options(with_parity),
+            .resources = resources,
+            .keep_files = true};
+  }
+  void make_volume() const {
+    const Index3 dims = {65, 65, 81};
+    write_nrrd(path("in.nrrd"), dims, blobs<std::uint8_t>(dims, 3));
+  }
+  Files encoded() const {
+    Ranks alone;
+    make_volume();
+    committed(tagrid::encode_volume(alone, run("plain.tag", false, Resources(2))));
+    committed(tagrid::encode_volume(alone, run("a.tag", true, Resources(2))));
+    return {content("plain.tag"), content("a.tag")};
+  }
+
   ProtectedTag() {
-    write_nrrd(path("in.nrrd"), dims_, blobs<std::uint8_t>(dims_, 3));
-    EncodeOptions options = {.max_error = 0, .cube_size = 4, .brick_edge = 1};
-    encode_volume(path("in.nrrd"), {}, path("plain.tag"), true, options, Resources(2));
-    options.parity = 5000;
-    encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(2));
-    plain_ = content("plain.tag");
-    whole_ = content("a.tag");
-    layout_ = *parity_at_end(MemorySource(whole_));
+    static const Files files = encoded();
+    plain_ = files.plain;
+    whole_ = files.whole;
+    layout_ = parity_at_end(MemorySource(whole_)).value_or(ParityLayout::of(1, 5000));
     parts_ = parts();
   }
 
@@ -102,7 +126,6 @@ class ProtectedTag : public TemporaryFolder {
     ASSERT_TRUE(result.bytes == whole_) << what << " " << i;
   }
 
-  const Index3 dims_{65, 65, 81};
   std::string plain_, whole_;
   ParityLayout layout_;
   std::vector<Part> parts_;
@@ -113,11 +136,11 @@ TEST_F(ProtectedTag, FollowsTheFileWithoutIt) {
   for (const Part& part : parts_) EXPECT_LT(part.begin, part.end) << part.name;
   ASSERT_GE(layout_.parity, 2);
   ASSERT_GE(layout_.stripes, 2U);
-  MemorySource opened(whole_);
   const TagBricks file(std::make_shared<MemorySource>(whole_));
   EXPECT_EQ(file.parity(), layout_);
   EXPECT_EQ(file.sizes().file, whole_.size());
   EXPECT_EQ(file.sizes().parity, whole_.size() - plain_.size());
+  write_content(path("a.tag"), whole_);
   TagReader reader(path("a.tag"));
   reader.read_to_end();
   EXPECT_EQ(reader.parity(), layout_);
@@ -135,30 +158,30 @@ TEST_F(ProtectedTag, IsOpenedByThreeReads) {
 
 TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamage) {
   Random random(1);
-  for (const Part& part : parts_)
-    for (int i = 0; i < times(); ++i) {
-      std::string bytes = whole_;
-      const std::uint64_t count = 1 + below(random, layout_.parity);
-      for (std::uint64_t k = 0; k < count; ++k) {
-        const std::uint64_t at = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
-        damage(random, bytes, at, at + 1);
-      }
-      if (bytes == whole_) continue;  // the same byte, twice
-      expect_repaired(bytes, part.name, i);
-      if (HasFatalFailure()) return;
+  for (int i = 0; i < times(); ++i) {
+    const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
+    std::string bytes = whole_;
+    const std::uint64_t count = 1 + below(random, layout_.parity);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      const std::uint64_t at = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
+      damage(random, bytes, at, at + 1);
     }
+    if (bytes == whole_) continue;  // the same byte, twice
+    expect_repaired(bytes, part.name, i);
+    if (HasFatalFailure()) return;
+  }
 }
 
 TEST_F(ProtectedTag, AnyPartComesBackFromABurst) {
   Random random(2);
-  for (const Part& part : parts_)
-    for (int i = 0; i < times(); ++i) {
-      std::string bytes = whole_;
-      const std::uint64_t begin = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
-      damage(random, bytes, begin, begin + 1 + below(random, layout_.burst()));
-      expect_repaired(bytes, part.name, i);
-      if (HasFatalFailure()) return;
-    }
+  for (int i = 0; i < times(); ++i) {
+    const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
+    std::string bytes = whole_;
+    const std::uint64_t begin = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
+    damage(random, bytes, begin, begin + 1 + below(random, layout_.burst()));
+    expect_repaired(bytes, part.name, i);
+    if (HasFatalFailure()) return;
+  }
 }
 
 TEST_F(ProtectedTag, BothEndsMayBeMissing) {
@@ -246,19 +269,14 @@ TEST_F(ProtectedTag, ReadersRefuseOtherBytesBehindTheFooter) {
 }
 
 TEST_F(ProtectedTag, TheSameBytesForAnyThreadsRanksAndMemory) {
-  EncodeOptions options = {.max_error = 0, .cube_size = 4, .brick_edge = 1};
-  options.parity = 5000;
+  make_volume();
   for (const int threads : {1, 2, 4}) {
     Resources resources(threads);
     if (threads == 1) resources.memory = std::uint64_t{20} << 20;
-    encode_volume(path("in.nrrd"), {}, path("b.tag"), true, options, resources);
-    EXPECT_TRUE(content("b.tag") == whole_) << threads;
     Ranks alone;
-    committed(encode_in_parts(alone, {.input = path("in.nrrd"),
-                                      .output = path("parts.tag"),
-                                      .overwrite = true,
-                                      .options = options,
-                                      .resources = resources}));
+    committed(tagrid::encode_volume(alone, run("b.tag", true, resources)));
+    EXPECT_TRUE(content("b.tag") == whole_) << threads;
+    committed(encode_in_parts(alone, run("parts.tag", true, resources)));
     EXPECT_TRUE(content("parts.tag") == whole_) << threads;
   }
 }
