@@ -192,8 +192,7 @@ std::optional<std::vector<std::uint64_t>> ProtectedFile::read_table(ParityCondit
 }
 
 bool ProtectedFile::is_frame_intact() const {
-  if (parity_->size() != layout_.end(base_) || (is_beside() && file_->size() != layout_.file_size))
-    return false;
+  if (parity_->size() != layout_.end(base_)) return false;
   bool same = true;
   write_frame(layout_, base_, [&](std::uint64_t position, std::span<const std::byte> expected) {
     std::vector<std::byte> bytes(expected.size());
@@ -206,6 +205,7 @@ bool ProtectedFile::is_frame_intact() const {
 ParityCondition ProtectedFile::walk(const WriteAt* write, std::uint64_t memory) const {
   ParityCondition condition;
   condition.damaged_frame = !is_frame_intact();
+  condition.wrong_size = is_beside() && file_->size() != layout_.file_size;
   const auto checksums = read_table(condition);
   if (!checksums) return condition;
   const ReedSolomon code(layout_.data(), layout_.parity);

@@ -54,12 +54,15 @@ struct ParityCondition {
   std::vector<Stretch> lost;         ///< those of them that parity cannot bring back
   std::uint64_t damaged_blocks = 0;  ///< of the file
   std::uint64_t damaged_parity = 0;  ///< blocks and pages of the parity
-  bool damaged_frame = false;        ///< head, foot, or the size of the file: bytes are missing or follow
+  bool damaged_frame = false;        ///< head or foot, or bytes are missing or follow
+  bool wrong_size = false;           ///< of the file, if its parity is beside it
   std::uint64_t unknown_pages = 0;   ///< if not 0: so many pages of checksums are lost, and nothing is known
 
   bool is_intact() const {
-    return damaged_blocks == 0 && damaged_parity == 0 && !damaged_frame && unknown_pages == 0;
+    return is_file_intact() && damaged_parity == 0 && !damaged_frame && unknown_pages == 0;
   }
+  /// True if only the parity is damaged. REQUIRES: unknown_pages == 0.
+  bool is_file_intact() const { return damaged_blocks == 0 && !wrong_size; }
   bool is_repairable() const { return lost.empty() && unknown_pages == 0; }
 };
 

@@ -83,9 +83,12 @@ struct RepairCommand {
   void tell(const ProtectedFile& file, const ParityCondition& condition) const {
     for (const Stretch& stretch : condition.damaged)
       fmt::print("{}: bytes {} to {} were repaired\n", printable(input), stretch.begin, stretch.end - 1);
+    const bool damages_beside = file.is_beside() && (condition.damaged_parity > 0 || condition.damaged_frame);
     fmt::print("{}: {}; all checksums agree\n", printable(output.path),
-               condition.is_intact() ? "nothing was damaged" : damage_text(condition) + " repaired");
-    if (file.is_beside() && (condition.damaged_parity > 0 || condition.damaged_frame))
+               condition.is_file_intact() && (damages_beside || condition.is_intact()) ? "nothing was damaged"
+               : condition.is_file_intact() ? "repaired, only the parity was damaged"
+                                            : "repaired " + damage_text(condition));
+    if (damages_beside)
       warn(run, "{}: is damaged, too, and was not repaired; protect {} again", parity_beside(input),
            printable(output.path));
   }
@@ -138,9 +141,10 @@ struct ProtectCommand {
 }  // namespace
 
 std::string damage_text(const ParityCondition& condition) {
-  if (condition.damaged_blocks == 0) return "only the parity is damaged";
+  if (condition.is_file_intact()) return "only the parity is damaged";
+  if (condition.damaged_blocks == 0) return "bytes follow the end";
   return fmt::format("{}{}", counted(condition.damaged_blocks, "damaged block"),
-                     condition.damaged_parity > 0 || condition.damaged_frame ? " and parity" : "");
+                     condition.damaged_parity > 0 || condition.damaged_frame ? "; parity, too" : "");
 }
 
 std::string why_not_repairable(const ParityCondition& condition) {

@@ -61,8 +61,10 @@ struct VerifyCommand {
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
     if (parity && !condition.is_intact())
-      throw broken_input_error("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
-                               parity_words(condition));
+      throw broken_input_error(
+          "{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
+          parity->is_beside() ? fmt::format("remove {}, and protect the file again", parity_beside(input))
+                              : parity_words(condition));
     if (parity && !run.quiet && run.json != "-") {
       fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(condition),
                  counted(parity->layout().parity, "damaged block"), parity->layout().burst());
