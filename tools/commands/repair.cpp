@@ -84,12 +84,15 @@ struct RepairCommand {
     for (const Stretch& stretch : condition.damaged)
       fmt::print("{}: bytes {} to {} were repaired\n", printable(input), stretch.begin, stretch.end - 1);
     const bool damages_beside = file.is_beside() && (condition.damaged_parity > 0 || condition.damaged_frame);
+    const std::string damage = damages_beside && condition.damaged_blocks > 0
+                                   ? counted(condition.damaged_blocks, "damaged block")
+                                   : damage_text(condition);
     fmt::print("{}: {}; all checksums agree\n", printable(output.path),
-               condition.is_file_intact() && (damages_beside || condition.is_intact()) ? "nothing was damaged"
-               : condition.is_file_intact() ? "repaired, only the parity was damaged"
-                                            : "repaired " + damage_text(condition));
+               !condition.is_file_intact()               ? "repaired " + damage
+               : damages_beside || condition.is_intact() ? "nothing was damaged"
+                                                         : "repaired, only the parity was damaged");
     if (damages_beside)
-      warn(run, "{}: is damaged, too, and was not repaired; protect {} again", parity_beside(input),
+      warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
            printable(output.path));
   }
 };
