@@ -105,13 +105,13 @@ TEST_F(MemoryLimit, ChangesNoByte) {
 
 TEST_F(MemoryLimit, IsKeptByParity) {
   // Small bricks of noise: the file is larger than its samples, and parity takes all that the limit leaves.
-  std::string noise(std::size_t{48} << 20, '\0');
+  std::string noise(std::size_t{16} << 20, '\0');
   std::mt19937 random(1);
   for (char& byte : noise) byte = static_cast<char>(random());
   write(noise, "a.raw");
-  const Arguments encode = {"encode",  "a.raw",   "--dims", "64,64,12288", "--type",  "uint8",
-                            "--range", "0:255",   "--cube", "8",           "--brick", "1",
-                            "--grid",  "derived", "-f",     "--parity",    "5%",      "-o"};
+  const Arguments encode = {"encode",  "a.raw",   "--dims", "64,64,4096", "--type",  "uint8",
+                            "--range", "0:255",   "--cube", "8",          "--brick", "2",
+                            "--grid",  "derived", "-f",     "--parity",   "5%",      "-o"};
   expect_ok(tagrid(with(encode, {"a.tag"})));
   run_with_smallest(with(encode, {"b.tag", "-T", "2"}));
   EXPECT_TRUE(content("b.tag") == content("a.tag"));
