@@ -118,7 +118,7 @@ TEST_F(MemoryLimit, IsKeptByParity) {
   expect_ok(tagrid({"verify", "a.tag", "-M", "40M", "--json", "report.json"}));
   EXPECT_LE(json_of("report.json")["peak_memory"].get<std::size_t>(), 40 * mebibyte);
   std::string bytes = content("a.tag");
-  std::fill_n(bytes.begin() + (1 << 20), 1 << 20, '\0');
+  std::fill_n(bytes.begin() + (1 << 20), 1 << 19, '\0');
   write(bytes, "bad.tag");
   expect_ok(tagrid({"repair", "bad.tag", "-o", "good.tag", "-M", "40M", "-q"}));
   EXPECT_TRUE(content("good.tag") == content("a.tag"));
