@@ -58,8 +58,8 @@ struct EncodeOptions {
   std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) if not given
   Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
-  bool range_from_data = false;       ///< needs a separate pass over the volume; files only
-  std::optional<double> field_scale;  ///< lambda itself, instead of a range
+  bool range_from_data = false;         ///< needs a separate pass over the volume; files only
+  std::optional<double> field_scale;    ///< lambda itself, instead of a range
   std::optional<std::uint32_t> parity;  ///< share of the file, in thousandths of a per cent; see io/parity
 
   /// Throws UsageError if values are out of range or cannot be combined.
