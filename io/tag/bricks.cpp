@@ -30,13 +30,21 @@ std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
   return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-IndexedTag::End IndexedTag::read_end() const {
-  const std::uint64_t size = source_->size();
+IndexedTag::End IndexedTag::read_end() {
+  // The header ends in a checksum, which is the one before the directory if there is nothing between.
+  const auto first_of_end = [&](std::uint64_t size) {
+    return std::max(header_size_ - 8, size - std::min(size, largest_end));
+  };
+  std::uint64_t size = source_->size(), first = first_of_end(size);
+  std::vector<std::byte> bytes = bytes_at(first, size - first);
+  if (const auto parity = parity_at_end(size, bytes)) {
+    parity_ = parity;
+    source_ = beginning_of(source_, size = parity->file_size);
+    first = first_of_end(size);
+    bytes = bytes_at(first, size - std::min(first, size));
+  }
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
-  // The header ends in a checksum, which is the one before the directory if there is nothing between.
-  const std::uint64_t first = std::max(header_size_ - 8, size - std::min(size, largest_end));
-  const std::vector<std::byte> bytes = bytes_at(first, size - first);
   const std::span all(bytes);
   End end;
   if (Status status = find_file_end(all.last(footer_size), end.start);
@@ -133,11 +141,11 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
-    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope()};
+    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(), file.parity()};
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope()};
+  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(), reader.parity()};
 }
 
 }  // namespace tagrid

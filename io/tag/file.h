@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -74,7 +75,11 @@ class TagReader {
 
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
-  TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
+  TagSizes sizes() const {
+    return with_parity(tag_sizes(file_size_, header_size_, envelope_size_, index_), parity_);
+  }
+  /// The parity after the footer, which was skipped, not checked. REQUIRES: the last brick was read.
+  const std::optional<ParityLayout>& parity() const { return parity_; }
   /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
 
@@ -89,6 +94,8 @@ class TagReader {
   /// Reads the envelope, and the first bytes of the directory.
   void read_envelope();
   void read_index_section();
+  /// Reads to the end of the stream: nothing follows the footer, or parity.
+  void skip_parity();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
@@ -107,6 +114,7 @@ class TagReader {
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
   std::vector<std::byte> beginning_of_envelope_;
+  std::optional<ParityLayout> parity_;
 };
 
 }  // namespace tagrid

@@ -27,6 +27,7 @@ inline constexpr Setting lead = {"lead", "the planes of padding before the first
 inline constexpr Setting max_level = {"max-level", "the highest level"};
 inline constexpr Setting range = {"range", "the value range"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
+inline constexpr Setting parity = {"parity", "the parity"};
 }  // namespace setting
 
 /// A maximum error that follows from the samples.
@@ -59,8 +60,9 @@ struct EncodeOptions {
   int lead = 1;                         ///< planes of padding before the first sample, 0 or 1; see Domain
   Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
-  bool range_from_data = false;       ///< needs a separate pass over the volume; files only
-  std::optional<double> field_scale;  ///< lambda itself, instead of a range
+  bool range_from_data = false;         ///< needs a separate pass over the volume; files only
+  std::optional<double> field_scale;    ///< lambda itself, instead of a range
+  std::optional<std::uint32_t> parity;  ///< share of the file, in thousandths of a per cent; see io/parity
 
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;

@@ -352,8 +352,17 @@ def check_index(data, at, header, last, sizes, pages, counts):
     require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")
 
 
+def without_parity(data):
+    """The file before its parity, as its foot says."""
+    foot = data[-48:]
+    if len(foot) < 48 or foot[:8] != b"TAG PAR\n" or xxh3(foot[:40]) != struct.unpack("<Q", foot[40:])[0]:
+        return data
+    return data[:struct.unpack_from("<Q", foot, 8)[0]]
+
+
 def decode(data, with_grid=True):
     """All samples. with_grid: the activity is decoded even if samples do not depend on it."""
+    data = without_parity(data)
     header = Header(data)
     with_grid = with_grid and header.stores_grid
     counts = [0] * header.levels
