@@ -30,6 +30,16 @@ void require_file(const std::string& path, const char* what) {
     throw usage_error("{}: {} must be a regular file", shown_output(path), what);
 }
 
+/// Whether the checksums of a file itself find no damage.
+bool is_whole(const std::string& path) {
+  try {
+    TagReader(path).read_to_end();
+    return true;
+  } catch (const BrokenInput&) {
+    return false;
+  }
+}
+
 struct RepairCommand {
   std::string input;
   OutputOptions output;
@@ -55,6 +65,10 @@ struct RepairCommand {
       if (!run.quiet) tell_what_is_lost(condition);
       throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(condition));
     }
+    if (file->is_beside() && !condition.is_file_intact() && is_whole(input))
+      throw broken_input_error(
+          "{}: is whole by its own checksums, so {} is of another file; remove it, or protect the file again",
+          shown_input(input), parity_beside(input));
     prove(ranks, repaired.temporary());
     repaired.commit();
     if (!run.quiet) tell(*file, condition);
