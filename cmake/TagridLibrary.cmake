@@ -40,7 +40,7 @@ endforeach()
 add_library(tagrid_static STATIC ${objects})
 set_target_properties(tagrid_static PROPERTIES OUTPUT_NAME tagrid EXPORT_NAME static LINKER_LANGUAGE CXX)
 # Libraries by their names, so that an installed tree may be moved, and C projects may link it.
-set(TAGRID_STATIC_LIBRARIES tbb fmt zstd xxhash stdc++ m pthread)
+set(TAGRID_STATIC_LIBRARIES tbb fmt zstd xxhash isal stdc++ m pthread)
 target_link_libraries(tagrid_static INTERFACE $<INSTALL_INTERFACE:${TAGRID_STATIC_LIBRARIES}>)
 
 foreach(library tagrid_shared tagrid_static)
@@ -65,7 +65,7 @@ write_basic_package_version_file(tagridConfigVersion.cmake COMPATIBILITY SameMin
 install(FILES ${PROJECT_BINARY_DIR}/tagridConfig.cmake ${PROJECT_BINARY_DIR}/tagridConfigVersion.cmake
         DESTINATION ${package} COMPONENT libtagrid-dev)
 
-set(TAGRID_STATIC_PACKAGES "tbb, fmt, libzstd, libxxhash")
+set(TAGRID_STATIC_PACKAGES "tbb, fmt, libzstd, libxxhash, libisal")
 set(TAGRID_STATIC_FLAGS "-lstdc++ -lm -lpthread")
 file(RELATIVE_PATH TAGRID_PREFIX_FROM_PKGCONFIG /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(cmake/tagrid.pc.in tagrid.pc @ONLY)

@@ -65,7 +65,7 @@ set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
 # Only programs linked with libtagrid.a need them.
-set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev")
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev, libisal-dev")
 set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_NAME python3-tagrid)
 set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_DEPENDS

@@ -12,6 +12,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
+#include "io/parity/layout.h"
 #include "io/tag/index.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/status.h"
@@ -156,8 +157,15 @@ struct TagSizes {
   std::uint64_t envelope = 0;
   std::uint64_t members = 0;  ///< with their frames
   std::uint64_t index = 0;    ///< the pages and the directory, the footer, and the frames of the bricks
+  std::uint64_t parity = 0;
 };
 TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
+/// The sizes of a file that is followed by parity, if there is any.
+inline TagSizes with_parity(TagSizes sizes, const std::optional<ParityLayout>& parity) {
+  if (parity) sizes.parity = parity->end(sizes.file) - sizes.file;
+  sizes.file += sizes.parity;
+  return sizes;
+}
 
 /// For the place at which the footer should be. A reader that begins at the end cannot tell a damaged file
 /// from a complete one that is followed by other bytes.

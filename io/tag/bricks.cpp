@@ -31,13 +31,21 @@ std::uint64_t IndexedTag::checksum_before(std::uint64_t position) const {
   return load_little_endian<std::uint64_t>(bytes_at(position - 8, 8).data());
 }
 
-IndexedTag::End IndexedTag::read_end() const {
-  const std::uint64_t size = source_->size();
+IndexedTag::End IndexedTag::read_end() {
+  // The header ends in a checksum, which is the one before the directory if there is nothing between.
+  const auto first_of_end = [&](std::uint64_t size) {
+    return std::max(header_size_ - 8, size - std::min(size, largest_end));
+  };
+  std::uint64_t size = source_->size(), first = first_of_end(size);
+  std::vector<std::byte> bytes = bytes_at(first, size - first);
+  if (const auto parity = parity_at_end(size, bytes)) {
+    parity_ = parity;
+    source_ = beginning_of(source_, size = parity->file_size);
+    first = first_of_end(size);
+    bytes = bytes_at(first, size - std::min(first, size));
+  }
   if (size < header_size_ + footer_size)
     throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
-  // The header ends in a checksum, which is the one before the directory if there is nothing between.
-  const std::uint64_t first = std::max(header_size_ - 8, size - std::min(size, largest_end));
-  const std::vector<std::byte> bytes = bytes_at(first, size - first);
   const std::span all(bytes);
   End end;
   if (Status status = find_file_end(all.last(footer_size), end.start);
@@ -184,12 +192,13 @@ TagSummary summary_of(const std::string& path) {
     std::vector<CodingParameters> overviews;
     for (const Member& member : file.index().members)
       if (member.is_overview()) overviews.push_back(file.parameters_of(member));
-    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(), std::move(overviews)};
+    return {file.header(), file.index(),        file.sizes(), file.beginning_of_envelope(),
+            file.parity(), std::move(overviews)};
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(),
-          reader.overviews()};
+  return {reader.header(), reader.index(),    reader.sizes(), reader.beginning_of_envelope(),
+          reader.parity(), reader.overviews()};
 }
 
 std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {

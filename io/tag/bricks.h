@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
+#include "io/parity/layout.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
@@ -37,13 +38,15 @@ class IndexedTag {
   }
   /// The checksum that is stored before a position.
   std::uint64_t checksum_before(std::uint64_t position) const;
-  /// Reads and checks directory and footer, in one read of at most largest_end bytes. Throws BrokenInput.
-  End read_end() const;
+  /// Reads and checks directory and footer, in one read of at most largest_end bytes; in two if parity follows
+  /// them, which source_ then no longer has. Throws BrokenInput.
+  End read_end();
   /// True if a member of the index is in the file, with its checksum, which continues the one before it. Reads
   /// all of it.
   bool is_bound(const Member& member) const;
 
   std::shared_ptr<const ByteSource> source_;
+  std::optional<ParityLayout> parity_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
 };
@@ -56,7 +59,11 @@ class TagBricks : public IndexedTag {
   explicit TagBricks(std::shared_ptr<const ByteSource> source);
 
   const TagIndex& index() const { return end_.index; }
-  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index); }
+  TagSizes sizes() const {
+    return with_parity(tag_sizes(source_->size(), header_size_, end_.envelope_size, end_.index), parity_);
+  }
+  /// The parity at the end of the file; nothing if there is none.
+  const std::optional<ParityLayout>& parity() const { return parity_; }
   std::int64_t count() const { return pages_.layout().bricks(); }
 
   /// Position of the block of a brick in the file, and its size in bytes. Read the page of the brick.
@@ -106,8 +113,9 @@ struct TagSummary {
   TagIndex index;
   TagSizes sizes;
   std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
-  std::vector<CodingParameters> overviews =
-      {};  ///< of the overviews among the members of the index, in order
+  std::optional<ParityLayout> parity;            ///< at the end of the file; nothing if there is none
+  /// Of the overviews among the members of the index, in order.
+  std::vector<CodingParameters> overviews = {};
 };
 
 /// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,

@@ -265,11 +265,26 @@ void TagReader::read_index_section() {
   if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes ||
       index_.pages != seen_.pages)
     fail("the sizes of the bricks, or the pages, are not those in the directory");
-  std::byte extra;
-  if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();
   file_size_ = end.start + block_.size();
+  skip_parity();
   block_ = {};
+}
+
+void TagReader::skip_parity() {
+  std::vector<std::byte> bytes(parity_head_size);
+  bytes.resize(bytes_->read(bytes.data(), bytes.size()));
+  if (bytes.empty()) return;
+  parity_ = parity_that_follows(bytes, file_size_);
+  if (!parity_) throw BrokenInput(name() + ": " + bytes_follow);
+  std::uint64_t rest = parity_->end(file_size_) - file_size_ - parity_head_size;
+  bytes.resize(std::size_t{1} << 16);
+  while (rest > 0) {
+    const std::size_t count = bytes_->read(bytes.data(), std::min<std::uint64_t>(rest, bytes.size()));
+    if (count == 0) throw BrokenInput(name() + ": the file ends in its parity; it is truncated");
+    rest -= count;
+  }
+  if (bytes_->read(bytes.data(), 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
 }
 
 BrickStream TagReader::bricks() {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -79,7 +80,11 @@ class TagReader {
 
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
-  TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
+  TagSizes sizes() const {
+    return with_parity(tag_sizes(file_size_, header_size_, envelope_size_, index_), parity_);
+  }
+  /// The parity after the footer, which was skipped, not checked. REQUIRES: the last brick was read.
+  const std::optional<ParityLayout>& parity() const { return parity_; }
   /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
   /// The parameters of the overviews, in the order of the members. REQUIRES: as above. Of the overviews, only
@@ -102,6 +107,8 @@ class TagReader {
   /// Reads the header of an overview, of which `left` bytes are there.
   void read_overview_header(const Member& member, std::uint64_t left);
   void read_index_section();
+  /// Reads to the end of the stream: nothing follows the footer, or parity.
+  void skip_parity();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
@@ -120,6 +127,7 @@ class TagReader {
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
   std::vector<std::byte> beginning_of_envelope_;
+  std::optional<ParityLayout> parity_;
   std::vector<Member> members_;
   std::vector<CodingParameters> overviews_;
 };

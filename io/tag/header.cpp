@@ -21,6 +21,8 @@ namespace {
 // As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 5;
+// Room for files of several volumes, which this version neither writes nor reads.
+constexpr std::uint32_t volumes = 1;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
@@ -124,6 +126,7 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   parameter_fields(fields, header.parameters);
   const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
   const std::vector<std::byte> packed = zstd_compress(text);
+  fields.put(volumes);
   fields.put(static_cast<std::uint32_t>(text.size()));
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
@@ -167,11 +170,15 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);
+  const auto found_volumes = reader.get<std::uint32_t>();
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
+  if (found_volumes != volumes)
+    return Status::broken("the file has " + std::to_string(found_volumes) +
+                          " volumes, but this tagrid reads files of one");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());

@@ -5,6 +5,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/parity/parity.h"
 
 namespace tagrid {
 namespace {
@@ -22,7 +23,7 @@ WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : IndexedTag(
   look_at_bricks();
 }
 
-void WholeBricks::read_index() {
+bool WholeBricks::has_read_index() {
   try {
     End end = read_end();
     index_ = std::move(end.index);
@@ -31,6 +32,17 @@ void WholeBricks::read_index() {
   } catch (const BrokenInput&) {
     // Damage is expected: index_ stays empty.
   }
+  return index_.has_value();
+}
+
+void WholeBricks::read_index() {
+  if (has_read_index() || parity_) return;
+  // If the end of the parity is damaged or lost, another part of it says where the footer is.
+  parity_ = search_for_parity(*source_);
+  if (!parity_) return;
+  is_damaged_elsewhere_ = true;
+  source_ = beginning_of(source_, std::min(parity_->file_size, source_->size()));
+  has_read_index();
 }
 
 std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_t brick) const {

@@ -57,6 +57,7 @@ class WholeBricks : public IndexedTag {
   std::vector<std::byte> block_at(std::uint64_t position, std::int64_t brick) const;
   /// Reads the directory, if it is intact.
   void read_index();
+  bool has_read_index();
   void look_at_bricks();
   /// Where the bricks of a page begin and the last one ends, by its sizes; nothing if these are damaged.
   std::vector<std::uint64_t> starts_of(std::int64_t page) const;

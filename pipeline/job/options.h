@@ -29,6 +29,7 @@ inline constexpr Setting max_level = {"max-level", "the highest level"};
 inline constexpr Setting range = {"range", "the value range"};
 inline constexpr Setting overviews = {"overviews", "the overviews"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
+inline constexpr Setting parity = {"parity", "the parity"};
 }  // namespace setting
 
 /// A maximum error that follows from the samples.
@@ -67,8 +68,9 @@ struct EncodeOptions {
   int lead = 1;                         ///< planes of padding before the first sample, 0 or 1; see Domain
   Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
-  bool range_from_data = false;       ///< needs a separate pass over the volume; files only
-  std::optional<double> field_scale;  ///< lambda itself, instead of a range
+  bool range_from_data = false;         ///< needs a separate pass over the volume; files only
+  std::optional<double> field_scale;    ///< lambda itself, instead of a range
+  std::optional<std::uint32_t> parity;  ///< share of the file, in thousandths of a per cent; see io/parity
   /// The factors of the overviews, increasing; if not given, as large volumes need them: factors_for().
   std::optional<std::vector<int>> overviews;
 

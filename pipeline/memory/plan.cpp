@@ -117,7 +117,7 @@ std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strip
 }
 
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
-                         std::uint64_t besides, std::optional<Reading> verified) {
+                         std::uint64_t besides, std::optional<Reading> verified, std::uint64_t afterwards) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
   const EncodeLoad smallest = smallest_encoding(p, strips);
@@ -128,18 +128,19 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
       resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
   const std::uint64_t memory = memory_of_encoding(p, load) + besides,
                       limit = resources.memory ? *resources.memory : share_of_memory(resources);
-  // Without an explicit limit, verifying is never refused.
+  // Without an explicit limit, what follows is never refused.
   const bool then_verified = verified && resources.memory;
-  const auto with_verifying = [&](std::uint64_t encoding, bool spooled) {
+  const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
+    if (resources.memory) encoding = std::max(encoding, afterwards);
     if (!then_verified) return encoding;
     return std::max(encoding,
                     smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->memory));
   };
-  if (const std::uint64_t needed = with_verifying(memory, !resources.spool.empty()); needed > limit) {
+  if (const std::uint64_t needed = with_the_rest(memory, !resources.spool.empty()); needed > limit) {
     const bool can_spool = !random_access || (then_verified && !verified->any_rows);
     std::optional<std::uint64_t> with_spool;
     if (can_spool && resources.spool.empty() && all > 1)
-      with_spool = with_verifying(smallest_memory_of_encoding(p, true, besides), true);
+      with_spool = with_the_rest(smallest_memory_of_encoding(p, true, besides), true);
     if (with_spool && *with_spool >= needed) with_spool.reset();
     refuse(p,
            then_verified ? "encoding and verifying"

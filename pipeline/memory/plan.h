@@ -38,10 +38,11 @@ struct Reading {
 /// The plan with the least reading, and then the most threads. It has complete layers, unless rows can be
 /// read in any order (`random_access`) or be spooled. Throws UsageError, which names a sufficient limit, if
 /// the limit cannot be kept. `besides`: memory of the reader. `verified`: the file will be compared with its
-/// original within the same limit.
+/// original within the same limit. `afterwards`: the least memory that the process takes for something else
+/// when bricks no longer take any.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
                          bool random_access = true, std::uint64_t besides = 0,
-                         std::optional<Reading> verified = {});
+                         std::optional<Reading> verified = {}, std::uint64_t afterwards = 0);
 
 /// How many slices besides those of the plan may be in memory: `most`, or what the limit leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,

@@ -14,6 +14,7 @@
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/overviews.h"
 #include "pipeline/job/resolved_options.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/work_orders.h"
@@ -83,6 +84,8 @@ class PartsStore : public BrickStore {
     record_.settings = settings_of(job.parameters(), run_.source);
     record_.settings.emplace_back(setting::overviews.name, text_of(job.overviews));
     overviews_ = job.overviews;
+    if (run_.options.parity)
+      record_.settings.emplace_back(setting::parity.name, text_of_share(*run_.options.parity));
     record_.header = serialize_header(job.header);
     if (!record_.error_rule.empty()) record_.reason_of_bound = job.reason_of_bound;
     if (goes_on_) {
@@ -128,9 +131,10 @@ class PartsStore : public BrickStore {
     const Bytes end = file_end(parts_->header().parameters, pages_->index(), position_, checksum_,
                                parts_->header_checksum());
     file_->write_at(position_, end);
+    result.file_bytes = end_with_parity(*file_, position_ + end.size(), run_.options.parity,
+                                        of_this_rank(ranks_, run_.resources));
     file_->sync();
     result.index = pages_->index();
-    result.file_bytes = position_ + end.size();
     result.temporary = file_->temporary();
     if (run_.resume) record_result();
   }

@@ -12,9 +12,11 @@
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
 #include "io/tag/file.h"
+#include "io/text/text.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/overviews.h"
 #include "pipeline/encode/slices_ahead.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
@@ -54,6 +56,11 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
 // Fails early if the output may not be written. A run that was interrupted just before its end may have
 // written it already: a store that continues a run checks later.
 void check_early(const EncodeRun& run) {
+  // Parity is made from the finished file, which is read again.
+  if (run.options.parity && !is_regular_output(run.output))
+    throw UsageError(
+        Sentence{"{}: {} needs an output that can be read again; write to a file, or protect it later",
+                 {shown_output(run.output), setting::parity}});
   if (!run.resume || !status_of(part_folder_of(run.output))) check_output(run.output, run.overwrite);
 }
 
@@ -115,7 +122,7 @@ class StreamStore : public BrickStore {
                           const auto& content) { writer_->write_member(kind, factor, length, content); });
     writer_->finish();
     result.index = writer_->index();
-    result.file_bytes = file_->position();
+    result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity, resources_);
     result.temporary = file_->temporary();
   }
 
@@ -155,12 +162,20 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const ResolvedOptions options = in_samples(run.options, volume->facts());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const auto [any_rows, memory] = store->reading(*volume);
+  const std::uint64_t parity_memory =
+      run.options.parity
+          ? least_memory_of_parity(*sample_bytes(options.parameters.dims, options.parameters.type),
+                                   *run.options.parity)
+          : 0;
   const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
                                         memory + memory_of_files(run, *volume) + memory_of_overviews(options),
-                                        original_access(run, *volume));
+                                        original_access(run, *volume), parity_memory);
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;
+  if (run.options.parity)
+    result.memory = std::max(
+        result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
   const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
   const bool copied = must_copy && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);

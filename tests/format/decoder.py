@@ -56,13 +56,14 @@ class Header:
         require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
         version, self.size = struct.unpack_from("<II", data, 8)
         require(version == 5, "the version is not known")
-        require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
+        require(132 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
         (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, lead, self.scale, self.range_low, high,
-         max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
-             "<QQQBBHHHIHBBdddddddII", data, 16)
-        require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
+         max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
+             "<QQQBBHHHIHBBdddddddIII", data, 16)
+        require(packed_size == self.size - 132 and text_size <= 1 << 24, "fields do not fit")
+        require(volumes == 1, "the file has several volumes")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
@@ -90,7 +91,7 @@ class Header:
             e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
             for e in (max_error, surface_error, point_error))
         require(grid != 2 or self.max_error == 0, "an implied grid in a file with loss")
-        unpack(data[120:120 + packed_size], text_size)
+        unpack(data[124:124 + packed_size], text_size)
         self.cubes = [max(1, (last + self.S - 1) // self.S) for last in self.last]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
 
@@ -390,8 +391,17 @@ def check_index(data, at, header, last, sizes, pages, counts, members):
     require(list(struct.iter_unpack("<IIQQ", table or b"")) == members, "the directory has other members than the file")
 
 
+def without_parity(data):
+    """The file before its parity, as its foot says."""
+    foot = data[-48:]
+    if len(foot) < 48 or foot[:8] != b"TAG PAR\n" or xxh3(foot[:40]) != struct.unpack("<Q", foot[40:])[0]:
+        return data
+    return data[:struct.unpack_from("<Q", foot, 8)[0]]
+
+
 def decode(data, with_grid=True):
     """All samples. with_grid: the activity is decoded even if samples do not depend on it."""
+    data = without_parity(data)
     header = Header(data)
     with_grid = with_grid and header.stores_grid
     counts = [0] * header.levels

@@ -54,8 +54,8 @@ bool report(const std::string& path) {
   try {
     const TagSummary file = summary_of(path);
     const TagSizes& sizes = file.sizes;
-    claim(sizes.file ==
-              sizes.header + sizes.activity + sizes.values + sizes.envelope + sizes.members + sizes.index,
+    claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.envelope + sizes.members +
+                            sizes.index + sizes.parity,
           "the parts sum to the file");
     claim(!info_json(file).dump().empty(), "any file can be reported");
     claim(!info_text(file).empty(), "any file can be printed");

@@ -29,7 +29,7 @@ void parse(std::span<const std::byte> fields, int cube_size, bool floats, bool m
   header.parameters.field_scale = 1;
   if (mesh) header.parameters.mesh_error = 1;
   if (floats) header.parameters.type = SampleType::float32;
-  const TagSummary file = {header, index, {1, 2, 3, 4, 5}, {}};
+  const TagSummary file = {header, index, {1, 2, 3, 4, 5, 6, 7}, {}, {}};
   claim(!info_json(file).dump().empty(), "any index can be reported");
   claim(!info_text(file).empty(), "any index can be printed");
 }

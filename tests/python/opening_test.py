@@ -352,7 +352,7 @@ class Opening(unittest.TestCase):
         self.assertEqual(volume[0, 0, 0].dtype, np.uint8)
 
     def test_ctrl_c_ends_a_mesh_between_two_reports_of_progress(self):
-        # There are three of them in some seconds.
+        # There are three of them in some seconds; a fast machine may reach the first one.
         volume = tagrid.open(tagrid.encode(np.random.default_rng(1).normal(0, 300, (65, 200, 200)).astype(np.int16), effort="fast"))
         for work in (volume.mesh, lambda **k: volume.surface(0, **k)):
             told = []
@@ -361,7 +361,7 @@ class Opening(unittest.TestCase):
             with self.assertRaises(KeyboardInterrupt):
                 work(progress=lambda done, total: told.append(done))
             timer.join()
-            self.assertEqual(told, [])
+            self.assertLessEqual(len(told), 1)
 
     def test_other_threads_of_python_run_during_a_call(self):
         if len(os.sched_getaffinity(0)) < 2:

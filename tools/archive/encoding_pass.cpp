@@ -172,7 +172,9 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
         {.input = volume.output, .original = volume.input, .source = source, .resources = pass.resources});
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
-    if (keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
+    const auto share = file.parity() ? std::optional(file.parity()->share) : std::nullopt;
+    if (share != volume.asked.options.parity ||
+        keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
     if (keeps_files)
       require_same(compare_source_files(file, *original, pass.resources.threads), original->name());

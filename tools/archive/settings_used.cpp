@@ -57,7 +57,8 @@ std::string difference_of(const KnownOutput& known, const OptionTexts& asked, co
   const ordered_json settings = settings_of(now.options, volume);
   std::string difference = difference_of_settings(settings_of(was.options, volume), settings, true);
   if (difference.empty() &&
-      (members_of(was.source) != members_of(now.source) || was.options.strip != now.options.strip))
+      (members_of(was.source) != members_of(now.source) || was.options.strip != now.options.strip ||
+       was.options.parity != now.options.parity))
     difference = "other options of the input";
   // Users recognize the texts that they gave, not what these became.
   if (!difference.empty())

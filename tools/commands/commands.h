@@ -3,7 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
 
+#include "io/parity/parity.h"
 #include "pipeline/ranks/ranks.h"
 
 namespace tagrid {
@@ -24,5 +26,12 @@ Action add_convert_command(CLI::App& app);
 Action add_estimate_command(CLI::App& app);
 Action add_formats_command(CLI::App& app);
 Action add_phantom_command(CLI::App& app);
+Action add_repair_command(CLI::App& app);
+Action add_protect_command(CLI::App& app);
+
+/// What of a file with parity is damaged: "3 damaged blocks". REQUIRES: something is.
+std::string damage_text(const ParityCondition& condition);
+/// REQUIRES: !condition.is_repairable().
+std::string why_not_repairable(const ParityCondition& condition);
 
 }  // namespace tagrid

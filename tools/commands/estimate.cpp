@@ -119,7 +119,7 @@ Action add_estimate_command(CLI::App& app) {
   command->add_option("INPUT", state->input, volume_input_help)->required();
   add_text_option(*command, "--errors", state->errors, "E,E,...",
                   "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)");
-  add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr"});
+  add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr", "parity"});
   add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }

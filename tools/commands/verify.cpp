@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -10,8 +11,10 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
+#include "pipeline/memory/parity.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
@@ -51,11 +54,68 @@ struct VerifyCommand {
       figures.settings["source_files"] = files;
       figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
     }
+    const auto parity = is_regular_input(input) ? protected_if_wanted() : std::nullopt;
+    const ParityCondition condition = parity ? survey(*parity) : ParityCondition();
+    if (parity) figures.more["parity"] = json_of(condition);
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
+    if (parity && !condition.is_intact())
+      throw broken_input_error(
+          "{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
+          parity->is_beside() ? fmt::format("remove {}, and protect the file again", parity_beside(input))
+                              : parity_words(condition));
+    if (parity && !run.quiet && run.json != "-") {
+      fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(condition),
+                 counted(parity->layout().parity, "damaged block"), parity->layout().burst());
+      std::fflush(stdout);
+    }
     if (!differences.empty())
       throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
+  }
+
+  /// Only where parity is seen without a search: of an intact file.
+  std::optional<ProtectedFile> protected_if_wanted() const {
+    const bool has_parity = parity_at_end(FileSource(input)).has_value();
+    if (!has_parity && (input == "-" || !is_regular_input(parity_beside(input)))) return std::nullopt;
+    return protected_file(input);
+  }
+
+  ParityCondition survey(const ProtectedFile& file) const {
+    return file.survey(memory_for_stripes(run.memory, file.layout(), "checking parity"));
+  }
+
+  std::string parity_words(const ParityCondition& condition) const {
+    if (condition.is_intact()) return "intact";
+    if (!condition.is_repairable()) return why_not_repairable(condition);
+    return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
+  }
+
+  static nlohmann::ordered_json json_of(const ParityCondition& condition) {
+    return {{"intact", condition.is_intact()},
+            {"repairable", condition.is_repairable()},
+            {"damaged_blocks", condition.damaged_blocks},
+            {"damaged_parity", condition.damaged_parity}};
+  }
+
+  /// Whether parity brings a damaged file back; nothing for a file without parity, or if a limit on memory
+  /// leaves too little to say so.
+  std::optional<ParityCondition> condition_of_damaged() const {
+    const auto file = input == "-" ? std::nullopt : protected_file(input);
+    if (!file) return std::nullopt;
+    try {
+      return survey(*file);
+    } catch (const MemoryLimit&) {
+      return std::nullopt;
+    }
+  }
+
+  void tell_of_parity(const ParityCondition& condition) const {
+    // What was protected may have been damaged, or may differ from the original.
+    const std::string words = condition.is_intact() ? "intact, and no help: the file is as it was protected"
+                                                    : parity_words(condition);
+    fmt::print("{}: {}\n", printable(input), words);
+    std::fflush(stdout);  // the error follows on another stream
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
@@ -106,12 +166,15 @@ struct VerifyCommand {
     try {
       return verify(ranks, description);
     } catch (const BrokenInput&) {
-      if (is_regular_input(input)) tell_of_damage(report);
+      if (!is_regular_input(input)) throw;
+      const auto parity = condition_of_damaged();
+      tell_of_damage(report, parity);
+      if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
       throw;
     }
   }
 
-  void tell_of_damage(RunReport& report) const {
+  void tell_of_damage(RunReport& report, const std::optional<ParityCondition>& parity) const {
     std::optional<WholeBricks> file;
     try {
       file.emplace(std::make_shared<FileSource>(input));
@@ -126,6 +189,7 @@ struct VerifyCommand {
                           nullptr};
     figures.settings["against"] = json_text_or_null(original);
     figures.more["damaged"] = json_of_lost(lost, bricks);
+    if (parity) figures.more["parity"] = json_of(*parity);
     report.write(figures);
     report.keep();
     if (lost.empty() || run.quiet || run.json == "-") return;

@@ -9,17 +9,19 @@ _tagrid_options() {
   local encoding="$source --strip --surface-error --grid-only --grid --overviews --mesh-error --effort --accuracy
     --cube --lead --max-level --range --field-scale --brick"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
+    encode) echo "$run $memory --spool $output $removal $error $encoding --parity --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --region --overview --step --samples --values --salvage --fill --vdb-grid
       --vdb-type --vdb-background --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
+    repair) echo "-h --help -T --threads -q --quiet -v --verbose --progress $memory $output" ;;
+    protect) echo "-h --help -T --threads -q --quiet -v --verbose --progress $memory --parity --beside -f --force" ;;
     restore) echo "$run $memory $output --records" ;;
     mesh) echo "$run $memory $output --level --region --coarsen --samples --padded" ;;
     surface) echo "$run $memory $output --iso --samples --level --region --close" ;;
     preview) echo "$run $memory $output --slice --window" ;;
     convert)
-      echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done
+      echo "$run $memory --spool $error $encoding --parity --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
       ;;
     estimate) echo "$run $memory --spool $encoding --errors -f --force" ;;
@@ -56,7 +58,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh surface preview convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify repair protect restore mesh surface preview convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

@@ -126,6 +126,14 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
 
 }  // namespace
 
+std::optional<std::uint32_t> parity_option(const std::string& option, const std::string& text) {
+  if (text == "none") return std::nullopt;
+  const auto number = finite_number(text.ends_with('%') ? text.substr(0, text.size() - 1) : text);
+  if (!number || !(*number >= 0.1 && *number <= 100))
+    throw usage_error("{}: {}: must be a share from 0.1% to 100%, such as 5%, or none", option, text);
+  return static_cast<std::uint32_t>(std::lround(*number * 1000));
+}
+
 Index3 dims_option(const std::string& dims) {
   const auto sizes = three_sizes(dims);
   if (!sizes) throw usage_error("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);

@@ -79,6 +79,10 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
 
 void set_range(EncodingOptions& o, const std::string&, const std::string& text) { o.range = text; }
 
+void set_parity(EncodingOptions& o, const std::string& option, const std::string& text) {
+  o.options.parity = parity_option(option, text);
+}
+
 OptionRow row(std::string_view name, const char* group, const char* value, const char* help, Set set,
               std::vector<std::string> words = {}) {
   return {std::string(name), group, value, help, std::move(set), std::move(words)};
@@ -113,6 +117,9 @@ std::vector<OptionRow> all_rows() {
       row(setting::mesh_error.name, kept, "E",
           "Refine until the mesh is within E of every sample; at least the bound on active voxels",
           to(&E::mesh_error)),
+      row(setting::parity.name, kept, "P%|none",
+          "Add parity of P per cent, from which repair rebuilds damaged stretches (default: none)",
+          set_parity),
       row(setting::accuracy.name, grid, "m",
           "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",
           to(&E::accuracy)),

@@ -190,6 +190,12 @@ std::string source_files_text(const TagSummary& file) {
   return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
 }
 
+ordered_json parity_json(const ParityLayout& layout, std::uint64_t bytes) {
+  return {{"percent", layout.share / 1000.0}, {"bytes", bytes},
+          {"blocks", layout.parity_blocks()}, {"block_bytes", layout.block_size()},
+          {"any_blocks", layout.parity},      {"burst_bytes", layout.burst()}};
+}
+
 }  // namespace
 
 ordered_json settings_json(const CodingParameters& p) {
@@ -243,7 +249,7 @@ ordered_json overviews_json(const TagSummary& file) {
 }
 
 ordered_json info_json(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, overviews] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews] = file;
   ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
@@ -260,6 +266,8 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
                    {"values", sizes.values}, {"envelope", sizes.envelope}, {"members", sizes.members},
                    {"index", sizes.index}};
   json["overviews"] = overviews_json(file);
+  if (parity) json["bytes"]["parity"] = sizes.parity;
+  json["parity"] = parity ? parity_json(*parity, sizes.parity) : ordered_json(nullptr);
   json["achieved"] = achieved_json(header, index);
   const std::string compression = compression_of(file);
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
@@ -270,7 +278,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
 }
 
 std::string info_text(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, overviews] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews] = file;
   const CodingParameters& p = header.parameters;
   const auto n = static_cast<std::uint64_t>(p.domain().volume().count());
   const std::uint64_t raw = n * size_of(p.type);
@@ -332,6 +340,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   if (sizes.envelope > 0) part("  source files", sizes.envelope);
   if (sizes.members > 0) part("  overviews", sizes.members);
   part("  index, frames", sizes.index);
+  if (parity) part("  parity", sizes.parity);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
   if (!with_levels) return out;
   out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "percent");

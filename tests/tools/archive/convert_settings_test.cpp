@@ -46,6 +46,7 @@ const std::vector<Pair> pairs = {
     {"field-scale", "0.5", "0.25"},
     {"field-scale", "0.5", ""},
     {"strip", "true", ""},
+    {"parity", "5%", "10%"},
     {"dims", "9,8,7", "8,9,7", "type=uint8", "c.raw"},
     {"type", "uint8", "int8", "dims=9,8,7", "c.raw"},
     {"endian", "big", "little", "type=int16\tdims=9,8,7", "d.raw"},

@@ -152,7 +152,7 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
   const std::string window("\x28\xB5\x2F\xFD\x00\x88\x09\0\0x", 10);  // 2^27 bytes, for one
   for (const std::string& packed : {bomb, window})
     for (const std::uint32_t size : {std::uint32_t{1}, std::uint32_t{1} << 24, std::uint32_t{0xFFFFFFFF}}) {
-      std::string bytes = header_of(p).substr(0, 112) + number(size) +
+      std::string bytes = header_of(p).substr(0, 116) + number(size) +
                           number(static_cast<std::uint32_t>(packed.size())) + packed;
       bytes.replace(12, 4, number(static_cast<std::uint32_t>(bytes.size() + 8)));
       bytes += number(checksum_of({std::as_bytes(std::span(bytes))}));
@@ -160,6 +160,17 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
       // Large pages of the heap are taken whole.
       expect_refused_everywhere(bytes, 64 * megabyte + 2 * megabyte);
     }
+}
+
+TEST_F(ForgedFiles, SeveralVolumesAreRefusedByName) {
+  std::string bytes = header_of(parameters({9, 9, 9}, 4, 2, FileMode::voxels));
+  for (const std::uint32_t volumes : {0u, 2u, 300u}) {
+    bytes.replace(112, 4, number(volumes));
+    const auto fields = bytes.substr(0, bytes.size() - 8);
+    bytes = fields + number(checksum_of({std::as_bytes(std::span(fields))}));
+    file("several.tag", bytes);
+    expect_error(tagrid({"info", "several.tag"}), broken_input, std::to_string(volumes) + " volumes");
+  }
 }
 
 TEST_F(ForgedFiles, FieldsOfTheSourceThatAreNone) {

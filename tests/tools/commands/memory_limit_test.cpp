@@ -103,6 +103,28 @@ TEST_F(MemoryLimit, ChangesNoByte) {
                     "-M", "20M"}));
 }
 
+TEST_F(MemoryLimit, IsKeptByParity) {
+  // Small bricks of noise: the file is larger than its samples, and parity takes all that the limit leaves.
+  std::string noise(std::size_t{16} << 20, '\0');
+  std::mt19937 random(1);
+  for (char& byte : noise) byte = static_cast<char>(random());
+  write(noise, "a.raw");
+  const Arguments encode = {"encode",  "a.raw",   "--dims", "64,64,4096", "--type",  "uint8",
+                            "--range", "0:255",   "--cube", "8",          "--brick", "2",
+                            "--grid",  "derived", "-f",     "--parity",   "5%",      "-o"};
+  expect_ok(tagrid(with(encode, {"a.tag"})));
+  run_with_smallest(with(encode, {"b.tag", "-T", "2"}));
+  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  expect_ok(tagrid({"verify", "a.tag", "-M", "40M", "--json", "report.json"}));
+  EXPECT_LE(json_of("report.json")["peak_memory"].get<std::size_t>(), 40 * mebibyte);
+  std::string bytes = content("a.tag");
+  std::fill_n(bytes.begin() + (1 << 20), 1 << 19, '\0');
+  write(bytes, "bad.tag");
+  expect_ok(tagrid({"repair", "bad.tag", "-o", "good.tag", "-M", "40M", "-q"}));
+  EXPECT_TRUE(content("good.tag") == content("a.tag"));
+  expect_error(tagrid({"repair", "bad.tag", "-o", "more.tag", "-M", "4M"}), usage, "give -M ");
+}
+
 // What is allocated for each brick must not leave holes in the heap that the next brick cannot use.
 TEST_F(MemoryLimit, IsKeptWithManySmallBricks) {
   phantom("a.nrrd", {"--dims", "20000,3,3"});

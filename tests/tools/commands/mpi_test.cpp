@@ -19,6 +19,17 @@ TEST_F(Mpi, AnyNumberOfProcessesWritesTheSameFile) {
     }
 }
 
+TEST_F(Mpi, AnyNumberOfProcessesWritesTheSameParity) {
+  make_volume("50,41,45");
+  const Arguments encode = {"encode", "volume.nhdr", "--cube=8", "--brick=1", "--parity=5%", "-fo"};
+  expect_ok(tagrid(with(encode, {"a.tag"})));
+  for (const int processes : {1, 2, 3}) {
+    expect_ok(by(processes, with(encode, {"b.tag"})));
+    EXPECT_TRUE(content("b.tag") == content("a.tag")) << processes;
+  }
+  expect_ok(tagrid({"verify", "b.tag", "-q"}));
+}
+
 TEST_F(Mpi, AlsoOverTcp) {
   make_volume("23,19,21");
   expect_result(

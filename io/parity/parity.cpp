@@ -1,0 +1,270 @@
+#include "io/parity/parity.h"
+
+#include <algorithm>
+#include <array>
+
+#include "io/bytes/checksum.h"
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/parity/pages.h"
+#include "io/parity/reed_solomon.h"
+#include "io/parity/stripes.h"
+
+namespace tagrid {
+namespace {
+
+/// What a disk that cannot read a stretch may still read beside it.
+constexpr std::uint64_t sector = 4096;
+
+/// Fills `to` with what a damaged file has from `position` on, and with zeros where it ends, or where a disk
+/// cannot read it. `step` is the size of the stretches that are given up.
+void read_what_is_there(const ByteSource& file, std::uint64_t position, std::span<std::byte> to,
+                        std::uint64_t step) {
+  const std::uint64_t size = file.size();
+  const std::uint64_t there = position < size ? std::min<std::uint64_t>(to.size(), size - position) : 0;
+  std::ranges::fill(to.subspan(there), std::byte{0});
+  to = to.first(there);
+  if (to.empty()) return;
+  try {
+    file.read_at(position, to);
+  } catch (const WorldError&) {
+    if (to.size() <= step) {
+      std::ranges::fill(to, std::byte{0});
+      return;
+    }
+    for (std::uint64_t begin = 0; begin < to.size(); begin += step)
+      read_what_is_there(file, position + begin, to.subspan(begin, std::min(step, to.size() - begin)), step);
+  }
+}
+
+void write_frame(const ParityLayout& layout, std::uint64_t base, const WriteAt& write) {
+  write(base, serialize_description(layout, head_number, {}));
+  // Written, not left as a gap: the output may have other bytes there.
+  const std::uint64_t begin = base + parity_head_size;
+  const std::vector<std::byte> zeros(layout.first_unit(base) - begin);
+  write(begin, zeros);
+  write(layout.foot(base), serialize_description(layout, foot_number, {}));
+}
+
+void write_pages(const ParityLayout& layout, std::span<const std::uint64_t> checksums, std::uint64_t base,
+                 const WriteAt& write) {
+  make_pages(layout, checksums, [&](std::uint64_t number, std::span<const std::byte> page) {
+    write(layout.place_of_page(base, number), page);
+  });
+}
+
+void write_run(const ParityLayout& layout, const BlockRun& run, std::uint64_t base, const WriteAt& write) {
+  if (run.is_parity) return write(layout.place_of_parity(base, run.first), run.bytes);
+  const std::uint64_t begin = run.first << layout.log2_block;
+  write(begin, run.bytes.first(std::min<std::uint64_t>(run.bytes.size(), layout.file_size - begin)));
+}
+
+/// Appends the bytes of a block, after those before.
+void append_block(std::vector<Stretch>& stretches, const ParityLayout& layout, std::uint64_t block) {
+  const std::uint64_t begin = block << layout.log2_block,
+                      end = std::min(layout.file_size, begin + layout.block_size());
+  if (!stretches.empty() && stretches.back().end == begin)
+    stretches.back().end = end;
+  else
+    stretches.push_back({begin, end});
+}
+
+/// The layout of the description at a position, if it is whole and belongs there.
+std::optional<ParityLayout> credible(const ByteSource& source, std::uint64_t position, bool beside,
+                                     std::span<const std::byte> beginning) {
+  const auto claimed = claimed_description(beginning);
+  if (!claimed || position != claimed->place(beside ? 0 : claimed->layout.file_size)) return std::nullopt;
+  std::vector<std::byte> bytes(claimed->size());
+  read_what_is_there(source, position, bytes, bytes.size());
+  const auto found = parse_description(bytes);
+  return found ? std::optional(found->layout) : std::nullopt;
+}
+
+/// Reads a file in search of a description. Where the file ends, or its head lies, may not be known.
+std::optional<ParityLayout> search(const ByteSource& source, bool beside) {
+  constexpr std::uint64_t step = std::uint64_t{1} << 20;
+  std::vector<std::byte> bytes(step + parity_head_size - 1);  // one that begins here may end in the next part
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (std::uint64_t begin = 0; begin < source.size(); begin += step) {
+    read_what_is_there(source, begin, bytes, sector);
+    for (auto i = text.find(parity_magic); i < step; i = text.find(parity_magic, i + 1))
+      if (auto layout = credible(source, begin + i, beside, std::span(bytes).subspan(i, parity_head_size)))
+        return layout;
+  }
+  return std::nullopt;
+}
+
+/// The layout in the head or the foot of parity that is beside its file.
+std::optional<ParityLayout> layout_beside(const ByteSource& parity) {
+  std::array<std::byte, parity_head_size> bytes;
+  read_what_is_there(parity, 0, bytes, bytes.size());
+  if (const auto head = parse_description(bytes); head && head->number == head_number) return head->layout;
+  if (parity.size() < bytes.size()) return std::nullopt;
+  read_what_is_there(parity, parity.size() - bytes.size(), bytes, bytes.size());
+  if (const auto foot = parse_description(bytes); foot && foot->number == foot_number) return foot->layout;
+  return search(parity, true);
+}
+
+}  // namespace
+
+std::uint64_t least_parity_memory(const ParityLayout& layout) {
+  const std::uint64_t stripe =
+      static_cast<std::uint64_t>(layout.data() + layout.parity) * layout.block_size();
+  const std::uint64_t group =
+      static_cast<std::uint64_t>(layout.pages_of_group() + layout.parity_of_group() + 1) *
+      layout.block_size();
+  // Checksums, and a bit for each damaged and each lost block.
+  return std::max(stripe, group) + 8 * layout.sequence() + layout.blocks() / 4;
+}
+
+std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint64_t base,
+                           const WriteAt& write, std::uint64_t memory) {
+  ParityLayout layout = ParityLayout::of(file.size(), share);
+  const ReedSolomon code(layout.data(), layout.parity);
+  std::vector<std::uint64_t> checksums(layout.sequence());
+  {
+    StripeBand band(layout, memory);
+    while (band.next()) {
+      band.fill_up();
+      band.for_each_run(false, [&](const BlockRun& run) {
+        const std::uint64_t begin = run.first << layout.log2_block;
+        const auto there = run.bytes.first(std::min<std::uint64_t>(run.bytes.size(), file.size() - begin));
+        file.read_at(begin, there);
+        std::ranges::fill(run.bytes.subspan(there.size()), std::byte{0});
+      });
+      code.encode(band.row_starts(), band.row_bytes());
+      for (int row = 0; row < band.rows(); ++row)
+        for (std::uint64_t i = 0; i < band.count(); ++i)
+          if (const auto number = band.number(row, i)) checksums[*number] = checksum_of({band.block(row, i)});
+      band.for_each_run(true, [&](const BlockRun& run) { write_run(layout, run, base, write); });
+    }
+  }
+  layout.id = id_of_table(checksums);
+  write_pages(layout, checksums, base, write);
+  write_frame(layout, base, write);
+  return layout.end(base);
+}
+
+std::uint64_t append_parity(OutputFile& file, std::uint64_t size, ParityShare share, std::uint64_t memory) {
+  const FileSource written(file.temporary());
+  if (written.size() != size) throw WorldError(file.name() + ": was changed while it was being written");
+  const WriteAt write = [&](std::uint64_t position, std::span<const std::byte> bytes) {
+    file.write_at(position, bytes);
+  };
+  return write_parity(written, share, size, write, memory);
+}
+
+std::optional<ParityLayout> search_for_parity(const ByteSource& file) { return search(file, false); }
+
+ProtectedFile::ProtectedFile(std::shared_ptr<const ByteSource> file, std::shared_ptr<const ByteSource> parity,
+                             const ParityLayout& layout)
+    : file_(std::move(file)), parity_(std::move(parity)), layout_(layout) {
+  base_ = is_beside() ? 0 : layout_.file_size;
+}
+
+std::optional<ProtectedFile> ProtectedFile::find(std::shared_ptr<const ByteSource> file,
+                                                 std::shared_ptr<const ByteSource> beside) {
+  // Parity at most doubles a file. Of one that is far shorter than a description says, nothing can be
+  // repaired, and the numbers of that description must not take memory.
+  const auto found = [&](const std::optional<ParityLayout>& layout,
+                         const std::shared_ptr<const ByteSource>& parity) -> std::optional<ProtectedFile> {
+    const std::uint64_t there = file->size() + (parity == file ? 0 : parity->size());
+    if (!layout || layout->file_size / 2 > there) return std::nullopt;
+    return ProtectedFile(file, parity, *layout);
+  };
+  if (auto at_end = found(parity_at_end(*file), file)) return at_end;
+  if (beside)
+    if (auto other = found(layout_beside(*beside), beside)) return other;
+  return found(search(*file, false), file);
+}
+
+std::optional<std::vector<std::uint64_t>> ProtectedFile::read_table(ParityCondition& condition) const {
+  std::uint64_t damaged = 0;
+  auto table = read_pages(
+      layout_,
+      [&](std::uint64_t number, std::span<std::byte> page) {
+        read_what_is_there(*parity_, layout_.place_of_page(base_, number), page, page.size());
+      },
+      damaged);
+  condition.damaged_parity += damaged;
+  if (!table) condition.unknown_pages = std::max<std::uint64_t>(damaged, 1);
+  return table;
+}
+
+bool ProtectedFile::is_frame_intact() const {
+  if (parity_->size() != layout_.end(base_)) return false;
+  bool same = true;
+  write_frame(layout_, base_, [&](std::uint64_t position, std::span<const std::byte> expected) {
+    std::vector<std::byte> bytes(expected.size());
+    read_what_is_there(*parity_, position, bytes, bytes.size() + 1);
+    same = same && std::ranges::equal(bytes, expected);
+  });
+  return same;
+}
+
+ParityCondition ProtectedFile::walk(const WriteAt* write, std::uint64_t memory) const {
+  ParityCondition condition;
+  condition.damaged_frame = !is_frame_intact();
+  condition.wrong_size = is_beside() && file_->size() != layout_.file_size;
+  const auto checksums = read_table(condition);
+  if (!checksums) return condition;
+  const ReedSolomon code(layout_.data(), layout_.parity);
+  std::vector<bool> damaged(layout_.blocks()), lost(layout_.blocks());
+  StripeBand band(layout_, memory);
+  while (band.next()) {
+    band.fill_up();
+    const auto read = [&](const BlockRun& run) {
+      const std::uint64_t place =
+          run.is_parity ? layout_.place_of_parity(base_, run.first) : run.first << layout_.log2_block;
+      read_what_is_there(run.is_parity ? *parity_ : *file_, place, run.bytes, layout_.block_size());
+      // The last block ends in zeros, whatever follows it in the file.
+      if (!run.is_parity && place + run.bytes.size() > layout_.file_size)
+        std::ranges::fill(run.bytes.subspan(layout_.file_size - place), std::byte{0});
+    };
+    band.for_each_run(false, read);
+    band.for_each_run(true, read);
+    const auto is_right = [&](int row, std::uint64_t i) {
+      const auto number = band.number(row, i);
+      return !number || checksum_of({band.block(row, i)}) == (*checksums)[*number];
+    };
+    for (std::uint64_t i = 0; i < band.count(); ++i) {
+      std::vector<int> wrong;
+      std::vector<std::byte*> blocks;
+      for (int row = 0; row < band.rows(); ++row) {
+        blocks.push_back(band.block(row, i).data());
+        if (is_right(row, i)) continue;
+        wrong.push_back(row);
+        ++(row < layout_.data() ? condition.damaged_blocks : condition.damaged_parity);
+        if (row < layout_.data()) damaged[*band.number(row, i)] = true;
+      }
+      if (wrong.empty()) continue;
+      const bool can_be_repaired = static_cast<int>(wrong.size()) <= layout_.parity;
+      if (write && can_be_repaired) code.restore(blocks, wrong, layout_.block_size());
+      for (const int row : wrong)
+        if (row < layout_.data() && (!can_be_repaired || (write && !is_right(row, i))))
+          lost[*band.number(row, i)] = true;
+    }
+    if (!write) continue;
+    const auto write_to = [&](const BlockRun& run) { write_run(layout_, run, base_, *write); };
+    band.for_each_run(false, write_to);
+    if (!is_beside()) band.for_each_run(true, write_to);
+  }
+  for (std::uint64_t block = 0; block < layout_.blocks(); ++block) {
+    if (damaged[block]) append_block(condition.damaged, layout_, block);
+    if (lost[block]) append_block(condition.lost, layout_, block);
+  }
+  if (write && !is_beside()) {
+    write_pages(layout_, *checksums, base_, *write);
+    write_frame(layout_, base_, *write);
+  }
+  return condition;
+}
+
+std::optional<ProtectedFile> protected_file(const std::string& path) {
+  auto file = std::make_shared<FileSource>(path);
+  const std::string beside = parity_beside(path);
+  if (path == "-" || !is_regular_input(beside)) return ProtectedFile::find(std::move(file));
+  return ProtectedFile::find(std::move(file), std::make_shared<FileSource>(beside));
+}
+
+}  // namespace tagrid

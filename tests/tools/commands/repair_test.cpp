@@ -1,0 +1,77 @@
+// protect and repair, as a user runs them.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class RepairCommands : public CommandLine {
+ protected:
+  void SetUp() override {
+    expect_ok(tagrid({"phantom", "--dims", "90,80,70", "-q", "-o", "a.nhdr"}));
+    expect_ok(tagrid({"encode", "a.nhdr", "-q"}));
+    plain_ = content("a.tag");
+  }
+  void expect_repaired(const std::string& damaged, const std::string& whole) {
+    EXPECT_EQ(tagrid({"verify", damaged, "-q"}).code, broken_input);
+    expect_ok(tagrid({"repair", damaged, "-f", "-o", "whole.tag", "-q"}));
+    EXPECT_TRUE(content("whole.tag") == whole);
+  }
+  /// The file with other bytes from `begin` on.
+  static std::string damaged(std::string bytes, std::size_t begin, std::size_t count) {
+    for (std::size_t i = begin; i < begin + count; ++i) bytes[i] = static_cast<char>(~bytes[i]);
+    return bytes;
+  }
+
+  std::string plain_;
+};
+
+TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
+  const std::string whole = content("b.tag");
+  EXPECT_TRUE(whole.starts_with(plain_)) << "parity follows the file";
+  expect_ok(tagrid({"verify", "b.tag", "-q"}));
+  for (const std::size_t begin : {std::size_t{0}, plain_.size() / 2, plain_.size() - 30, whole.size() - 40}) {
+    file("c.tag", damaged(whole, begin, 30));
+    expect_repaired("c.tag", whole);
+  }
+  file("c.tag", damaged(whole, 100, plain_.size() / 5));
+  EXPECT_FALSE(exists("lost.tag"));
+  EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
+  EXPECT_FALSE(exists("lost.tag")) << "more is damaged than the parity makes up for";
+}
+
+TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  EXPECT_TRUE(content("a.tag") == content("b.tag"));
+  expect_error(tagrid({"protect", "a.tag", "--parity", "5%"}), usage, "already has parity");
+  file("a.tag", damaged(plain_, plain_.size() / 3, 1));
+  EXPECT_EQ(tagrid({"protect", "a.tag", "--parity", "5%"}).code, broken_input) << "a damaged file";
+}
+
+TEST_F(RepairCommands, ParityMayLieBesideTheFile) {
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
+  EXPECT_TRUE(content("a.tag") == plain_);
+  file("a.tag", damaged(plain_, 20, 50));
+  expect_repaired("a.tag", plain_);
+  EXPECT_TRUE(content("a.tag") == damaged(plain_, 20, 50)) << "the input stays as it is";
+}
+
+// Another file has taken the place of the one that was protected, and differs in a few bytes.
+TEST_F(RepairCommands, ParityOfAnotherFileIsRefused) {
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "50%", "--beside"}));
+  std::string samples = content("a.raw");
+  samples[samples.size() / 2] = static_cast<char>(samples[samples.size() / 2] ^ 1);
+  file("a.raw", samples);
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
+  expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input, "is whole by its own checksums");
+  EXPECT_FALSE(exists("whole.tag"));
+}
+
+}  // namespace
+}  // namespace tagrid

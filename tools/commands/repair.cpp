@@ -1,0 +1,202 @@
+// tagrid repair: rebuilds damaged stretches of a .tag file from its parity.
+// tagrid protect: adds parity to a .tag file.
+
+#include <fmt/format.h>
+
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/output_file.h"
+#include "io/parity/parity.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "io/text/text.h"
+#include "pipeline/memory/parity.h"
+#include "pipeline/run/run.h"
+#include "tools/commands/commands.h"
+#include "tools/options/encoding_options.h"
+#include "tools/options/output_options.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+WriteAt to_file(OutputFile& file) {
+  return
+      [&file](std::uint64_t position, std::span<const std::byte> bytes) { file.write_at(position, bytes); };
+}
+
+void require_file(const std::string& path, const char* what) {
+  if (path == "-" || !is_regular_output(path))
+    throw usage_error("{}: {} must be a regular file", shown_output(path), what);
+}
+
+/// Whether the checksums of a file itself find no damage.
+bool is_whole(const std::string& path) {
+  try {
+    TagReader(path).read_to_end();
+    return true;
+  } catch (const BrokenInput&) {
+    return false;
+  }
+}
+
+struct RepairCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+
+  void execute(Ranks& ranks) const {
+    run.obey_memory_limit();
+    if (output.path.empty()) throw UsageError("give -o OUT, a new file: repair does not change its input");
+    require_file(output.path, "the output");
+    refuse_same_file(input, output.path);
+    refuse_same_file(parity_beside(input), output.path);
+    check_output(output.path, output.overwrite);
+    remove_abandoned(run, {input}, {output.path});
+    const auto file = protected_file(input);
+    if (!file)
+      throw broken_input_error(
+          "{}: has no parity, or none of its descriptions is left; nothing can be repaired",
+          shown_input(input));
+    OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
+    const ParityCondition condition =
+        file->repair(to_file(repaired), memory_for_stripes(run.memory, file->layout(), "repairing a file"));
+    if (!condition.is_repairable()) {
+      if (!run.quiet) tell_what_is_lost(condition);
+      throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(condition));
+    }
+    if (file->is_beside() && !condition.is_file_intact() && is_whole(input))
+      throw broken_input_error(
+          "{}: is whole by its own checksums, so {} is of another file; remove it, or protect the file again",
+          shown_input(input), parity_beside(input));
+    prove(ranks, repaired.temporary());
+    repaired.commit();
+    if (!run.quiet) tell(*file, condition);
+  }
+
+  /// The blocks are those that were protected. The file's own checksums show that these were whole.
+  void prove(Ranks& ranks, const std::string& path) const {
+    Ranks alone;
+    try {
+      ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
+      verify_file(alone, {.input = path, .resources = run.resources(ranks), .progress = meter.progress()});
+    } catch (const BrokenInput& broken) {
+      throw broken_input_error(
+          "{}: is repaired to what was protected, but that is not a whole .tag file, and was not written "
+          "({})",
+          shown_input(input), broken.what());
+    }
+  }
+
+  void tell_what_is_lost(const ParityCondition& condition) const {
+    for (const Stretch& stretch : condition.lost)
+      fmt::print("{}: bytes {} to {} cannot be repaired\n", printable(input), stretch.begin, stretch.end - 1);
+    std::fflush(stdout);  // the error follows on another stream
+  }
+
+  void tell(const ProtectedFile& file, const ParityCondition& condition) const {
+    for (const Stretch& stretch : condition.damaged)
+      fmt::print("{}: bytes {} to {} were repaired\n", printable(input), stretch.begin, stretch.end - 1);
+    const bool damages_beside = file.is_beside() && (condition.damaged_parity > 0 || condition.damaged_frame);
+    const std::string damage = damages_beside && condition.damaged_blocks > 0
+                                   ? counted(condition.damaged_blocks, "damaged block")
+                                   : damage_text(condition);
+    fmt::print("{}: {}; all checksums agree\n", printable(output.path),
+               !condition.is_file_intact()               ? "repaired " + damage
+               : damages_beside || condition.is_intact() ? "nothing was damaged"
+                                                         : "repaired, only the parity was damaged");
+    if (damages_beside)
+      warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
+           printable(output.path));
+  }
+};
+
+struct ProtectCommand {
+  std::string input, share;
+  bool beside = false, overwrite = false;
+  RunOptions run;
+
+  void execute(Ranks&) const {
+    run.obey_memory_limit();
+    if (share.empty()) throw UsageError("give --parity P%, the size of the parity, such as 5%");
+    const auto asked = parity_option("--parity", share);
+    if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
+    require_file(input, "the file to protect");
+    const std::string path = beside ? parity_beside(input) : input;
+    remove_abandoned(run, {}, {path});
+    const FileSource file(input);
+    if (const auto parity = parity_at_end(file))
+      throw usage_error("{}: already has parity of {}", shown_input(input), text_of_share(parity->share));
+    // Parity of a damaged file would keep its damage.
+    TagReader reader(input);
+    reader.read_to_end();
+    const std::uint64_t memory =
+        memory_for_stripes(run.memory, ParityLayout::of(file.size(), *asked), "making parity");
+    const UnchangedFiles watched({input});
+    // A copy, so that a crash leaves the file as it was.
+    OutputFile output(path, beside ? overwrite : true, {.like = attributes_of(input)});
+    if (!beside) copy(file, output);
+    const std::uint64_t base = beside ? 0 : file.size();
+    const std::uint64_t end = write_parity(file, *asked, base, to_file(output), memory);
+    watched.require();
+    output.commit();
+    if (run.is_verbose()) say("{}: {} bytes of parity", path, end - base);
+  }
+
+  static void copy(const ByteSource& from, OutputFile& to) {
+    std::vector<std::byte> bytes(std::size_t{1} << 20);
+    for (std::uint64_t position = 0; position < from.size();) {
+      const std::span part =
+          std::span(bytes).first(std::min<std::uint64_t>(bytes.size(), from.size() - position));
+      from.read_at(position, part);
+      to.write(part);
+      position += part.size();
+    }
+  }
+};
+
+}  // namespace
+
+std::string damage_text(const ParityCondition& condition) {
+  if (condition.is_file_intact()) return "only the parity is damaged";
+  if (condition.damaged_blocks == 0) return "bytes follow the end";
+  return fmt::format("{}{}", counted(condition.damaged_blocks, "damaged block"),
+                     condition.damaged_parity > 0 || condition.damaged_frame ? "; parity, too" : "");
+}
+
+std::string why_not_repairable(const ParityCondition& condition) {
+  if (condition.unknown_pages > 0)
+    return fmt::format("is not repairable: too much of the description of its parity is lost ({})",
+                       counted(condition.unknown_pages, "page"));
+  std::uint64_t bytes = 0;
+  for (const Stretch& stretch : condition.lost) bytes += stretch.end - stretch.begin;
+  return fmt::format(
+      "is not repairable: more is damaged than its parity makes up for; {} bytes in {} are lost", bytes,
+      counted(condition.lost.size(), "place"));
+}
+
+Action add_repair_command(CLI::App& app) {
+  auto state = std::make_shared<RepairCommand>();
+  CLI::App* command = app.add_subcommand("repair", "Rebuild damaged parts of a .tag file from its parity");
+  command->add_option("INPUT", state->input, ".tag file that has parity, in it or beside it as INPUT.parity")
+      ->required();
+  add_output_options(*command, state->output);
+  add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+Action add_protect_command(CLI::App& app) {
+  auto state = std::make_shared<ProtectCommand>();
+  CLI::App* command =
+      app.add_subcommand("protect", "Add parity to a .tag file, so that damage can be repaired");
+  command->add_option("FILE", state->input, ".tag file")->required();
+  add_text_option(*command, "--parity", state->share, "P%", "Size of the parity, in per cent of the file");
+  command->add_flag("--beside", state->beside, "Write the parity to FILE.parity, and leave FILE as it is");
+  command->add_flag("-f,--force", state->overwrite, "Overwrite FILE.parity if it exists");
+  add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+}  // namespace tagrid
