@@ -145,15 +145,6 @@ std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint6
   return layout.end(base);
 }
 
-std::uint64_t append_parity(OutputFile& file, std::uint64_t size, ParityShare share, std::uint64_t memory) {
-  const FileSource written(file.temporary());
-  if (written.size() != size) throw WorldError(file.name() + ": was changed while it was being written");
-  const WriteAt write = [&](std::uint64_t position, std::span<const std::byte> bytes) {
-    file.write_at(position, bytes);
-  };
-  return write_parity(written, share, size, write, memory);
-}
-
 std::optional<ParityLayout> search_for_parity(const ByteSource& file) { return search(file, false); }
 
 ProtectedFile::ProtectedFile(std::shared_ptr<const ByteSource> file, std::shared_ptr<const ByteSource> parity,

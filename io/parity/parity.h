@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
-#include "io/files/output_file.h"
 #include "io/parity/layout.h"
 
 namespace tagrid {
@@ -31,9 +30,6 @@ std::uint64_t least_parity_memory(const ParityLayout& layout);
 /// and UsageError.
 std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint64_t base,
                            const WriteAt& write, std::uint64_t memory = usual_parity_memory);
-
-/// Appends parity to a finished file of `size` bytes. Returns its size then. REQUIRES: file.can_seek().
-std::uint64_t append_parity(OutputFile& file, std::uint64_t size, ParityShare share, std::uint64_t memory);
 
 /// The path of the parity beside a file.
 inline std::string parity_beside(const std::string& path) { return path + ".parity"; }

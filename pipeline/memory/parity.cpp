@@ -31,14 +31,10 @@ std::uint64_t least_memory_of_parity(std::uint64_t bytes, ParityShare share) {
   return least;
 }
 
-std::uint64_t end_with_parity(OutputFile& file, std::uint64_t size, std::optional<ParityShare> share,
-                              const Resources& resources) {
-  if (!share) return size;
-  const std::uint64_t least = least_of_process(ParityLayout::of(size, *share));
-  // The file is complete: a limit that is missed by little is no reason to lose it.
+std::uint64_t memory_for_stripes_of_finished(const ParityLayout& layout, const Resources& resources) {
+  const std::uint64_t least = least_of_process(layout);
   const auto limit = resources.memory ? std::optional(std::max(*resources.memory, least)) : std::nullopt;
-  return append_parity(file, size, *share,
-                       memory_for_stripes(limit, ParityLayout::of(size, *share), "making parity"));
+  return memory_for_stripes(limit, layout, "making parity");
 }
 
 }  // namespace tagrid
