@@ -1,6 +1,7 @@
 // protect and repair, as a user runs them.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 
 #include "tests/support/command_line.h"
@@ -39,9 +40,9 @@ TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
     expect_repaired("c.tag", whole);
   }
   file("c.tag", damaged(whole, 100, plain_.size() / 5));
-  EXPECT_FALSE(exists("lost.tag"));
+  EXPECT_FALSE(std::filesystem::exists(path("lost.tag")));
   EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
-  EXPECT_FALSE(exists("lost.tag")) << "more is damaged than the parity makes up for";
+  EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "more is damaged than the parity makes up for";
 }
 
 TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {
@@ -70,7 +71,7 @@ TEST_F(RepairCommands, ParityOfAnotherFileIsRefused) {
   file("a.raw", samples);
   expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
   expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input, "is whole by its own checksums");
-  EXPECT_FALSE(exists("whole.tag"));
+  EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));
 }
 
 }  // namespace
