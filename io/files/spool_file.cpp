@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -21,8 +21,10 @@ namespace {
 constexpr std::size_t buffer_size = std::size_t{1} << 20;
 
 std::string folder_for_temporaries() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) throw WorldError("TMPDIR does not name a directory for temporary files: " + error.message());
+  return folder.string();
 }
 
 // Beside the output, because there must be space for the result there anyway.

@@ -92,7 +92,8 @@ class Commands(unittest.TestCase):
         volumes = self.folder / "volumes"
         volumes.mkdir()
         self.make(volumes, "tagrid phantom --dims 256,256,64 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
-                           " && tagrid phantom --dims 64,64,64 --type float32 -o smoke.vdb")
+                           " && tagrid phantom --dims 64,64,64 --type float32 -o smoke.vdb"
+                           " && tagrid encode scan.nhdr --overviews 4,16 -o overviews.tag && tagrid encode scan.nhdr --parity 5% -o protected.tag")
         count = 0
         documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1"]
         for document in documents:
@@ -136,8 +137,9 @@ class Commands(unittest.TestCase):
         if "smoke.vdb" in command:
             shutil.copy(volumes / "smoke.vdb", folder)
         if not re.search(r"\btagrid (encode|phantom)\b", command):
-            for name in re.findall(r"\b[\w-]+\.tag\b", command):
-                shutil.copy(volumes / "scan.tag", folder / name)
+            kind = "protected" if "tagrid repair" in command else "overviews" if "--overview " in command else "scan"
+            for name in re.findall(r"(?<!-o )\b[\w-]+\.tag\b", command):
+                shutil.copy(volumes / f"{kind}.tag", folder / name)
 
     def test_the_scripts_that_documents_call_are_there(self):
         scripts = set()
