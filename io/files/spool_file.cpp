@@ -9,7 +9,6 @@
 #include <cassert>
 #include <cerrno>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -20,24 +19,7 @@ namespace {
 
 constexpr std::size_t buffer_size = std::size_t{1} << 20;
 
-std::string folder_for_temporaries() {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  if (error) throw WorldError("TMPDIR does not name a directory for temporary files: " + error.message());
-  return folder.string();
-}
-
-// Beside the output, because there must be space for the result there anyway.
-std::string folder_beside(const std::string& path) {
-  if (path == "-") return folder_for_temporaries();
-  const auto status = status_of(path);
-  if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
-  return folder_of(path);
-}
-
 }  // namespace
-
-SpoolFile SpoolFile::beside(const std::string& path) { return {folder_beside(path), shown_output(path)}; }
 
 SpoolFile SpoolFile::in(const std::string& folder, const std::string& whose) { return {folder, whose}; }
 

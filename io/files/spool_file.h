@@ -62,4 +62,7 @@ class SpoolFile {
   std::uint64_t size_ = 0;
 };
 
+/// The folder for temporary files of an output: `spool`; if that is "", the folder of SpoolFile::beside(path).
+std::string spool_folder(const std::string& spool, const std::string& path);
+
 }  // namespace tagrid

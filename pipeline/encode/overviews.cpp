@@ -55,8 +55,7 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
     while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool, output);
     const TagHeader header = overview_header(file, factor, total);
     const CodingParameters& p = header.parameters;
-    SpoolFile encoded =
-        resources.spool.empty() ? SpoolFile::beside(output) : SpoolFile::in(resources.spool, output);
+    SpoolFile encoded = SpoolFile::in(resources.spool, output);
     SpoolSink sink(encoded);
     TagWriter writer(sink, header);
     MeansSource means(sums, dims);

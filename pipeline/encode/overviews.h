@@ -24,7 +24,7 @@ using MemberOut = std::function<void(std::uint32_t kind, std::uint32_t factor, s
                                      const std::function<void(const PassBytes&)>& content)>;
 
 /// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
-/// those of blocks of 4. Temporary files are in `resources.spool`, or beside `output`. Throws WorldError.
+/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". Throws WorldError.
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
                      SumsFile sums, const Resources& resources, const std::string& output,
                      const MemberOut& out);

@@ -20,10 +20,6 @@ Box samples_of(const Box& blocks, const CodingParameters& parameters) {
   return intersection(box, Box::of_size(parameters.dims));
 }
 
-SpoolFile temporary_file(const std::string& spool, const std::string& output) {
-  return spool.empty() ? SpoolFile::beside(output) : SpoolFile::in(spool, output);
-}
-
 }  // namespace
 
 // Closed boxes begin at most one sample before a block, and end at most one after it: so the blocks between
@@ -62,7 +58,7 @@ void StripSums::add_slice(const Box& rows, const std::byte* samples) {
 }
 
 SumsFile::SumsFile(const SumsLayout& layout, const std::string& spool, const std::string& output)
-    : layout_(layout), file_(temporary_file(spool, output)) {}
+    : layout_(layout), file_(SpoolFile::in(spool, output)) {}
 
 std::uint64_t SumsFile::position(std::int64_t z, std::int64_t y) const {
   return static_cast<std::uint64_t>(z * layout_.blocks.y + y) * layout_.row_bytes();

@@ -47,7 +47,7 @@ class StripSums {
 /// The sums of all blocks of a level, in a temporary file.
 class SumsFile {
  public:
-  /// In the directory `spool`; if that is "", beside `output`.
+  /// In the directory `spool`; messages name `output`.
   SumsFile(const SumsLayout& layout, const std::string& spool, const std::string& output);
 
   const SumsLayout& layout() const { return layout_; }

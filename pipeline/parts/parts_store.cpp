@@ -151,8 +151,10 @@ class PartsStore : public BrickStore {
       pages_->add(write_member({kind, factor, position_, length}, checksum_, content,
                                [this](std::span<const std::byte> bytes) { write_at_end(bytes); }));
     };
-    tagrid::write_overviews(header, overviews_, pages_->index().total, std::move(*sums_),
-                            of_this_rank(ranks_, run_.resources), run_.output, write);
+    Resources resources = of_this_rank(ranks_, run_.resources);
+    resources.spool = spool_folder(resources.spool, run_.output);
+    tagrid::write_overviews(header, overviews_, pages_->index().total, std::move(*sums_), resources,
+                            run_.output, write);
   }
 
   bool read_earlier_record() {
@@ -256,7 +258,8 @@ class PartsStore : public BrickStore {
     position_ = record_.header.size();
     checksum_ = parts_->header_checksum();
     if (const CodingParameters& p = parts_->header().parameters; parts_->has_sums())
-      sums_.emplace(layout_of_sums(p.dims, p.type, block_edge), run_.resources.spool, run_.output);
+      sums_.emplace(layout_of_sums(p.dims, p.type, block_edge),
+                    spool_folder(run_.resources.spool, run_.output), run_.output);
     const OutputFileOptions beginning = {.like = like, .others_write = true, .temporaries = folder_->path()};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);
     file_->write(record_.header);

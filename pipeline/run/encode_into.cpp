@@ -95,7 +95,7 @@ class StreamStore : public BrickStore {
     RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
     ahead.stop_when(encoder.failed());
     if (!overviews_.empty()) {
-      sums_.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), resources_.spool,
+      sums_.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), folder_of_sums(),
                     run_.output);
       encoder.sum_blocks(
           [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums_->write(z, y, rows); });
@@ -115,8 +115,10 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
+    Resources resources = resources_;
+    resources.spool = folder_of_sums();
     if (sums_)
-      write_overviews(result.header, overviews_, writer_->index().total, std::move(*sums_), resources_,
+      write_overviews(result.header, overviews_, writer_->index().total, std::move(*sums_), resources,
                       run_.output,
                       [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
                           const auto& content) { writer_->write_member(kind, factor, length, content); });
@@ -129,6 +131,8 @@ class StreamStore : public BrickStore {
   void commit() override { file_->commit(); }
 
  private:
+  std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
+
   const EncodeRun& run_;
   Resources resources_;
   std::unique_ptr<OutputFile> file_;

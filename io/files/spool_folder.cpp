@@ -1,0 +1,34 @@
+// Where temporary files lie by default. Apart from SpoolFile, as a library must not look at the environment.
+#include <sys/stat.h>
+
+#include <cstdlib>
+
+#include "io/files/spool_file.h"
+#include "io/files/system_call.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+std::string folder_for_temporaries() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
+// Beside the output, because there must be space for the result there anyway.
+std::string folder_beside(const std::string& path) {
+  if (path == "-") return folder_for_temporaries();
+  const auto status = status_of(path);
+  if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
+  return folder_of(path);
+}
+
+}  // namespace
+
+SpoolFile SpoolFile::beside(const std::string& path) { return {folder_beside(path), shown_output(path)}; }
+
+std::string spool_folder(const std::string& spool, const std::string& path) {
+  return spool.empty() ? folder_beside(path) : spool;
+}
+
+}  // namespace tagrid
