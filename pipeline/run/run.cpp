@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/spool_file.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -146,7 +147,9 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
     source_files_of(file);
     std::unique_ptr<VolumeSource> original;
     if (again && !file.index().members.empty()) original = open_volume(run.original, run.source);
-    verify_members(file, original.get(), of_this_rank(ranks, run.resources));
+    Resources resources = of_this_rank(ranks, run.resources);
+    resources.spool = spool_folder(resources.spool, "-");
+    verify_members(file, original.get(), resources);
   }
   return result;
 }

@@ -16,9 +16,7 @@ namespace {
 class OriginalMeans {
  public:
   OriginalMeans(VolumeSource& original, const std::string& spool)
-      : dims_(original.info().dims),
-        spool_(spool_folder(spool, "-")),
-        sums_(sums_of(original, spool_, "-")) {}
+      : dims_(original.info().dims), spool_(spool), sums_(sums_of(original, spool_, "-")) {}
 
   /// Those of blocks of `factor`, which increases; null if it is not a power of 4, for which there are no sums.
   std::unique_ptr<VolumeSource> means(std::int64_t factor) {

@@ -58,7 +58,8 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
                           const Progress& progress = {});
 
 /// Verifies the members of a file: checksums, and overviews as any file. With `original`, whose first sample is
-/// the next one, also compares overviews with the means of its blocks. Throws as verify_file() does.
+/// the next one, also compares overviews with the means of its blocks, which wait in temporary files in
+/// `resources.spool`. Throws as verify_file() does.
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources);
 
 struct VerifySetup;

@@ -3,9 +3,11 @@
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "stages/phantom/phantom.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -13,11 +15,22 @@
 namespace tagrid {
 namespace {
 
+/// What stands in place of a sample of the phantom.
+using Instead = double (*)(Index3 place, double sample);
+
 struct Golden {
   const char* name;
   SampleType type;
   EncodeOptions options;
+  Instead instead = nullptr;
 };
+
+// Values that are few, each in another way; see stages/values/few.
+double multiple_of_three(Index3, double sample) { return 7 + 3 * std::floor(std::abs(sample) / 16); }
+double part_of_255(Index3, double sample) { return std::floor(std::abs(sample) / 16) / 255; }
+double label_of_block(Index3 p, double) {
+  return static_cast<double>(1000 + 37 * (p.x / 9 * 11 + p.y / 5 * 3 + p.z / 4));
+}
 
 EncodeOptions with_cube(int cube_size, int lead = 0) {
   EncodeOptions options{.cube_size = cube_size, .brick_edge = 2, .lead = lead};
@@ -48,7 +61,10 @@ std::vector<Golden> all_golden() {
                              {"lead_voxels_two_bounds_uint8", SampleType::uint8, with_cube(8, 1)},
                              {"lead_grid_bounded_mesh_uint16", SampleType::uint16, with_cube(8, 1)},
                              {"lead_voxels_derived_grid_float32", SampleType::float32, with_cube(8, 1)},
-                             {"lead_voxels_overviews_int16", SampleType::int16, with_cube(16, 1)}};
+                             {"lead_voxels_overviews_int16", SampleType::int16, with_cube(16, 1)},
+                             {"few_affine_uint16", SampleType::uint16, with_cube(64, 1), multiple_of_three},
+                             {"few_table_float32", SampleType::float32, with_cube(64, 1), part_of_255},
+                             {"few_labels_uint16", SampleType::uint16, with_cube(64, 1), label_of_block}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
@@ -84,8 +100,11 @@ std::vector<Golden> all_golden() {
   return all;
 }
 
-// Wide samples take more bytes: their volumes are smaller.
-Index3 dims_of(SampleType type) { return is_wide_type(type) ? Index3{19, 18, 21} : Index3{41, 35, 38}; }
+// Wide samples take more bytes: their volumes are smaller. Values that are few take hardly any: rows are long.
+Index3 dims_of(const Golden& golden) {
+  if (golden.instead) return {75, 22, 19};
+  return is_wide_type(golden.type) ? Index3{19, 18, 21} : Index3{41, 35, 38};
+}
 
 class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<std::size_t> {
  protected:
@@ -95,7 +114,7 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
   }
 
   void make_volume() const {
-    const Index3 dims = dims_of(golden_.type);
+    const Index3 dims = dims_of(golden_);
     with_sample_type(golden_.type, [&](auto type) {
       using T = decltype(type);
       std::vector<T> samples(static_cast<std::size_t>(Box::of_size(dims).count()));
@@ -103,6 +122,11 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
       for (std::int64_t z = 0; z < dims.z; ++z)
         phantom_slice<T>(dims, 1, z,
                          std::span<T>(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
+      if (golden_.instead)
+        for (const auto [x, y, z] : points_of(dims)) {
+          T& sample = samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))];
+          sample = static_cast<T>(golden_.instead({x, y, z}, static_cast<double>(sample)));
+        }
       write_nrrd(path("in.nrrd"), dims, samples, "content: golden\n");
     });
   }

@@ -58,7 +58,7 @@ std::string difference_of(const KnownOutput& known, const OptionTexts& asked, co
   std::string difference = difference_of_settings(settings_of(was.options, volume), settings, true);
   if (difference.empty() &&
       (members_of(was.source) != members_of(now.source) || was.options.strip != now.options.strip ||
-       was.options.parity != now.options.parity))
+       was.options.parity != now.options.parity || was.options.overviews != now.options.overviews))
     difference = "other options of the input";
   // Users recognize the texts that they gave, not what these became.
   if (!difference.empty())

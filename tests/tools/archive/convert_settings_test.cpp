@@ -47,6 +47,7 @@ const std::vector<Pair> pairs = {
     {"field-scale", "0.5", ""},
     {"strip", "true", ""},
     {"parity", "5%", "10%"},
+    {"overviews", "4", "none"},
     {"dims", "9,8,7", "8,9,7", "type=uint8", "c.raw"},
     {"type", "uint8", "int8", "dims=9,8,7", "c.raw"},
     {"endian", "big", "little", "type=int16\tdims=9,8,7", "d.raw"},

@@ -67,7 +67,7 @@ TEST_F(RepairCommands, ParityOfAnotherFileIsRefused) {
   expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
   expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "50%", "--beside"}));
   std::string samples = content("a.raw");
-  samples[samples.size() / 2] = static_cast<char>(samples[samples.size() / 2] ^ 1);
+  samples.back() = static_cast<char>(samples.back() ^ 1);
   file("a.raw", samples);
   expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
   expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input, "is whole by its own checksums");
