@@ -77,7 +77,8 @@ TEST_F(MeshFile, PointsLieWhereTheHeaderSaysAndVolumesArePositiveThere) {
     for (std::size_t i = 0; i < plain.points.size(); ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         double expected = world.origin[axis];
-        for (int a = 0; a < 3; ++a) expected += static_cast<double>(plain.points[i][a] - 1) * world.axes[a][axis];
+        for (int a = 0; a < 3; ++a)
+          expected += static_cast<double>(plain.points[i][a] - 1) * world.axes[a][axis];
         ASSERT_EQ(xyz[3 * i + axis], expected);
       }
     ASSERT_EQ(six.size(), plain.size());

@@ -172,7 +172,8 @@ class TwoPages : public TemporaryFolder {
     const TagBricks file(std::make_shared<MemorySource>(tag));
     std::string samples(static_cast<std::size_t>(box.count()), '\0');
     const Index3 n = box.size();
-    read_region(file, {file.parameters().domain().points_of(box), {1, 1, 1}}, reinterpret_cast<std::byte*>(samples.data()), {1, n.x, n.x * n.y}, 1);
+    read_region(file, {file.parameters().domain().points_of(box), {1, 1, 1}},
+                reinterpret_cast<std::byte*>(samples.data()), {1, n.x, n.x * n.y}, 1);
     return samples;
   }
   std::string original(const Box& box) const {
