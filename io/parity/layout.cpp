@@ -27,21 +27,6 @@ std::uint8_t log2_block_for(std::uint64_t file_size) {
   return log2;
 }
 
-class BeginningOfSource : public ByteSource {
- public:
-  BeginningOfSource(std::shared_ptr<const ByteSource> source, std::uint64_t size)
-      : source_(std::move(source)), size_(size) {}
-  std::uint64_t size() const override { return size_; }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    source_->read_at(position, to);
-  }
-  const std::string& name() const override { return source_->name(); }
-
- private:
-  std::shared_ptr<const ByteSource> source_;
-  std::uint64_t size_;
-};
-
 }  // namespace
 
 std::string text_of_share(ParityShare share) {
@@ -141,7 +126,8 @@ std::optional<ParityLayout> parity_at_end(const ByteSource& file) {
 }
 
 std::shared_ptr<const ByteSource> beginning_of(std::shared_ptr<const ByteSource> source, std::uint64_t size) {
-  return std::make_shared<BeginningOfSource>(std::move(source), size);
+  std::string name = source->name();
+  return std::make_shared<PartOfSource>(std::move(source), 0, size, std::move(name));
 }
 
 std::optional<ParityLayout> parity_that_follows(std::span<const std::byte> head, std::uint64_t position) {

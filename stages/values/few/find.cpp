@@ -150,8 +150,8 @@ bool affine_pays(std::int64_t step, std::int64_t error) {
   return step > 1 && (2 * (error / step) + 1) * step > 2 * error + 1;
 }
 
-/// The fewest of ascending values such that each of all is within the bound of one of them; and for each value the number of
-/// its one. Values that are not finite stand for themselves.
+/// The fewest of ascending values such that each of all is within the bound of one of them; `number` receives
+/// the number of that one for each. Values that are not finite stand for themselves.
 template <class T>
 std::vector<T> representatives(const std::vector<T>& values, double bound,
                                std::vector<std::uint16_t>& number) {
@@ -204,8 +204,8 @@ template <class T>
 std::optional<FewValues<T>> find_few_narrow(std::span<const T> samples, Index3 size, const FewBounds& bounds,
                                             std::int64_t low, std::int64_t high) {
   const std::int64_t span = high - low, error = integer_bound<T>(bounds.loose), step = 2 * error + 1;
-  const bool like_labels = are_like_labels(samples, size), sparse = are_sparse(samples, low, span, step);
-  if (!like_labels && !sparse) return {};
+  const bool like_labels = are_like_labels(samples, size);
+  if (!like_labels && !are_sparse(samples, low, span, step)) return {};
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(span) + 1);
   for (const T v : samples) marks[static_cast<std::size_t>(v - low)] = 1;
   std::vector<T> values;
@@ -234,7 +234,7 @@ std::optional<FewValues<T>> find_few_narrow(std::span<const T> samples, Index3 s
       labels_pay(size, few.entries.size(), value_steps, number_steps)) {
     few.kind = FewKind::labels;
   } else {
-    if (!sparse) return {};
+    if (like_labels && !are_sparse(samples, low, span, step)) return {};
     if (affine_pays(common, error) && 2 * static_cast<std::int64_t>(values.size()) >= span / common)
       return affine(samples, low, common);
     if (2 * step * static_cast<std::int64_t>(values.size()) > span && common == 1 && error == 0) return {};

@@ -10,6 +10,7 @@
 
 #include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
+#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 
@@ -136,20 +137,10 @@ std::uint64_t bits_of_entries(std::span<const T> values, const Progression& p) {
   return bits;
 }
 
+/// The type of which keys have all values.
 template <class T>
-constexpr std::int64_t lowest_key = [] {
-  if constexpr (std::is_integral_v<T>)
-    return std::int64_t{std::numeric_limits<T>::min()};
-  else
-    return std::int64_t{std::numeric_limits<std::make_signed_t<BitsOf<T>>>::min()};
-}();
-template <class T>
-constexpr std::int64_t highest_key = [] {
-  if constexpr (std::is_integral_v<T>)
-    return std::int64_t{std::numeric_limits<T>::max()};
-  else
-    return std::int64_t{std::numeric_limits<std::make_signed_t<BitsOf<T>>>::max()};
-}();
+using KeyRange =
+    std::numeric_limits<std::conditional_t<std::is_integral_v<T>, T, std::make_signed_t<BitsOf<T>>>>;
 
 /// Codes the entries in both directions. `step`: of integers. Returns false if the keys do not ascend, or are
 /// not those of the type.
@@ -159,7 +150,7 @@ bool code_entries(Coder& coder, const Progression& p, std::uint64_t step, std::s
   GapModel gaps, steps, misses;
   AdaptiveBit alone;
   std::uint64_t k = 0;
-  Int128 key = lowest_key<T>;
+  Int128 key = std::int64_t{KeyRange<T>::min()};
   for (std::size_t i = 0; i < count; ++i) {
     const Int128 before = i == 0 ? key - 1 : key;
     Entry e;
@@ -186,7 +177,7 @@ bool code_entries(Coder& coder, const Progression& p, std::uint64_t step, std::s
       e.missed = unfolded(misses.code(coder, folded(e.missed)));
       if constexpr (std::is_floating_point_v<T>) key = Int128{key_at<T>(p, k)} + e.missed;
     }
-    if (key <= before || key > highest_key<T>) return false;
+    if (key <= before || key > KeyRange<T>::max()) return false;
     if constexpr (!Coder::encoding) {
       if (coder.exhausted()) return false;
       decoded.push_back(from_key<T>(static_cast<std::int64_t>(key)));
@@ -203,14 +194,9 @@ std::uint64_t common_step(std::span<const T> values) {
   return step;
 }
 
-void append_number(std::uint64_t number, std::size_t bytes, std::vector<std::uint8_t>& out) {
-  for (std::size_t byte = 0; byte < bytes; ++byte)
-    out.push_back(static_cast<std::uint8_t>(number >> (8 * byte)));
-}
 std::optional<std::uint64_t> take_number(std::span<const std::uint8_t>& bytes, std::size_t count) {
   if (bytes.size() < count) return {};
-  std::uint64_t number = 0;
-  for (std::size_t byte = 0; byte < count; ++byte) number |= std::uint64_t{bytes[byte]} << (8 * byte);
+  const std::uint64_t number = number_in(bytes.first(count));
   bytes = bytes.subspan(count);
   return number;
 }
@@ -219,24 +205,24 @@ std::optional<std::uint64_t> take_number(std::span<const std::uint8_t>& bytes, s
 
 template <class T>
 void append_table(std::span<const T> values, std::vector<std::uint8_t>& out) {
-  append_number(values.size() - 1, 2, out);
+  append_bytes(values.size() - 1, 2, out);
   Progression p;
   std::uint64_t step = 1;
   if constexpr (std::is_floating_point_v<T>) {
     p = progression_of(values);
     if (p.step != 0 && bits_of_entries(values, p) + 64 >= bits_of_entries(values, {})) p = {};
-    append_number(std::bit_cast<std::uint64_t>(p.step), 8, out);
-    if (p.step != 0) append_number(std::bit_cast<std::uint64_t>(p.origin), 8, out);
+    append_bytes(std::bit_cast<std::uint64_t>(p.step), 8, out);
+    if (p.step != 0) append_bytes(std::bit_cast<std::uint64_t>(p.origin), 8, out);
   } else {
     step = common_step(values);
-    append_number(step, 4, out);
+    append_bytes(step, 4, out);
   }
   std::vector<std::uint8_t> stream;
   RansEncoder coder(stream);
   std::vector<T> none;
   code_entries<T>(coder, p, step, values.size(), values, none);
   coder.finish();
-  append_number(stream.size(), 4, out);
+  append_bytes(stream.size(), 4, out);
   out.insert(out.end(), stream.begin(), stream.end());
 }
 

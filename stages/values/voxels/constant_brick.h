@@ -12,6 +12,7 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/grid/box.h"
+#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/status.h"
 
@@ -26,18 +27,6 @@ inline std::int64_t slices_in(const Box& owned, std::size_t samples) {
   const std::int64_t slices = static_cast<std::int64_t>(samples) / (size.x * size.y);
   assert(slices > 0 && slices <= size.z && static_cast<std::size_t>(slices * size.x * size.y) == samples);
   return slices;
-}
-
-/// Appends the lower bytes of a number, the lowest first.
-inline void append_bytes(std::uint64_t number, std::size_t count, std::vector<std::uint8_t>& out) {
-  for (std::size_t byte = 0; byte < count; ++byte)
-    out.push_back(static_cast<std::uint8_t>(number >> (8 * byte)));
-}
-/// The inverse, for up to eight bytes.
-inline std::uint64_t number_in(std::span<const std::uint8_t> bytes) {
-  std::uint64_t number = 0;
-  for (std::size_t byte = 0; byte < bytes.size(); ++byte) number |= std::uint64_t{bytes[byte]} << (8 * byte);
-  return number;
 }
 
 /// Appends the values of a brick whose samples are all decoded as `value`.

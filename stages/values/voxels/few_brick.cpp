@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/values/few/find.h"
 #include "stages/values/few/labels.h"
