@@ -59,11 +59,9 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
     SpoolSink sink(encoded);
     TagWriter writer(sink, header);
     MeansSource means(sums, dims);
-    const std::uint64_t besides =
-        static_cast<std::uint64_t>(sums.layout().blocks.y) * sums.layout().row_bytes();
-    RowEncoder(p, plan_encoding(p, resources, true, besides), [&](const Box& rows) {
-      return read_input_slice(means, rows);
-    }).encode(BrickRows::all(p.bricks()), writer, watch_for({}, 0));
+    RowEncoder(p, plan_encoding(p, resources, true, {.besides = sums.layout().row_bytes()}),
+               [&](const Box& rows) { return read_input_slice(means, rows); })
+        .encode(BrickRows::all(p.bricks()), writer, watch_for({}, 0));
     writer.finish();
     out(overview_kind, static_cast<std::uint32_t>(factor), encoded.size(),
         [&](const PassBytes& pass) { encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); }); });

@@ -28,8 +28,8 @@ ResolvedOptions resolved_for(const VolumeInfo& info, const EncodeOptions& option
 EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
                   std::uint64_t waiting, VolumeSource* samples) {
   const ResolvedOptions resolved = resolved_for(info, options);
-  const EncodePlan plan =
-      plan_encoding(resolved.parameters, resources, false, waiting * slice_bytes(resolved.parameters));
+  const EncodePlan plan = plan_encoding(resolved.parameters, resources, false,
+                                        {.besides = waiting * slice_bytes(resolved.parameters)});
   return samples == nullptr ? settle(resolved, plan) : settle(resolved, plan, *samples);
 }
 

@@ -10,6 +10,7 @@
 #include "stages/criterion/subdivide.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/mesh/mesh_error.h"
+#include "stages/overview/block_sums.h"
 
 namespace tagrid {
 namespace {
@@ -191,7 +192,13 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   const ByteCount work =
       ByteCount(load.threads) * std::max({of_grid, work_of_encoding(z), work_of_measuring(z)});
   const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
-  return whole(samples + marks_and_jobs_of_grid + jobs + work + flight + closed_faces(z, rows) +
+  // A stretch of rows has all the samples of its blocks.
+  const ByteCount sums =
+      load.sums ? static_cast<ByteCount>(SlabSums::memory(
+                      layout_of_sums(p.dims, p.type, block_edge), p.dims.x,
+                      strips ? std::min(p.dims.y, load.rows * z.bricks.length() + block_edge) : p.dims.y))
+                : 0;
+  return whole(samples + marks_and_jobs_of_grid + jobs + work + flight + closed_faces(z, rows) + sums +
                index_of_stream(z));
 }
 

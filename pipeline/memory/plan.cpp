@@ -12,9 +12,9 @@ namespace tagrid {
 namespace {
 
 // The smallest possible load. Strips need more slices than whole layers, so they may need more memory.
-EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
-  // {threads, rows, slices ahead, bricks in flight}
-  const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
+EncodeLoad smallest_encoding(const CodingParameters& p, bool strips, bool sums) {
+  // {threads, rows, slices ahead, bricks in flight, sums}
+  const EncodeLoad strip = {1, 1, 0, 1, sums}, whole = {1, p.bricks().bricks(1), 0, 1, sums};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
 }
 
@@ -36,27 +36,27 @@ std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>
 
 // Strips come before fewer threads: they read and mark some rows twice, but fewer threads slow everything.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
-                                        std::uint64_t limit) {
+                                        bool sums, std::uint64_t limit) {
   const std::int64_t all = p.bricks().bricks(1), edge = p.bricks().length();
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
-    // {threads, rows, slices ahead, bricks in flight}. With one thread, preparing work ahead of time only takes
-    // memory.
-    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4} : EncodeLoad{t, all, edge, 16 * t};
+    // {threads, rows, slices ahead, bricks in flight, sums}. With one thread, preparing work ahead of time only
+    // takes memory.
+    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4, sums} : EncodeLoad{t, all, edge, 16 * t, sums};
     const EncodeLoad whole[] = {most,
-                                {t, all, edge, 4 * t},
-                                {t, all, p.cube_size, 4 * t},
-                                {t, all, p.cube_size / 2, 2 * t},
-                                {t, all, 0, 2 * t},
-                                {t, all, 0, t}};
+                                {t, all, edge, 4 * t, sums},
+                                {t, all, p.cube_size, 4 * t, sums},
+                                {t, all, p.cube_size / 2, 2 * t, sums},
+                                {t, all, 0, 2 * t, sums},
+                                {t, all, 0, t, sums}};
     for (const EncodeLoad& load : whole)
       if (fits(load)) return load;
     if (!strips) continue;
     for (const std::int64_t flight : {4 * t, t}) {
       const std::int64_t rows = most_rows(all - 1, [&](std::int64_t r) {
-        return r < all && fits({t, r, 0, flight});
+        return r < all && fits({t, r, 0, flight, sums});
       });
-      if (rows > 0) return EncodeLoad{t, rows, 0, flight};
+      if (rows > 0) return EncodeLoad{t, rows, 0, flight, sums};
     }
   }
   return std::nullopt;
@@ -108,8 +108,9 @@ std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRo
   return result;
 }
 
-std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips, std::uint64_t besides) {
-  return memory_of_encoding(p, smallest_encoding(p, strips)) + besides;
+std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips, std::uint64_t besides,
+                                          bool sums) {
+  return memory_of_encoding(p, smallest_encoding(p, strips, sums)) + besides;
 }
 
 std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strips, std::uint64_t besides) {
@@ -117,30 +118,31 @@ std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strip
 }
 
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
-                         std::uint64_t besides, std::optional<Reading> verified, std::uint64_t afterwards) {
+                         const EncodeNeeds& needs) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
-  const EncodeLoad smallest = smallest_encoding(p, strips);
-  const auto best = [&](bool in_strips, std::uint64_t limit) {
-    return best_encoding(p, resources.threads, in_strips, less(limit, besides));
-  };
+  const EncodeLoad smallest = smallest_encoding(p, strips, needs.sums);
   const EncodeLoad load = within(
-      resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
-  const std::uint64_t memory = memory_of_encoding(p, load) + besides,
+      resources,
+      [&](std::uint64_t limit) {
+        return best_encoding(p, resources.threads, strips, needs.sums, less(limit, needs.besides));
+      },
+      smallest);
+  const std::uint64_t memory = memory_of_encoding(p, load) + needs.besides,
                       limit = resources.memory ? *resources.memory : share_of_memory(resources);
   // Without an explicit limit, what follows is never refused.
-  const bool then_verified = verified && resources.memory;
+  const bool then_verified = needs.verified && resources.memory;
   const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
-    if (resources.memory) encoding = std::max(encoding, afterwards);
+    if (resources.memory) encoding = std::max(encoding, needs.afterwards);
     if (!then_verified) return encoding;
-    return std::max(encoding,
-                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->memory));
+    return std::max(encoding, smallest_memory_of_verifying(p, needs.verified->any_rows || spooled,
+                                                           needs.verified->memory));
   };
   if (const std::uint64_t needed = with_the_rest(memory, !resources.spool.empty()); needed > limit) {
-    const bool can_spool = !random_access || (then_verified && !verified->any_rows);
+    const bool can_spool = !random_access || (then_verified && !needs.verified->any_rows);
     std::optional<std::uint64_t> with_spool;
     if (can_spool && resources.spool.empty() && all > 1)
-      with_spool = with_the_rest(smallest_memory_of_encoding(p, true, besides), true);
+      with_spool = with_the_rest(smallest_memory_of_encoding(p, true, needs.besides, needs.sums), true);
     if (with_spool && *with_spool >= needed) with_spool.reset();
     refuse(p,
            then_verified ? "encoding and verifying"

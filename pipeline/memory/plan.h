@@ -35,14 +35,21 @@ struct Reading {
   std::uint64_t memory = 0;  ///< that reading takes, besides the samples of a plan
 };
 
+/// What takes memory besides the bricks of an encoding.
+struct EncodeNeeds {
+  std::uint64_t besides = 0;  ///< memory of the reader
+  bool sums = false;          ///< blocks are summed for overviews
+  std::optional<Reading> verified =
+      {};  ///< the file will be compared with its original within the same limit
+  /// The least memory that the process takes for something else when bricks no longer take any.
+  std::uint64_t afterwards = 0;
+};
+
 /// The plan with the least reading, and then the most threads. It has complete layers, unless rows can be
 /// read in any order (`random_access`) or be spooled. Throws UsageError, which names a sufficient limit, if
-/// the limit cannot be kept. `besides`: memory of the reader. `verified`: the file will be compared with its
-/// original within the same limit. `afterwards`: the least memory that the process takes for something else
-/// when bricks no longer take any.
+/// the limit cannot be kept.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
-                         bool random_access = true, std::uint64_t besides = 0,
-                         std::optional<Reading> verified = {}, std::uint64_t afterwards = 0);
+                         bool random_access = true, const EncodeNeeds& needs = {});
 
 /// How many slices besides those of the plan may be in memory: `most`, or what the limit leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,
@@ -50,7 +57,7 @@ std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan&
 
 /// The smallest limit that plan_encoding() can keep. `strips`: rows of slices can be read in any order.
 std::uint64_t smallest_memory_of_encoding(const CodingParameters& parameters, bool strips,
-                                          std::uint64_t besides = 0);
+                                          std::uint64_t besides = 0, bool sums = false);
 
 /// The same for comparing a file. `strips`: rows of the original can be read in any order, or spooled.
 std::uint64_t smallest_memory_of_verifying(const CodingParameters& parameters, bool strips,
@@ -90,6 +97,7 @@ std::uint64_t with_heap_overhead(double bytes);
 /// The amount of work that is in memory while rows of bricks are encoded.
 struct EncodeLoad {
   std::int64_t threads = 1, rows = 1, slices_ahead = 0, bricks_in_flight = 1;
+  bool sums = false;  ///< of blocks, for overviews
 };
 std::uint64_t memory_of_encoding(const CodingParameters& parameters, const EncodeLoad& load);
 

@@ -43,10 +43,6 @@ StripSums::StripSums(const CodingParameters& parameters, const BrickRows& rows, 
       sums_(first_layout(parameters), parameters.dims.x, samples_.size().y),
       out_(std::move(out)) {}
 
-std::uint64_t StripSums::memory(const CodingParameters& parameters) {
-  return SlabSums::memory(first_layout(parameters), parameters.dims.x, parameters.dims.y);
-}
-
 void StripSums::add_slice(const Box& rows, const std::byte* samples) {
   const std::int64_t z = rows.low.z;
   if (z < samples_.low.z || z > samples_.high.z) return;

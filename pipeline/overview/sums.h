@@ -32,9 +32,6 @@ class StripSums {
   /// needs or before, to the last one or after. REQUIRES: `rows` hold the rows of the stretch's blocks.
   void add_slice(const Box& rows, const std::byte* samples);
 
-  /// Bytes of memory while a stretch is added up, whatever its rows.
-  static std::uint64_t memory(const CodingParameters& parameters);
-
  private:
   const CodingParameters& parameters_;
   Box blocks_;

@@ -55,9 +55,8 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         volume_(open_volume(order.input, order.source)),
-        plan_(plan_encoding(
-            parameters_, of_this_rank(ranks, order.resources), true,
-            memory_besides_parts(*volume_) + (parts.has_sums() ? StripSums::memory(parameters_) : 0))),
+        plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
+                            {.besides = memory_besides_parts(*volume_), .sums = parts.has_sums()})),
         kept_(slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks, order.resources))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run started with");

@@ -32,10 +32,6 @@ std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
          (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);
 }
 
-std::uint64_t memory_of_overviews(const ResolvedOptions& options) {
-  return options.overviews.empty() ? 0 : StripSums::memory(options.parameters);
-}
-
 // How the input will be read when the file is compared with it; nothing if it will not be.
 std::optional<Reading> original_access(const EncodeRun& run, const VolumeSource& input) {
   if (!run.verified) return std::nullopt;
@@ -172,8 +168,10 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
                                    *run.options.parity)
           : 0;
   const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
-                                        memory + memory_of_files(run, *volume) + memory_of_overviews(options),
-                                        original_access(run, *volume), parity_memory);
+                                        {.besides = memory + memory_of_files(run, *volume),
+                                         .sums = !options.overviews.empty(),
+                                         .verified = original_access(run, *volume),
+                                         .afterwards = parity_memory});
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;

@@ -10,11 +10,13 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <random>
 #include <stdexcept>
 
 #include "stages/activity/coding.h"
 #include "stages/brick/codec.h"
 #include "stages/phantom/phantom.h"
+#include "stages/values/few/labels.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
 #include "stages/values/prediction/weights.h"
@@ -197,6 +199,67 @@ void interpolation_stage(const std::string& of, Piece& piece) {
   });
 }
 
+/// Labels of bricks of 64 x 64 x 64 voxels: 1,700 balls in 320 x 320 x 128 voxels, later ones over earlier ones.
+/// With `count` = 2, all have the same label.
+std::vector<std::vector<std::uint16_t>> labels_of_balls(std::uint32_t count) {
+  constexpr std::int64_t side = 64;
+  constexpr Index3 dims = {320, 320, 128};
+  const Box whole = Box::of_size(dims);
+  std::vector<std::uint16_t> volume(static_cast<std::size_t>(whole.count()));
+  std::mt19937 random(1);
+  const auto below = [&](std::int64_t end) {
+    return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(end));
+  };
+  for (int ball = 0; ball < 1700; ++ball) {
+    const Index3 centre = {below(dims.x), below(dims.y), below(dims.z)};
+    const std::int64_t radius = 4 + below(9);
+    const auto label = static_cast<std::uint16_t>(1 + below(count - 1));
+    const Box box = intersection(Box{centre, centre}.grown(radius), whole);
+    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
+          const Index3 d = Index3{x, y, z} - centre;
+          if (d.x * d.x + d.y * d.y + d.z * d.z <= radius * radius)
+            volume[static_cast<std::size_t>((z * dims.y + y) * dims.x + x)] = label;
+        }
+  }
+  std::vector<std::vector<std::uint16_t>> bricks;
+  for (std::int64_t z = 0; z < dims.z; z += side)
+    for (std::int64_t y = 0; y < dims.y; y += side)
+      for (std::int64_t x = 0; x < dims.x; x += side) {
+        std::vector<std::uint16_t>& brick = bricks.emplace_back();
+        for (std::int64_t row = 0; row < side * side; ++row) {
+          const auto first = volume.begin() + ((z + row / side) * dims.y + y + row % side) * dims.x + x;
+          brick.insert(brick.end(), first, first + side);
+        }
+      }
+  return bricks;
+}
+
+void label_stages(const std::string& of, std::uint32_t count) {
+  constexpr Index3 size = {64, 64, 64};
+  const auto bricks = std::make_shared<std::vector<std::vector<std::uint16_t>>>(labels_of_balls(count));
+  const auto coded = std::make_shared<std::vector<Bytes>>();
+  for (const auto& labels : *bricks) append_labels(labels, size, count, coded->emplace_back());
+  const auto measure_labels = [&](const std::string& name, const std::function<void(std::size_t)>& stage) {
+    benchmark::RegisterBenchmark((of + name).c_str(), [bricks, stage](benchmark::State& state) {
+      for (auto _ : state)
+        for (std::size_t i = 0; i < bricks->size(); ++i) stage(i);
+      const auto voxels = static_cast<double>(bricks->size() * bricks->front().size());
+      state.counters["voxels/s"] = benchmark::Counter(voxels, benchmark::Counter::kIsIterationInvariantRate);
+    })->Unit(benchmark::kMillisecond);
+  };
+  measure_labels("/LabelEncode", [bricks, count](std::size_t i) {
+    Bytes bytes;
+    append_labels((*bricks)[i], size, count, bytes);
+    benchmark::DoNotOptimize(bytes.data());
+  });
+  const auto back = std::make_shared<std::vector<std::uint16_t>>(bricks->front().size());
+  measure_labels("/LabelDecode", [coded, back, count](std::size_t i) {
+    check(decode_labels((*coded)[i], size, count, *back));
+  });
+}
+
 void all_stages(const std::string& of, Piece& piece) {
   grid_stages(of, piece);
   for (const std::int64_t max_error : {0, 2, 20}) voxel_stages(of, piece, max_error);
@@ -217,6 +280,8 @@ int main(int count, char** arguments) {
     tagrid::all_stages("ankle", *ankle);
   else
     std::cerr << "no ankle: " TAGRID_SOURCE_DIR "/../shared/data/vhf_ankle.raw is missing\n";
+  tagrid::label_stages("mask", 2);
+  tagrid::label_stages("balls", 1000);
   benchmark::AddCustomContext("build", TAGRID_BUILD_TYPE);
   benchmark::AddCustomContext("compiler", __VERSION__);
   benchmark::RunSpecifiedBenchmarks();

@@ -162,7 +162,7 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
     const auto original = open_volume(volume.input, source);
     const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
     const EncodePlan plan = plan_encoding(options.parameters, pass.resources, original->traits().any_rows,
-                                          original->traits().memory);
+                                          {.besides = original->traits().memory});
     const TagHeader header = settle(options, plan, *original).header;
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");

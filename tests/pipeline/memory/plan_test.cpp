@@ -117,7 +117,8 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
       for (const std::string spool : {"", "/tmp"}) {
         const Reading original = {any_rows, 12345};
         const auto both = [&](std::uint64_t limit) {
-          return plan_encoding(p, limited(3, limit, spool), any_rows, 12345, original);
+          return plan_encoding(p, limited(3, limit, spool), any_rows,
+                               {.besides = 12345, .verified = original});
         };
         const DecodeUse use = any_rows ? DecodeUse::verify : DecodeUse::verify_stream;
         const auto verify = [&](std::uint64_t limit) {
@@ -125,18 +126,18 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
         };
         const std::uint64_t least = smallest(both);
         EXPECT_EQ(least, std::max(smallest(verify), smallest([&](std::uint64_t limit) {
-                                    plan_encoding(p, limited(3, limit, spool), any_rows, 12345);
+                                    plan_encoding(p, limited(3, limit, spool), any_rows, {.besides = 12345});
                                   })));
         EXPECT_THROW(both(least - 1), MemoryLimit);
         EXPECT_LE(both(least).memory, least);
         EXPECT_NO_THROW(verify(least));
       }
     try {
-      plan_encoding(p, limited(3, 1), false, 0, Reading{false, 0});
+      plan_encoding(p, limited(3, 1), false, {.verified = Reading{false, 0}});
     } catch (const MemoryLimit& error) {
       if (error.needed_with_spool()) {
-        EXPECT_NO_THROW(
-            plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false, 0, Reading{false, 0}));
+        EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false,
+                                      {.verified = Reading{false, 0}}));
       }
     }
   });

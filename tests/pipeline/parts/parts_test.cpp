@@ -83,7 +83,7 @@ class PartFiles : public TemporaryFolder {
     parameters_.cube_size = 8;
     parameters_.brick_edge = 1;
     parameters_.max_level = 9;
-    id_ = {0x123456789, 3, 0, 2};
+    id_ = {0x123456789, 3, 0, 2, sums_.size()};
     PartWriter writer(path("part"), id_, parameters_);
     for (std::int64_t i = 0; i < 2; ++i) {
       Statistics statistics;
@@ -93,15 +93,21 @@ class PartFiles : public TemporaryFolder {
       statistics.active[4] = 11;
       writer.write_brick({i, {1, 2, 3}, {4, 5, static_cast<std::uint8_t>(i)}}, statistics);
     }
+    writer.write_sums(sums_);
     writer.finish();
   }
   std::size_t read(const std::string& name, const PartId& id) const {
     PartReader reader(path(name), id, parameters_);
     std::vector<std::byte> block;
     for (std::size_t i = 0; i < reader.table().size(); ++i) reader.read_block(block);
+    std::vector<std::byte> sums;
+    reader.read_sums(
+        5, [&](std::span<const std::byte> bytes) { sums.insert(sums.end(), bytes.begin(), bytes.end()); });
+    EXPECT_EQ(sums, sums_) << name;
     return reader.table().size();
   }
 
+  const std::vector<std::byte> sums_{12, std::byte{9}};
   CodingParameters parameters_;
   PartId id_;
 };
@@ -131,8 +137,10 @@ TEST_F(PartFiles, EveryFlippedBitEveryTruncationAndEveryOtherPartIsFound) {
     file("bad", bad);
     EXPECT_THROW(read("bad", id_), BrokenInput) << bit;
   }
-  for (PartId other : {PartId{1, 3, 0, 2}, PartId{0x123456789, 4, 0, 2}, PartId{0x123456789, 3, 1, 2},
-                       PartId{0x123456789, 3, 0, 1}, PartId{0x123456789, 3, 0, std::int64_t{1} << 60}})
+  for (PartId other :
+       {PartId{1, 3, 0, 2, 12}, PartId{0x123456789, 4, 0, 2, 12}, PartId{0x123456789, 3, 1, 2, 12},
+        PartId{0x123456789, 3, 0, 1, 12}, PartId{0x123456789, 3, 0, 2, 11},
+        PartId{0x123456789, 3, 0, std::int64_t{1} << 60, 12}})
     EXPECT_THROW(read("part", other), BrokenInput);
 }
 
