@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
@@ -249,6 +250,13 @@ ParityCondition ProtectedFile::walk(const WriteAt* write, std::uint64_t memory) 
     write_frame(layout_, base_, *write);
   }
   return condition;
+}
+
+std::string parity_beside(const std::string& path) {
+  std::error_code none;  // of what is not there: the path as it is
+  const bool is_link = std::filesystem::is_symlink(path, none);
+  const std::string target = is_link ? std::filesystem::canonical(path, none).string() : path;
+  return (target.empty() ? path : target) + ".parity";
 }
 
 std::optional<ProtectedFile> protected_file(const std::string& path) {

@@ -16,8 +16,13 @@ std::uint64_t least_of_process(const ParityLayout& layout) {
 
 std::uint64_t memory_for_stripes(const std::optional<std::uint64_t>& limit, const ParityLayout& layout,
                                  const std::string& work) {
-  if (!limit) return usual_parity_memory;
   const std::uint64_t least = least_of_process(layout);
+  if (!limit) {
+    // The numbers of a description may be wrong.
+    if (const std::uint64_t share = available_memory() / 4; share < least)
+      throw MemoryLimit(work, share, least, {});
+    return usual_parity_memory;
+  }
   if (*limit < least) throw MemoryLimit(work, *limit, least, {});
   // Half of the rest, as the heap keeps a little of what was freed before.
   return std::min(usual_parity_memory, (*limit - least) / 2);
@@ -33,8 +38,8 @@ std::uint64_t least_memory_of_parity(std::uint64_t bytes, ParityShare share) {
 
 std::uint64_t memory_for_stripes_of_finished(const ParityLayout& layout, const Resources& resources) {
   const std::uint64_t least = least_of_process(layout);
-  const auto limit = resources.memory ? std::optional(std::max(*resources.memory, least)) : std::nullopt;
-  return memory_for_stripes(limit, layout, "making parity");
+  const std::uint64_t limit = resources.memory.value_or(least + 2 * usual_parity_memory);
+  return memory_for_stripes(std::max(limit, least), layout, "making parity");
 }
 
 }  // namespace tagrid

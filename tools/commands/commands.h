@@ -3,10 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "io/parity/parity.h"
 #include "pipeline/ranks/ranks.h"
+#include "tools/options/shared_options.h"
 
 namespace tagrid {
 
@@ -29,9 +31,19 @@ Action add_phantom_command(CLI::App& app);
 Action add_repair_command(CLI::App& app);
 Action add_protect_command(CLI::App& app);
 
+/// A file with parity, and what is damaged of both.
+struct SurveyedParity {
+  ProtectedFile file;
+  ParityCondition condition;
+};
+/// Looks at the parity of a file: that in it if that beside it is of no help. Nothing if there is none. `work` is for an
+/// error of the limit on memory. Throws WorldError and MemoryLimit.
+std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
+                                            const std::string& work);
+
 /// What of a file with parity is damaged: "3 damaged blocks". REQUIRES: something is.
 std::string damage_text(const ParityCondition& condition);
-/// REQUIRES: !condition.is_repairable().
-std::string why_not_repairable(const ParityCondition& condition);
+/// REQUIRES: !parity.condition.is_repairable().
+std::string why_not_repairable(const SurveyedParity& parity, const std::string& path);
 
 }  // namespace tagrid

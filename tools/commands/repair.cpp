@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
@@ -30,15 +32,32 @@ void require_file(const std::string& path, const char* what) {
     throw usage_error("{}: {} must be a regular file", shown_output(path), what);
 }
 
-/// Whether the checksums of a file itself find no damage.
-bool is_whole(const std::string& path) {
-  try {
-    TagReader(path).read_to_end();
-    return true;
-  } catch (const BrokenInput&) {
-    return false;
-  }
+/// The file that a link names, so that parity comes to where the file is.
+std::string target_of(const std::string& path) {
+  return std::filesystem::is_symlink(path) ? std::filesystem::canonical(path).string() : path;
 }
+
+/// What the header of a file and its end say, each if it is intact by its own checksums. The end has a checksum of all
+/// blocks.
+struct OwnWords {
+  std::vector<std::byte> header, end;
+
+  explicit OwnWords(const std::string& path) {
+    try {
+      header = serialize_header(TagReader(path).header());
+      const auto file = std::make_shared<FileSource>(path);
+      const TagBricks bricks(file);
+      end.resize(footer_size + 8);
+      const TagSizes sizes = bricks.sizes();
+      file->read_at(sizes.file - sizes.parity - end.size(), end);
+    } catch (const BrokenInput&) {
+      // What was read before is intact.
+    }
+  }
+  bool contradict(const OwnWords& other) const {
+    return (!header.empty() && header != other.header) || (!end.empty() && end != other.end);
+  }
+};
 
 struct RepairCommand {
   std::string input;
@@ -48,30 +67,34 @@ struct RepairCommand {
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     if (output.path.empty()) throw UsageError("give -o OUT, a new file: repair does not change its input");
+    if (input == "-" || (status_of(input) && !is_regular_input(input)))
+      throw usage_error("{}: the file to repair must be a regular file", shown_input(input));
     require_file(output.path, "the output");
     refuse_same_file(input, output.path);
     refuse_same_file(parity_beside(input), output.path);
     check_output(output.path, output.overwrite);
     remove_abandoned(run, {input}, {output.path});
-    const auto file = protected_file(input);
-    if (!file)
+    const auto parity = survey_parity(input, run, "repairing a file");
+    if (!parity)
       throw broken_input_error(
           "{}: has no parity, or none of its descriptions is left; nothing can be repaired",
           shown_input(input));
-    OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
-    const ParityCondition condition =
-        file->repair(to_file(repaired), memory_for_stripes(run.memory, file->layout(), "repairing a file"));
+    const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet) tell_what_is_lost(condition);
-      throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(condition));
+      throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(*parity, input));
     }
-    if (file->is_beside() && !condition.is_file_intact() && is_whole(input))
+    OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
+    file.repair(to_file(repaired), memory_for_stripes(run.memory, file.layout(), "repairing a file"));
+    if (file.is_beside() && OwnWords(input).contradict(OwnWords(repaired.temporary())))
       throw broken_input_error(
-          "{}: is whole by its own checksums, so {} is of another file; remove it, or protect the file again",
+          "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
+          "this one "
+          "before it was written anew; remove it, or protect the file again",
           shown_input(input), parity_beside(input));
     prove(ranks, repaired.temporary());
     repaired.commit();
-    if (!run.quiet) tell(*file, condition);
+    if (!run.quiet) tell(file, condition);
   }
 
   /// The blocks are those that were protected. The file's own checksums show that these were whole.
@@ -101,10 +124,13 @@ struct RepairCommand {
     const std::string damage = damages_beside && condition.damaged_blocks > 0
                                    ? counted(condition.damaged_blocks, "damaged block")
                                    : damage_text(condition);
-    fmt::print("{}: {}; all checksums agree\n", printable(output.path),
-               !condition.is_file_intact()               ? "repaired " + damage
-               : damages_beside || condition.is_intact() ? "nothing was damaged"
-                                                         : "repaired, only the parity was damaged");
+    std::string what = "repaired " + damage;
+    if (condition.is_file_intact())
+      what = damages_beside || condition.is_intact() ? "nothing was damaged"
+                                                     : "repaired, only the parity was damaged";
+    else if (condition.damaged_blocks == 0)
+      what = "bytes after the end were left out";
+    fmt::print("{}: {}; all checksums agree\n", printable(output.path), what);
     if (damages_beside)
       warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
            printable(output.path));
@@ -122,7 +148,8 @@ struct ProtectCommand {
     const auto asked = parity_option("--parity", share);
     if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
     require_file(input, "the file to protect");
-    const std::string path = beside ? parity_beside(input) : input;
+    const std::string target = target_of(input);
+    const std::string path = beside ? parity_beside(target) : target;
     remove_abandoned(run, {}, {path});
     const FileSource file(input);
     if (const auto parity = parity_at_end(file))
@@ -140,6 +167,8 @@ struct ProtectCommand {
     const std::uint64_t end = write_parity(file, *asked, base, to_file(output), memory);
     watched.require();
     output.commit();
+    if (!beside && is_regular_input(parity_beside(target)))
+      warn(run, "{}: is of the file without parity; remove it", parity_beside(target));
     if (run.is_verbose()) say("{}: {} bytes of parity", path, end - base);
   }
 
@@ -164,7 +193,27 @@ std::string damage_text(const ParityCondition& condition) {
                      condition.damaged_parity > 0 || condition.damaged_frame ? "; parity, too" : "");
 }
 
-std::string why_not_repairable(const ParityCondition& condition) {
+std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
+                                            const std::string& work) {
+  const auto surveyed = [&](const ProtectedFile& file) {
+    return SurveyedParity{file, file.survey(memory_for_stripes(run.memory, file.layout(), work))};
+  };
+  const auto found = protected_file(path);
+  if (!found) return std::nullopt;
+  SurveyedParity parity = surveyed(*found);
+  if (!found->is_beside() || parity.condition.is_repairable()) return parity;
+  // Parity in the file, whose foot is damaged, may be of more help.
+  if (const auto inside = ProtectedFile::find(std::make_shared<FileSource>(path)))
+    if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
+  return parity;
+}
+
+std::string why_not_repairable(const SurveyedParity& parity, const std::string& path) {
+  const auto& [file, condition] = parity;
+  // Parity makes up for half of a file at most.
+  if (file.is_beside() && condition.damaged_blocks > file.layout().blocks() / 4 * 3)
+    return fmt::format("is not repairable: {} is of another file, or nearly all is damaged",
+                       parity_beside(path));
   if (condition.unknown_pages > 0)
     return fmt::format("is not repairable: too much of the description of its parity is lost ({})",
                        counted(condition.unknown_pages, "page"));

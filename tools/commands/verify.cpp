@@ -54,40 +54,41 @@ struct VerifyCommand {
       figures.settings["source_files"] = files;
       figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
     }
-    const auto parity = is_regular_input(input) ? protected_if_wanted() : std::nullopt;
-    const ParityCondition condition = parity ? survey(*parity) : ParityCondition();
-    if (parity) figures.more["parity"] = json_of(condition);
+    const auto parity = is_regular_input(input) ? parity_of_intact() : std::nullopt;
+    if (parity) figures.more["parity"] = json_of(parity->condition);
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
-    if (parity && !condition.is_intact())
-      throw broken_input_error(
-          "{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
-          parity->is_beside() ? fmt::format("remove {}, and protect the file again", parity_beside(input))
-                              : parity_words(condition));
+    if (parity && !parity->condition.is_intact())
+      throw broken_input_error("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
+                               parity->file.is_beside() ? fmt::format("remove {}, and protect the file again",
+                                                                      parity_beside(input))
+                                                        : parity_words(*parity));
     if (parity && !run.quiet && run.json != "-") {
-      fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(condition),
-                 counted(parity->layout().parity, "damaged block"), parity->layout().burst());
+      fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(*parity),
+                 counted(parity->file.layout().parity, "damaged block"), parity->file.layout().burst());
       std::fflush(stdout);
     }
     if (!differences.empty())
       throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
   }
 
-  /// Only where parity is seen without a search: of an intact file.
-  std::optional<ProtectedFile> protected_if_wanted() const {
-    const bool has_parity = parity_at_end(FileSource(input)).has_value();
-    if (!has_parity && (input == "-" || !is_regular_input(parity_beside(input)))) return std::nullopt;
-    return protected_file(input);
+  /// Only where parity is seen without a search.
+  std::optional<SurveyedParity> parity_of_intact() const {
+    const bool is_in_file = parity_at_end(FileSource(input)).has_value();
+    if (!is_in_file && !is_regular_input(parity_beside(input))) return std::nullopt;
+    auto parity = survey_parity(input, run, "checking parity");
+    if (!parity)
+      throw broken_input_error(
+          "{}: the volume is intact, but nothing of {} can be read; remove it, and protect the file again",
+          shown_input(input), parity_beside(input));
+    return parity;
   }
 
-  ParityCondition survey(const ProtectedFile& file) const {
-    return file.survey(memory_for_stripes(run.memory, file.layout(), "checking parity"));
-  }
-
-  std::string parity_words(const ParityCondition& condition) const {
+  std::string parity_words(const SurveyedParity& parity) const {
+    const ParityCondition& condition = parity.condition;
     if (condition.is_intact()) return "intact";
-    if (!condition.is_repairable()) return why_not_repairable(condition);
+    if (!condition.is_repairable()) return why_not_repairable(parity, input);
     return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
   }
 
@@ -100,20 +101,19 @@ struct VerifyCommand {
 
   /// Whether parity brings a damaged file back; nothing for a file without parity, or if a limit on memory
   /// leaves too little to say so.
-  std::optional<ParityCondition> condition_of_damaged() const {
-    const auto file = input == "-" ? std::nullopt : protected_file(input);
-    if (!file) return std::nullopt;
+  std::optional<SurveyedParity> parity_of_damaged() const {
     try {
-      return survey(*file);
+      return survey_parity(input, run, "checking parity");
     } catch (const MemoryLimit&) {
       return std::nullopt;
     }
   }
 
-  void tell_of_parity(const ParityCondition& condition) const {
+  void tell_of_parity(const SurveyedParity& parity) const {
     // What was protected may have been damaged, or may differ from the original.
-    const std::string words = condition.is_intact() ? "intact, and no help: the file is as it was protected"
-                                                    : parity_words(condition);
+    const std::string words = parity.condition.is_intact()
+                                  ? "intact, and no help: the file is as it was protected"
+                                  : parity_words(parity);
     fmt::print("{}: {}\n", printable(input), words);
     std::fflush(stdout);  // the error follows on another stream
   }
@@ -167,14 +167,14 @@ struct VerifyCommand {
       return verify(ranks, description);
     } catch (const BrokenInput&) {
       if (!is_regular_input(input)) throw;
-      const auto parity = condition_of_damaged();
+      const auto parity = parity_of_damaged();
       tell_of_damage(report, parity);
       if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
       throw;
     }
   }
 
-  void tell_of_damage(RunReport& report, const std::optional<ParityCondition>& parity) const {
+  void tell_of_damage(RunReport& report, const std::optional<SurveyedParity>& parity) const {
     std::optional<WholeBricks> file;
     try {
       file.emplace(std::make_shared<FileSource>(input));
@@ -189,7 +189,7 @@ struct VerifyCommand {
                           nullptr};
     figures.settings["against"] = json_text_or_null(original);
     figures.more["damaged"] = json_of_lost(lost, bricks);
-    if (parity) figures.more["parity"] = json_of(*parity);
+    if (parity) figures.more["parity"] = json_of(parity->condition);
     report.write(figures);
     report.keep();
     if (lost.empty() || run.quiet || run.json == "-") return;

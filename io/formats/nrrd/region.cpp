@@ -90,6 +90,7 @@ class RegionLines {
     const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
     if (is_same) return same;
     if (line.field == "spacings") return spacings();
+    if (line.field == "thicknesses" && blocks_) return thicknesses(words_of(line.value));
     if (line.field == "space directions") return directions();
     if (line.field == "space origin") {
       has_origin_line_ = true;
@@ -189,6 +190,17 @@ class RegionLines {
     std::string line = "spacings:";
     for (int axis = 0; axis < 3; ++axis)
       line += ' ' + number(whole_.spacing[static_cast<std::size_t>(axis)] * static_cast<double>(step_[axis]));
+    return line + '\n';
+  }
+  // A block reaches from the low end of its first sample to the high end of its last one.
+  std::string thicknesses(const std::vector<std::string_view>& whole) const {
+    std::string line = "thicknesses:";
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double one =
+          axis < whole.size() ? number_of(whole[axis]).value_or(Geometry::unknown) : Geometry::unknown;
+      line +=
+          ' ' + number(one + static_cast<double>(step_[static_cast<int>(axis)] - 1) * whole_.spacing[axis]);
+    }
     return line + '\n';
   }
   // NRRD has no notation for an unknown vector.

@@ -70,8 +70,52 @@ TEST_F(RepairCommands, ParityOfAnotherFileIsRefused) {
   samples.back() = static_cast<char>(samples.back() ^ 1);
   file("a.raw", samples);
   expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
-  expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input, "is whole by its own checksums");
+  expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input,
+               "is not what a.tag.parity protects");
   EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));
+}
+
+// Only the header and the checksums of all blocks differ, which parity could make good.
+TEST_F(RepairCommands, ParityOfTheFileBeforeItWasWrittenAnewIsRefused) {
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "20%", "--beside"}));
+  std::string header = content("a.nhdr");
+  header.insert(header.find("encoding:"), "content: another\n");
+  file("a.nhdr", header);
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "--strip"}));
+  file("a.tag", damaged(content("a.tag"), plain_.size() / 2, 4));
+  EXPECT_EQ(tagrid({"repair", "a.tag", "-o", "whole.tag"}).code, broken_input);
+  EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));
+}
+
+TEST_F(RepairCommands, ParityInTheFileHelpsWhereThatBesideItDoesNot) {
+  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
+  const std::string whole = content("b.tag");
+  expect_ok(tagrid({"phantom", "--dims", "40,40,40", "-q", "-o", "other.nhdr"}));
+  expect_ok(tagrid({"encode", "other.nhdr", "-q"}));
+  expect_ok(tagrid({"protect", "other.tag", "-q", "--parity", "5%", "--beside"}));
+  std::filesystem::rename(path("other.tag.parity"), path("b.tag.parity"));
+  file("b.tag", damaged(whole.substr(0, whole.size() - 60), 2000, 1));
+  expect_repaired("b.tag", whole);
+}
+
+TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
+  for (const std::string& other : {std::string(), std::string(30000, 'x')}) {
+    file("a.tag.parity", other);
+    expect_error(tagrid({"verify", "a.tag"}), broken_input, "nothing of a.tag.parity can be read");
+  }
+}
+
+TEST_F(RepairCommands, ALinkStandsForTheFileThatItNames) {
+  std::filesystem::rename(path("a.tag"), path("real.tag"));
+  std::filesystem::create_symlink("real.tag", path("a.tag"));
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
+  EXPECT_TRUE(std::filesystem::exists(path("real.tag.parity")));
+  const Ending ending = tagrid({"protect", "a.tag", "--parity", "5%"});
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_NE(ending.err.find("real.tag.parity: is of the file without parity"), std::string::npos)
+      << ending.err;
+  EXPECT_TRUE(std::filesystem::is_symlink(path("a.tag")));
+  EXPECT_GT(content("real.tag").size(), plain_.size());
 }
 
 }  // namespace
