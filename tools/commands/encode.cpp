@@ -67,6 +67,8 @@ struct EncodeCommand {
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
     warn_of_encoding(run, input, asked.options, result);
+    if (is_regular_output(path) && is_regular_input(parity_beside(path)))
+      warn(run, "{}: is of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.is_verbose()) {
       say_line(summary(result));
