@@ -12,6 +12,9 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/line.h"
+#include "io/tag/index.h"
+#include "io/volume/one_of_volumes.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
 
@@ -21,8 +24,6 @@ namespace {
 // As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 5;
-// Room for files of several volumes, which this version neither writes nor reads.
-constexpr std::uint32_t volumes = 1;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
@@ -66,6 +67,18 @@ void parameter_fields(auto& fields, auto& p) {
   for (auto* number : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                        &p.mesh_error, &p.point_error})
     fields.field(*number);
+  fields.field(p.volumes, std::uint32_t{});
+}
+
+Status check_volumes(const CodingParameters& p) {
+  if (p.volumes < 1 || p.volumes > most_volumes)
+    return Status::broken("the number of volumes is not from 1 to " + std::to_string(most_volumes));
+  if (p.volumes == 1) return {};
+  if (!is_volume_size(p.stacked_dims()))
+    return Status::broken("all volumes together have more than 2^31 slices or 2^58 samples");
+  if (!has_room_for_volumes(PageLayout(p.bricks().count()).pages(), p.volumes))
+    return Status::broken("the index has no room for so many volumes of so many bricks");
+  return {};
 }
 
 }  // namespace
@@ -107,7 +120,7 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("the grid is implied, but the samples are not exact");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
-  return {};
+  return check_volumes(p);
 }
 
 Status check_fields(const std::string& nrrd_fields) {
@@ -126,7 +139,6 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   parameter_fields(fields, header.parameters);
   const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
   const std::vector<std::byte> packed = zstd_compress(text);
-  fields.put(volumes);
   fields.put(static_cast<std::uint32_t>(text.size()));
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
@@ -170,15 +182,11 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);
-  const auto found_volumes = reader.get<std::uint32_t>();
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
-  if (found_volumes != volumes)
-    return Status::broken("the file has " + std::to_string(found_volumes) +
-                          " volumes, but this tagrid reads files of one");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());
@@ -188,6 +196,21 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 VolumeInfo volume_info_of(const TagHeader& header) {
   return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
+}
+
+VolumeInfo info_of_all(const TagHeader& header) {
+  // The name of the first one is not that of all.
+  std::string fields;
+  for (const NrrdLine& line : nrrd_lines(header.nrrd_fields))
+    if (header.parameters.volumes == 1 || line.key != volume_name_key) fields += std::string(line.text) + "\n";
+  VolumeInfo info = volume_info(header.parameters.dims, header.parameters.type, std::move(fields));
+  info.dims = header.parameters.stacked_dims();
+  info.volumes = header.parameters.volumes;
+  return info;
+}
+
+std::string name_of_volume(const TagHeader& header) {
+  return text_of_key(header.nrrd_fields, volume_name_key);
 }
 
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {

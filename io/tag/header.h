@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/volume/volume_info.h"
@@ -40,6 +41,30 @@ Status check_fields(const std::string& nrrd_fields);
 
 /// Describes the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header lines.
 VolumeInfo volume_info_of(const TagHeader& header);
+
+/// Describes all volumes of a file; see VolumeInfo::volumes. Throws as above.
+VolumeInfo info_of_all(const TagHeader& header);
+
+/// The name or the moment of the volume of a header; "" if it has none.
+std::string name_of_volume(const TagHeader& header);
+
+/// The names of the volumes of a file.
+class VolumeNames {
+ public:
+  VolumeNames() = default;
+  /// That of the first one.
+  explicit VolumeNames(const TagHeader& file) { add(name_of_volume(file)); }
+  void add(std::string name) {
+    has_any_ = has_any_ || !name.empty();
+    all_.push_back(std::move(name));
+  }
+  /// None if no volume has one.
+  std::vector<std::string> take() const { return has_any_ ? all_ : std::vector<std::string>(); }
+
+ private:
+  std::vector<std::string> all_;
+  bool has_any_ = false;
+};
 
 /// The size of the header of a file that begins with these bytes. Throws BrokenInput.
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble);

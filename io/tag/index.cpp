@@ -62,7 +62,7 @@ void put_section(FieldWriter& fields, std::uint32_t kind, const std::vector<std:
 
 IndexForm index_form(const CodingParameters& parameters) {
   const int levels = parameters.counts_points() ? max_level(parameters.cube_size) + 1 : 0;
-  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
+  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0, parameters.volumes};
 }
 
 std::uint64_t least_directory_size(std::int64_t pages, const IndexForm& form) {
@@ -108,7 +108,7 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       page_columns(section, index.pages);
       has_pages = true;
     } else if (kind == members_section) {
-      if (Status status = parse_members(section_bytes, index.members); !status.ok()) return status;
+      if (Status status = parse_members(section_bytes, form.volumes, index.members); !status.ok()) return status;
     } else if (kind < first_optional_section) {
       return Status::broken("the index has a section of kind " + std::to_string(kind) +
                             ", which this version of tagrid does not know; a newer one reads the file");
@@ -116,7 +116,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       index.unknown_sections.push_back(kind);
     }
   }
-  if (!has_volume || !has_pages) return Status::broken("a section of the index is missing");
+  if (!has_volume || !has_pages || (form.volumes > 1 && index.members.empty()))
+    return Status::broken("a section of the index is missing");
   return {};
 }
 

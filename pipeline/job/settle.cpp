@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
@@ -44,13 +45,17 @@ class Psnr {
     const BrickGrid bricks = parameters_.bricks();
     const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
                        per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
-                       wanted = sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, rows) : rows;
+                       all_rows = rows * parameters_.volumes,
+                       wanted =
+                           sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, all_rows) : all_rows;
     const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
     const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
     Statistics all;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-      for_each_brick_of_row(source_, bricks, spread_row(i, wanted, rows),
+      const std::int64_t row = spread_row(i, wanted, all_rows);
+      const auto volume = one_of_volumes(source_, row / rows);
+      for_each_brick_of_row(*volume, bricks, row % rows,
                             [&](std::int64_t id, const BrickSamples& samples) {
                               const Index3 position = bricks.position(id);
                               BrickCode code;

@@ -129,6 +129,11 @@ VerifySetup verify_setup(const std::string& name, const CodingParameters& parame
                          const std::string& original, const SourceDescription& source,
                          const Resources& resources, std::uint64_t of_envelope = 0);
 
+/// The same with an original that is open, without what only its file tells.
+VerifySetup setup_against(const std::string& name, const CodingParameters& parameters,
+                          std::unique_ptr<VolumeSource> original, const Resources& resources,
+                          std::uint64_t besides = 0);
+
 /// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every
 /// brick is checked with that of the brick before it, so that all parts together check the entire chain.
 class Verifier {

@@ -146,7 +146,7 @@ std::vector<OptionRow> all_rows() {
           to(&S::offset)),
       row("from", other_formats, "FORMAT",
           "Format of the input (default: from its content, then its name); see tagrid formats", to(&S::from)),
-      row("series", other_formats, "NAME|N", "One of several series or volumes, by name or number",
+      row("series", other_formats, "NAME|N", "One of several series or volumes, by name or number; all: the volumes of a file",
           to(&S::series)),
       row("dataset", other_formats, "PATH", "Data set of a file that has several", to(&S::dataset)),
       row("gaps-ok", other_formats, "",
