@@ -61,7 +61,8 @@ IndexedTag::End IndexedTag::read_end() {
   if (end.start < first + 8) throw broken_part(name(), "the index", size, "the index has an impossible size");
   const auto from_start = all.subspan(static_cast<std::size_t>(end.start - first));
   const auto stored = load_little_endian<std::uint64_t>(from_start.data() - 8);
-  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored};
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored,
+                         header_.volumes};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - end.start;
   if (present < index_head_size)
@@ -179,7 +180,7 @@ std::string TagBricks::name_of(const Member& member) const {
 }
 
 void TagBricks::require_nested(const Member& member, const IndexedTag& nested) const {
-  if (Status status = check_nested(parameters(), member, nested.parameters()); !status.ok())
+  if (Status status = check_nested(parameters(), member, nested.header()); !status.ok())
     throw BrokenInput(nested.name() + ": " + status.what());
 }
 
@@ -233,7 +234,7 @@ std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_
 namespace {
 
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
-  const int volumes = file.parameters().volumes;
+  const int volumes = file.header().volumes;
   if (volume < 0 || volume >= volumes)
     throw UsageError(file.name() + ": has no volume " + std::to_string(volume) + "; it has " +
                      (volumes == 1 ? "one, volume 0"
@@ -255,7 +256,7 @@ std::shared_ptr<const TagBricks> volume_in(std::shared_ptr<const TagBricks> file
 }
 
 int count_of_volumes(const std::string& path) {
-  return HeaderOnly(std::make_shared<FileSource>(path)).parameters().volumes;
+  return HeaderOnly(std::make_shared<FileSource>(path)).header().volumes;
 }
 
 }  // namespace tagrid

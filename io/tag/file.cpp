@@ -213,7 +213,7 @@ void TagReader::read_member() {
   const std::uint64_t start = bytes_->position() - marker_size;
   read_growing(member_head_size - marker_size, "a member");
   require(parse_member_head(block_, start, member));
-  if (members_.size() == most_members + static_cast<std::size_t>(parameters().volumes) - 1)
+  if (members_.size() == most_members + static_cast<std::size_t>(header_.volumes) - 1)
     require(Status::broken("there are too many members"));
   MemberChecksum own(member);
   std::uint64_t left = member.length;
@@ -251,7 +251,7 @@ void TagReader::read_nested_header(const Member& member, std::uint64_t left) {
   read_growing(size - tag_preamble_size, "a member");
   std::uint64_t checksum = 0;
   const TagHeader header = header_of(nested, block_, checksum);
-  if (Status status = check_nested(parameters(), member, header.parameters); !status.ok())
+  if (Status status = check_nested(parameters(), member, header); !status.ok())
     throw BrokenInput(nested + ": " + status.what());
   if (member.is_overview()) overviews_.push_back(header.parameters);
   if (member.is_volume()) names_.add(name_of_volume(header));
@@ -259,7 +259,7 @@ void TagReader::read_nested_header(const Member& member, std::uint64_t left) {
 
 void TagReader::read_index_section() {
   const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_size,
-                       last_checksum_};
+                       last_checksum_, header_.volumes};
   read_growing(index_head_size - marker_size, "the index");
   std::uint64_t rest = 0, envelope = 0;
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());

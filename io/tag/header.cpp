@@ -67,18 +67,6 @@ void parameter_fields(auto& fields, auto& p) {
   for (auto* number : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                        &p.mesh_error, &p.point_error})
     fields.field(*number);
-  fields.field(p.volumes, std::uint32_t{});
-}
-
-Status check_volumes(const CodingParameters& p) {
-  if (p.volumes < 1 || p.volumes > most_volumes)
-    return Status::broken("the number of volumes is not from 1 to " + std::to_string(most_volumes));
-  if (p.volumes == 1) return {};
-  if (!is_volume_size(p.stacked_dims()))
-    return Status::broken("all volumes together have more than 2^31 slices or 2^58 samples");
-  if (!has_room_for_volumes(PageLayout(p.bricks().count()).pages(), p.volumes))
-    return Status::broken("the index has no room for so many volumes of so many bricks");
-  return {};
 }
 
 }  // namespace
@@ -120,7 +108,25 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("the grid is implied, but the samples are not exact");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
-  return check_volumes(p);
+  return {};
+}
+
+bool are_same(const CodingParameters& a, const CodingParameters& b) {
+  FieldWriter of_a, of_b;
+  parameter_fields(of_a, a);
+  parameter_fields(of_b, b);
+  return of_a.bytes() == of_b.bytes();
+}
+
+Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
+  if (volumes < 1 || volumes > most_volumes)
+    return Status::broken("the number of volumes is not from 1 to " + std::to_string(most_volumes));
+  if (volumes == 1) return {};
+  if (!is_volume_size({p.dims.x, p.dims.y, p.dims.z * volumes}))
+    return Status::broken("all volumes together have more than 2^31 slices or 2^58 samples");
+  if (!has_room_for_volumes(PageLayout(p.bricks().count()).pages(), volumes))
+    return Status::broken("the index has no room for so many volumes of so many bricks");
+  return {};
 }
 
 Status check_fields(const std::string& nrrd_fields) {
@@ -139,6 +145,7 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   parameter_fields(fields, header.parameters);
   const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
   const std::vector<std::byte> packed = zstd_compress(text);
+  fields.put(static_cast<std::uint32_t>(header.volumes));
   fields.put(static_cast<std::uint32_t>(text.size()));
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
@@ -182,6 +189,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);
+  const auto volumes = reader.get<std::uint32_t>();
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
@@ -191,7 +199,9 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());
   header.nrrd_fields.assign(reinterpret_cast<const char*>(text.data()), text.size());
-  return check_parameters(header.parameters);
+  header.volumes = static_cast<int>(std::min<std::uint32_t>(volumes, most_volumes + 1));
+  if (Status status = check_parameters(header.parameters); !status.ok()) return status;
+  return check_volumes(header.parameters, header.volumes);
 }
 
 VolumeInfo volume_info_of(const TagHeader& header) {
@@ -202,10 +212,10 @@ VolumeInfo info_of_all(const TagHeader& header) {
   // The name of the first one is not that of all.
   std::string fields;
   for (const NrrdLine& line : nrrd_lines(header.nrrd_fields))
-    if (header.parameters.volumes == 1 || line.key != volume_name_key) fields += std::string(line.text) + "\n";
+    if (header.volumes == 1 || line.key != volume_name_key) fields += std::string(line.text) + "\n";
   VolumeInfo info = volume_info(header.parameters.dims, header.parameters.type, std::move(fields));
-  info.dims = header.parameters.stacked_dims();
-  info.volumes = header.parameters.volumes;
+  info.dims = header.all_dims();
+  info.volumes = header.volumes;
   return info;
 }
 

@@ -17,6 +17,10 @@ namespace tagrid {
 struct TagHeader {
   CodingParameters parameters;
   std::string nrrd_fields;  ///< the metadata of the source; see VolumeInfo
+  int volumes = 1;          ///< in the file; the parameters are those of each of them
+
+  /// All volumes, one after the other along z.
+  Index3 all_dims() const { return {parameters.dims.x, parameters.dims.y, parameters.dims.z * volumes}; }
 };
 
 inline constexpr std::size_t tag_preamble_size = 16;
@@ -35,6 +39,11 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 /// Checks that a header may have these parameters; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
+
+/// True if bricks of two headers are coded in the same way: all fields that these parameters have are equal.
+bool are_same(const CodingParameters& a, const CodingParameters& b);
+/// Checks that a file may have so many volumes with these parameters; says what is wrong.
+Status check_volumes(const CodingParameters& parameters, std::int64_t volumes);
 
 /// Checks that the lines fit into a header that parse_header() reads; says what is wrong.
 Status check_fields(const std::string& nrrd_fields);

@@ -62,7 +62,7 @@ void put_section(FieldWriter& fields, std::uint32_t kind, const std::vector<std:
 
 IndexForm index_form(const CodingParameters& parameters) {
   const int levels = parameters.counts_points() ? max_level(parameters.cube_size) + 1 : 0;
-  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0, parameters.volumes};
+  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 
 std::uint64_t least_directory_size(std::int64_t pages, const IndexForm& form) {

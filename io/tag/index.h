@@ -83,8 +83,8 @@ IndexForm index_form(const CodingParameters& parameters);
 inline constexpr std::uint64_t largest_directory = (1 << 18) - (1 << 12);
 
 /// False if a directory with so many pages could not name the members of a file with so many volumes.
-constexpr bool has_room_for_volumes(std::int64_t pages, int volumes) {
-  return pages * 32 + std::int64_t{volumes} * 24 <= (1 << 18) - (1 << 13);
+constexpr bool has_room_for_volumes(std::int64_t pages, std::int64_t volumes) {
+  return pages * 32 + volumes * 24 <= (1 << 18) - (1 << 13);
 }
 
 /// Kinds of sections of the directory. A reader must know those below first_optional_section.

@@ -110,19 +110,14 @@ Index3 overview_dims(const Index3& dims, std::int64_t factor) {
   return blocks;
 }
 
-CodingParameters parameters_of_volume(const CodingParameters& file) {
-  CodingParameters volume = file;
-  volume.volumes = 1;
-  return volume;
-}
-
-Status check_nested(const CodingParameters& file, const Member& member, const CodingParameters& nested) {
+Status check_nested(const CodingParameters& file, const Member& member, const TagHeader& nested) {
+  const CodingParameters& p = nested.parameters;
   if (member.is_volume())
-    return nested == parameters_of_volume(file)
+    return nested.volumes == 1 && are_same(p, file)
                ? Status()
                : Status::broken("the volume has another size, type or bound than the file");
-  if (nested.volumes != 1 || nested.type != file.type || nested.mode != FileMode::voxels ||
-      nested.grid != GridOrigin::derived || nested.dims != overview_dims(file.dims, member.factor))
+  if (nested.volumes != 1 || p.type != file.type || p.mode != FileMode::voxels ||
+      p.grid != GridOrigin::derived || p.dims != overview_dims(file.dims, member.factor))
     return Status::broken("the overview is not one of this volume");
   return {};
 }

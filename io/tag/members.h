@@ -76,10 +76,8 @@ Status check_places(const std::vector<Member>& members, std::uint64_t begin, std
 
 /// The samples of an overview: blocks of `factor` samples along each axis, the last ones perhaps of fewer.
 Index3 overview_dims(const Index3& dims, std::int64_t factor);
-/// The header of a volume of a file with these parameters, besides the source's fields.
-CodingParameters parameters_of_volume(const CodingParameters& file);
 /// Checks that `nested` can be the header of a member of a file with these parameters: of an overview or a
 /// volume.
-Status check_nested(const CodingParameters& file, const Member& member, const CodingParameters& nested);
+Status check_nested(const CodingParameters& file, const Member& member, const TagHeader& nested);
 
 }  // namespace tagrid

@@ -58,6 +58,9 @@ struct Rescale {
   bool operator==(const Rescale&) const = default;
 };
 
+/// A .tag file has no more volumes.
+inline constexpr int most_volumes = 10'000;
+
 struct VolumeInfo {
   /// Of several volumes: dims.z is the number of the slices of all of them.
   Index3 dims;

@@ -31,7 +31,7 @@ TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Stat
   TagHeader header = file;
   CodingParameters& p = header.parameters;
   p.dims = overview_dims(file.parameters.dims, factor);
-  p.volumes = 1;
+  header.volumes = 1;
   p.grid = GridOrigin::derived;
   p.max_error = overview_bound(file.parameters, total);
   p.surface_error = p.mesh_error = -1;

@@ -45,7 +45,7 @@ class Psnr {
     const BrickGrid bricks = parameters_.bricks();
     const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
                        per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
-                       all_rows = rows * parameters_.volumes,
+                       all_rows = rows * source_.info().volumes,
                        wanted =
                            sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, all_rows) : all_rows;
     const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
@@ -189,7 +189,7 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields}, plan, options.overviews, options.reason_of_bound};
+  return {{options.parameters, options.fields, options.volumes}, plan, options.overviews, options.reason_of_bound};
 }
 
 void require_known_range(const ResolvedOptions& options) {

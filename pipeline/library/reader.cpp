@@ -139,7 +139,7 @@ tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor
 tagrid_status tagrid_reader_volumes(const tagrid_reader* reader, int64_t* count) {
   return with_file(reader, [&](const TagBricks& file) {
     require(count != nullptr, "there is no room for the number");
-    *count = file.parameters().volumes;
+    *count = file.header().volumes;
   });
 }
 

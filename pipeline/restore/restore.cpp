@@ -18,14 +18,12 @@
 namespace tagrid {
 namespace {
 
-SampleShape shape_of(const CodingParameters& parameters) {
-  return {parameters.stacked_dims(), parameters.type};
-}
+SampleShape shape_of(const TagHeader& header) { return {header.all_dims(), header.parameters.type}; }
 
 std::uint64_t memory_of_envelope(const TagBricks& file) {
   if (file.sizes().envelope == 0) return 0;
   return memory_of_files(
-      envelope_size(file.name(), shape_of(file.parameters()), file.parameters().is_exact(), file.envelope()));
+      envelope_size(file.name(), shape_of(file.header()), file.parameters().is_exact(), file.envelope()));
 }
 
 std::string stored_words(const std::string& compression) {
@@ -51,7 +49,7 @@ void look_at_contents(SourceFiles& source, bool exact, int threads) {
 
 KeptFiles source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
-  EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.parameters().is_exact(),
+  EnvelopeReader reader(file.name(), shape_of(file.header()), file.parameters().is_exact(),
                         file.envelope());
   KeptFiles kept;
   for (EnvelopeFile next; reader.next_file(next);) {
@@ -140,11 +138,11 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files =
       std::make_shared<RestoredFiles>(info_of_all(file.header()), run.input, run.folder, options);
-  EnvelopeReader envelope(file.name(), shape_of(parameters), parameters.is_exact(), file.envelope());
+  EnvelopeReader envelope(file.name(), shape_of(file.header()), parameters.is_exact(), file.envelope());
   files->make(envelope);
   const Watch watch =
-      watch_for(run.progress, sample_bytes(parameters.stacked_dims(), parameters.type).value());
-  for (int number = 0; number < parameters.volumes; ++number) {
+      watch_for(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
+  for (int number = 0; number < file.header().volumes; ++number) {
     const auto volume = volume_in(all, number);
     RowOutput output(*files, "", run.folder, number * Box::of_size(parameters.dims).count());
     RowDecoder(parameters, plan.budget)

@@ -97,8 +97,8 @@ class StreamStore : public BrickStore {
 
   void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) override {
     TagHeader header = job.header;
-    header.parameters = parameters_of_volume(job.parameters());
-    for (int number = 1; number < job.parameters().volumes; ++number) {
+    header.volumes = 1;
+    for (int number = 1; number < job.header.volumes; ++number) {
       const auto volume = one_of_volumes(source, number);
       const std::string& fields = volume->info().nrrd_fields;
       header.nrrd_fields = run_.options.strip ? stripped(fields) : fields;
@@ -207,7 +207,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const auto [any_rows, memory] = store->reading(*volume);
   const std::uint64_t parity_memory =
       run.options.parity
-          ? least_memory_of_parity(*sample_bytes(options.parameters.stacked_dims(), options.parameters.type),
+          ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
                                    *run.options.parity)
           : 0;
   const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
@@ -232,7 +232,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   if (store->take(job, *volume)) {
     store->encode(job, volume, result);
     keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
-    if (job.parameters().volumes > 1) store->encode_others(job, *volume, result);
+    if (job.header.volumes > 1) store->encode_others(job, *volume, result);
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);

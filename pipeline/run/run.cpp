@@ -53,10 +53,10 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
   const CodingParameters& parameters = reader.parameters();
-  require_one_volume(run, parameters.volumes);
-  if (parameters.volumes > 1)
+  require_one_volume(run, reader.header().volumes);
+  if (reader.header().volumes > 1)
     throw UsageError(fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
-                                 reader.name(), parameters.volumes));
+                                 reader.name(), reader.header().volumes));
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);
@@ -78,7 +78,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   const std::int64_t number = run.volume.value_or(0);
   const auto first = volume_in(file, number);
   const CodingParameters& parameters = first->parameters();
-  const std::int64_t count = run.volume ? 1 : parameters.volumes;
+  const std::int64_t count = run.volume ? 1 : file->header().volumes;
   // What the values of all of them are.
   TagIndex index = first->index();
   for (std::int64_t i = 1; i < count; ++i) index.total.add(volume_in(file, i)->index().total);
@@ -174,13 +174,13 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
   const bool is_file = attributes_of(run.input).has_value();
-  VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+  VerifySetup setup = verify_setup(reader.name(), reader.header(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
   const std::string fields_of_original = setup.fields_of_original;
   const bool has_scale = !setup.is_original_headerless, again = setup.again;
   const auto verified = [&] {
-    if (ranks.count() == 1 || !setup.any_order || !is_file || reader.parameters().volumes > 1)
+    if (ranks.count() == 1 || !setup.any_order || !is_file || reader.header().volumes > 1)
       return verify_all(reader, std::move(setup), run.progress);
     const VerifyOrder order{run.input, run.original, run.source, run.resources};
     send_order(ranks, order);
@@ -195,7 +195,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
     source_files_of(file);
     std::unique_ptr<VolumeSource> original;
     if (again && !file.index().members.empty())
-      original = open_volume(run.original, source_of_as_many(run.source, file.parameters()));
+      original = open_volume(run.original, source_of_as_many(run.source, file.header()));
     Resources resources = of_this_rank(ranks, run.resources);
     resources.spool = spool_folder(resources.spool, "-");
     verify_members(file, original.get(), resources, &result);

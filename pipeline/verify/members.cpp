@@ -74,7 +74,7 @@ void verify_members(const TagBricks& file, VolumeSource* original, const Resourc
     file.check(member);
   }
   std::unique_ptr<VolumeSource> first;
-  if (original && file.parameters().volumes > 1) {
+  if (original && file.header().volumes > 1) {
     first = one_of_volumes(*original, 0);
     original = first.get();
   }

@@ -57,8 +57,8 @@ struct VerifyResult {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 
-/// The description of an original of a file with these parameters: all of its volumes, if the file has several.
-SourceDescription source_of_as_many(SourceDescription source, const CodingParameters& parameters);
+/// The description of an original of a file with this header: all of its volumes, if the file has several.
+SourceDescription source_of_as_many(SourceDescription source, const TagHeader& header);
 
 /// Verifies the members of a file: checksums, and volumes and overviews as any file. With `original`, which has
 /// as many volumes and of which any slice can be read next, also compares volumes with its own, and overviews

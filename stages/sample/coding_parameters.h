@@ -49,9 +49,6 @@ constexpr bool is_volume_size(const Index3& dims) {
   return dims.x * dims.y <= most / dims.z;
 }
 
-/// A file has no more volumes.
-inline constexpr int most_volumes = 10'000;
-
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
@@ -75,8 +72,6 @@ struct CodingParameters {
   double mesh_error = -1;
   /// E_n: largest error of a stored point value in grid mode.
   double point_error = 0;
-  /// Volumes in the file, to each of which all of this applies.
-  int volumes = 1;
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }
@@ -98,10 +93,6 @@ struct CodingParameters {
 
   Domain domain() const { return {dims, cube_size, lead}; }
   BrickGrid bricks() const { return {domain(), brick_edge}; }
-  /// All volumes, one after the other along z.
-  Index3 stacked_dims() const { return {dims.x, dims.y, dims.z * volumes}; }
-
-  friend bool operator==(const CodingParameters&, const CodingParameters&) = default;
 };
 
 }  // namespace tagrid

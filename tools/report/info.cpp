@@ -253,7 +253,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
   ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
-  json["volumes"] = header.parameters.volumes;
+  json["volumes"] = header.volumes;
   if (!volume_names.empty()) {
     json["volume_names"] = ordered_json::array();
     for (const std::string& name : volume_names) json["volume_names"].push_back(json_text(name));
@@ -285,17 +285,17 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
 std::string info_text(const TagSummary& file, bool with_levels) {
   const auto& [header, index, sizes, beginning, parity, overviews, volume_names] = file;
   const CodingParameters& p = header.parameters;
-  const auto n = static_cast<std::uint64_t>(Box::of_size(p.stacked_dims()).count());
+  const auto n = static_cast<std::uint64_t>(Box::of_size(header.all_dims()).count());
   const std::uint64_t raw = n * size_of(p.type);
   std::string out;
   const auto line = [&](const char* name, const std::string& value) {
     out += fmt::format("{:<16}{}\n", name, value);
   };
   line("volume",
-       fmt::format("{}{} x {} x {} {}, {}", p.volumes == 1 ? "" : fmt::format("{} of ", p.volumes), p.dims.x,
+       fmt::format("{}{} x {} x {} {}, {}", header.volumes == 1 ? "" : fmt::format("{} of ", header.volumes), p.dims.x,
                    p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
-  if (p.volumes > 1)
-    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0", p.volumes - 1,
+  if (header.volumes > 1)
+    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0", header.volumes - 1,
                          volume_names.empty() ? ""
                                               : fmt::format(" ({} to {})", printable(volume_names.front()),
                                                             printable(volume_names.back()))));
@@ -349,7 +349,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   part("  activity", sizes.activity);
   part("  values", sizes.values);
   if (sizes.envelope > 0) part("  source files", sizes.envelope);
-  if (sizes.members > 0) part(p.volumes > 1 ? "  other volumes" : "  overviews", sizes.members);
+  if (sizes.members > 0) part(header.volumes > 1 ? "  other volumes" : "  overviews", sizes.members);
   part("  index, frames", sizes.index);
   if (parity) part("  parity", sizes.parity);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));

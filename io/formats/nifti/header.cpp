@@ -12,7 +12,6 @@
 #include "io/formats/nifti/fields.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/foreign_number.h"
-#include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
 namespace {
