@@ -46,8 +46,7 @@ class OneOfVolumes final : public VolumeSource {
 }  // namespace
 
 bool are_all_wanted(const SourceDescription& source, const Index3& dims, std::int64_t volumes) {
-  const bool is_wanted = source.series == every_volume || (source.series.empty() && source.all_volumes);
-  return is_wanted && volumes > 1 && volumes <= most_volumes &&
+  return source.all_volumes && source.series.empty() && volumes > 1 && volumes <= most_volumes &&
          dims.z <= std::numeric_limits<std::int64_t>::max() / volumes &&
          is_volume_size({dims.x, dims.y, dims.z * volumes});
 }

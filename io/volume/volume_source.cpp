@@ -80,7 +80,7 @@ std::int64_t number_of_volume(const std::string& name, const std::string& series
                               const std::string& each) {
   // A header that claims more has no choices, as they would take memory.
   constexpr std::int64_t most_choices = 65536;
-  if ((series.empty() || series == every_volume) && volumes == 1) return 0;
+  if (series.empty() && volumes == 1) return 0;
   const Setting setting{"series", "the number of one"};
   if (series.empty()) {
     std::vector<Choice> choices;
@@ -90,10 +90,6 @@ std::int64_t number_of_volume(const std::string& name, const std::string& series
                               {name, volumes, each, setting}},
                      std::move(choices));
   }
-  if (series == every_volume)
-    throw UsageError(
-        Sentence{"{}: holds {} volumes, which are too many for one .tag file; choose one with {}, by its number",
-                 {name, volumes, setting}});
   const auto number = whole_number_of(series);
   if (!number || *number < 1 || *number > volumes)
     throw UsageError(Sentence{"{}: holds {} volumes; {} must be a number from 1 to {}, not {}",
