@@ -49,6 +49,17 @@ WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) 
   return written_numbers(run.format, run.numbers, header, &file.index());
 }
 
+/// Throws UsageError if a file of several volumes is decoded to something that has only one.
+void require_one_volume(const DecodeRun& run, int volumes) {
+  const bool is_part = !run.region.is_all() || run.overview != 0 || run.fill;
+  if (run.volume || volumes == 1 || (run.format.has_volumes && !is_part)) return;
+  throw UsageError(Sentence{
+      is_part ? "{}: holds {} volumes; choose one of them with {}, from 0 to {}, for a part of it"
+              : "{}: holds {} volumes, and the output has room for one; choose it with {}, from 0 to {}, or "
+                "decode all of them to NIfTI",
+      {run.input, volumes, Setting{"volume", "its number"}, volumes - 1}});
+}
+
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
@@ -98,17 +109,6 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
             [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
   }
   return {result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers), sink};
-}
-
-/// Throws UsageError if a file of several volumes is decoded to something that has only one.
-void require_one_volume(const DecodeRun& run, int volumes) {
-  const bool is_part = !run.region.is_all() || run.overview != 0 || run.fill;
-  if (run.volume || volumes == 1 || (run.format.has_volumes && !is_part)) return;
-  throw UsageError(Sentence{
-      is_part ? "{}: holds {} volumes; choose one of them with {}, from 0 to {}, for a part of it"
-              : "{}: holds {} volumes, and the output has room for one; choose it with {}, from 0 to {}, or "
-                "decode all of them to NIfTI",
-      {run.input, volumes, Setting{"volume", "its number"}, volumes - 1}});
 }
 
 /// The blocks that meet a region of samples of the volume in `input`.
