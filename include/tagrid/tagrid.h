@@ -280,7 +280,8 @@ TAGRID_API tagrid_status tagrid_reader_volumes(const tagrid_reader* reader, int6
  * "volume_name".
  *
  * `*volume` is as `*overview` after tagrid_reader_overview(). */
-TAGRID_API tagrid_status tagrid_reader_volume(const tagrid_reader* reader, int64_t number, tagrid_reader** volume);
+TAGRID_API tagrid_status tagrid_reader_volume(const tagrid_reader* reader, int64_t number,
+                                              tagrid_reader** volume);
 
 /* Decodes the whole file and checks everything that can be checked without the original: checksums, that every
  * brick decodes, that the grid has no crack, that bricks agree on the faces that they share, and the

@@ -61,8 +61,7 @@ IndexedTag::End IndexedTag::read_end() {
   if (end.start < first + 8) throw broken_part(name(), "the index", size, "the index has an impossible size");
   const auto from_start = all.subspan(static_cast<std::size_t>(end.start - first));
   const auto stored = load_little_endian<std::uint64_t>(from_start.data() - 8);
-  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored,
-                         header_.volumes};
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored, header_.volumes};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - end.start;
   if (present < index_head_size)
@@ -213,7 +212,7 @@ TagSummary summary_of(const std::string& path) {
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(),    reader.sizes(), reader.beginning_of_envelope(),
+  return {reader.header(), reader.index(),     reader.sizes(),       reader.beginning_of_envelope(),
           reader.parity(), reader.overviews(), reader.volume_names()};
 }
 

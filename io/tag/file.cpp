@@ -258,7 +258,7 @@ void TagReader::read_nested_header(const Member& member, std::uint64_t left) {
 }
 
 void TagReader::read_index_section() {
-  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_size,
+  const FileEnd end = {parameters(),   header_size_,   header_checksum_, bytes_->position() - marker_size,
                        last_checksum_, header_.volumes};
   read_growing(index_head_size - marker_size, "the index");
   std::uint64_t rest = 0, envelope = 0;

@@ -255,8 +255,9 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
                                  run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
   if (source->info().volumes > 1)
-    throw UsageError(Sentence{"{}: holds {} volumes; choose one with {}, by its number",
-                              {source->name(), source->info().volumes, Setting{"series", "the number of one"}}});
+    throw UsageError(
+        Sentence{"{}: holds {} volumes; choose one with {}, by its number",
+                 {source->name(), source->info().volumes, Setting{"series", "the number of one"}}});
   const Rescale rescale = source->facts().rescale;
   // Any bound that the other options allow stands for those that will be tried.
   EncodeOptions any = run.options;

@@ -55,13 +55,12 @@ class Psnr {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
       const std::int64_t row = spread_row(i, wanted, all_rows);
       const auto volume = one_of_volumes(source_, row / rows);
-      for_each_brick_of_row(*volume, bricks, row % rows,
-                            [&](std::int64_t id, const BrickSamples& samples) {
-                              const Index3 position = bricks.position(id);
-                              BrickCode code;
-                              encode_brick(samples, {}, parameters_, position, code);
-                              of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
-                            });
+      for_each_brick_of_row(*volume, bricks, row % rows, [&](std::int64_t id, const BrickSamples& samples) {
+        const Index3 position = bricks.position(id);
+        BrickCode code;
+        encode_brick(samples, {}, parameters_, position, code);
+        of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
+      });
       // In the order of bricks: sums of floats depend on it.
       for (const Statistics& s : of_brick) all.add(s);
       watch.done(bytes_per_row);
@@ -189,7 +188,10 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields, options.volumes}, plan, options.overviews, options.reason_of_bound};
+  return {{options.parameters, options.fields, options.volumes},
+          plan,
+          options.overviews,
+          options.reason_of_bound};
 }
 
 void require_known_range(const ResolvedOptions& options) {

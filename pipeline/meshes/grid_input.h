@@ -18,7 +18,7 @@ namespace tagrid {
 
 template <class Options>
 struct GridRun {
-  std::string input;   ///< the .tag file; "-": the standard input
+  std::string input;        ///< the .tag file; "-": the standard input
   std::int64_t volume = 0;  ///< its number; not 0 only in a regular file
   std::string output;  ///< its name chooses the format; "-": the standard output, in the first of the formats
   Options options = {};
@@ -38,7 +38,8 @@ struct GridResult {
 class GridInput {
  public:
   /// `volume`: see GridRun. `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput, WorldError.
-  GridInput(const std::string& path, std::int64_t volume, bool is_part, const std::string& output, bool overwrite);
+  GridInput(const std::string& path, std::int64_t volume, bool is_part, const std::string& output,
+            bool overwrite);
 
   const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }
   const std::string& name() const { return bricks_ ? bricks_->name() : stream_->name(); }

@@ -72,9 +72,10 @@ class PartsStore : public BrickStore {
 
   EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) override {
     if (source.info().volumes > 1)
-      throw UsageError(Sentence{"{}: holds {} volumes, which one process encodes in one run; start it without "
-                                "MPI and without continuing, or choose one volume with {}",
-                                {source.name(), source.info().volumes, Setting{"series", "its number"}}});
+      throw UsageError(
+          Sentence{"{}: holds {} volumes, which one process encodes in one run; start it without "
+                   "MPI and without continuing, or choose one volume with {}",
+                   {source.name(), source.info().volumes, Setting{"series", "its number"}}});
     for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
     record_.program = run_.program;
     if (options.options.error_rule) record_.error_rule = text_of(*options.options.error_rule);

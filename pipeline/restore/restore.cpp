@@ -49,8 +49,7 @@ void look_at_contents(SourceFiles& source, bool exact, int threads) {
 
 KeptFiles source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
-  EnvelopeReader reader(file.name(), shape_of(file.header()), file.parameters().is_exact(),
-                        file.envelope());
+  EnvelopeReader reader(file.name(), shape_of(file.header()), file.parameters().is_exact(), file.envelope());
   KeptFiles kept;
   for (EnvelopeFile next; reader.next_file(next);) {
     reader.read_other_bytes(next, [](std::uint64_t, std::span<const std::byte>) {});

@@ -91,8 +91,8 @@ class StreamStore : public BrickStore {
     const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
     sums_ = encode_bricks(job, first ? *first : *source, *writer_, result);
     result.bytes_in = source->bytes_read();
-    result.times_read += times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) +
-                         spools;
+    result.times_read +=
+        times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
   }
 
   void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) override {
@@ -109,10 +109,10 @@ class StreamStore : public BrickStore {
         write_overviews_of(header, std::move(*sums), writer);
       writer.finish();
       total_.add(writer.index().total);
-      writer_->write_member(
-          volume_kind, static_cast<std::uint32_t>(number), encoded.size(), [&](const PassBytes& pass) {
-            encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); });
-          });
+      writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded.size(),
+                            [&](const PassBytes& pass) {
+                              encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); });
+                            });
     }
     result.bytes_in = source.bytes_read();
   }
@@ -145,7 +145,8 @@ class StreamStore : public BrickStore {
     const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
     const std::int64_t count =
         volume.traits().whole_slices ? slices_beside(parameters, job.plan, resources_, layer) : 0;
-    result.memory = std::max(result.memory, job.plan.memory + static_cast<std::uint64_t>(count) * volume.slice_bytes());
+    result.memory =
+        std::max(result.memory, job.plan.memory + static_cast<std::uint64_t>(count) * volume.slice_bytes());
     SlicesAhead ahead(volume, count);
     RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
     ahead.stop_when(encoder.failed());
@@ -206,10 +207,9 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const auto [any_rows, memory] = store->reading(*volume);
   const std::uint64_t parity_memory =
-      run.options.parity
-          ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
-                                   *run.options.parity)
-          : 0;
+      run.options.parity ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
+                                                  *run.options.parity)
+                         : 0;
   const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
                                         memory + memory_of_files(run, *volume) + memory_of_overviews(options),
                                         original_access(run, *volume), parity_memory);

@@ -66,8 +66,9 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   const CodingParameters& parameters = reader.parameters();
   require_one_volume(run, reader.header().volumes);
   if (reader.header().volumes > 1)
-    throw UsageError(fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
-                                 reader.name(), reader.header().volumes));
+    throw UsageError(
+        fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
+                    reader.name(), reader.header().volumes));
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);

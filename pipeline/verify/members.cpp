@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "io/tag/file.h"
-#include "io/volume/one_of_volumes.h"
 #include "io/tag/members.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/overview/means_source.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"

@@ -4,8 +4,8 @@
 #include "io/envelope/envelope.h"
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "io/volume/one_of_volumes.h"
 #include "io/samples/file_samples.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"
 
@@ -24,24 +24,22 @@ SourceDescription source_of_as_many(SourceDescription source, const TagHeader& h
   return source;
 }
 
-VerifySetup verify_setup(const std::string& name, const TagHeader& header,
-                         const std::string& original, const SourceDescription& source,
-                         const Resources& resources, std::uint64_t of_envelope) {
+VerifySetup verify_setup(const std::string& name, const TagHeader& header, const std::string& original,
+                         const SourceDescription& source, const Resources& resources,
+                         std::uint64_t of_envelope) {
   const CodingParameters& parameters = header.parameters;
   if (original.empty()) return {plan_decoding(parameters, resources, DecodeUse::verify, of_envelope)};
   std::unique_ptr<VolumeSource> volume = open_volume(original, source_of_as_many(source, header));
   const VolumeInfo first = info_of_volume(volume->facts(), 0);
   if (first.dims != parameters.dims || first.type != parameters.type ||
       volume->info().volumes != header.volumes)
-    throw BrokenInput(
-        fmt::format("{}: the original is {}, but the file has {}", original,
-                    words_of(first.dims, first.type, volume->info().volumes),
-                    words_of(parameters.dims, parameters.type, header.volumes)));
+    throw BrokenInput(fmt::format("{}: the original is {}, but the file has {}", original,
+                                  words_of(first.dims, first.type, volume->info().volumes),
+                                  words_of(parameters.dims, parameters.type, header.volumes)));
   // Source files are compared if the .tag file keeps them.
   const std::uint64_t of_files = of_envelope > 0 ? memory_of_source_files(volume->facts()) : 0;
   const bool is_headerless = volume->facts().headerless;
-  if (header.volumes > 1)
-    volume = one_of_volumes(std::shared_ptr<VolumeSource>(std::move(volume)), 0);
+  if (header.volumes > 1) volume = one_of_volumes(std::shared_ptr<VolumeSource>(std::move(volume)), 0);
   VerifySetup setup = setup_against(name, parameters, std::move(volume), resources, of_envelope + of_files);
   setup.is_original_headerless = is_headerless;
   return setup;

@@ -143,7 +143,8 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
       if (golden_.volumes == 1) return write_nrrd(source(), dims, samples, "content: golden\n");
       VolumeInfo info{{dims.x, dims.y, slices}, golden_.type, {}, ""};
       info.volumes = golden_.volumes;
-      const auto writer = create_volume(format_named("nifti"), source(), info, {.files = {.overwrite = true}});
+      const auto writer =
+          create_volume(format_named("nifti"), source(), info, {.files = {.overwrite = true}});
       writer->write_slices(std::as_bytes(std::span(samples)));
       writer->commit();
     });

@@ -217,8 +217,9 @@ class Finder {
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
         options.emplace("series", name);  // another one may come into the directory
-      std::string text = fmt::format("{}, {}{}{}", described(info_of_volume(volume->facts(), 0).dims, info.type),
-                                     format.help, details, oddity_of(info));
+      std::string text =
+          fmt::format("{}, {}{}{}", described(info_of_volume(volume->facts(), 0).dims, info.type),
+                      format.help, details, oddity_of(info));
       if (info.volumes > 1) text = fmt::format("{} volumes of {}", info.volumes, text);
       if (format.name == "dicom") text += about_other_folder(path, info);
       // What is missing from the volume, although it may be.

@@ -50,7 +50,8 @@ struct DecodeCommand {
     // A part with the name of the whole volume would be taken for it, or replace it.
     if (output.path.empty() && path != "-" && (!wanted.is_all() || overview != 0 || volume))
       throw UsageError(
-          "a region, a step, an overview or a volume needs -o FILE: without it, the output would have the name of the "
+          "a region, a step, an overview or a volume needs -o FILE: without it, the output would have the "
+          "name of the "
           "entire "
           "volume");
     // For an NRRD file, "is not a .tag file" is the better message than "is its own output".

@@ -41,8 +41,9 @@ struct GridCommand {
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;
     if (output.path.empty() && (!options.region.is_all() || volume))
-      throw usage_error("a region or a volume needs -o FILE: without it, the output would have the name of the entire {}",
-                        form.name);
+      throw usage_error(
+          "a region or a volume needs -o FILE: without it, the output would have the name of the entire {}",
+          form.name);
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;
     require_tag_input(input);
     refuse_terminal(ranks, path, form.plural);

@@ -33,7 +33,8 @@ struct PreviewCommand {
     const PreviewWishes wishes = wanted_slices();
     const std::optional<GreyWindow> wanted_window = window_option();
     if (output.path.empty() && volume)
-      throw UsageError("a volume needs -o FILE: without it, the output would have the name of the entire file");
+      throw UsageError(
+          "a volume needs -o FILE: without it, the output would have the name of the entire file");
     const std::string path = output.path.empty() ? output_beside(input, ".png") : output.path;
     require_tag_input(input);
     refuse_pipe();

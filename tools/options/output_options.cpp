@@ -79,8 +79,9 @@ std::int64_t chosen_volume(const std::string& input, const std::optional<std::in
     throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
   const int volumes = is_regular_input(input) ? count_of_volumes(input) : 1;
   if (volume && (*volume < 0 || *volume >= volumes))
-    throw usage_error("--volume {}: {} has {}", *volume, shown_input(input),
-                      volumes == 1 ? "one volume, 0" : fmt::format("{} volumes, 0 to {}", volumes, volumes - 1));
+    throw usage_error(
+        "--volume {}: {} has {}", *volume, shown_input(input),
+        volumes == 1 ? "one volume, 0" : fmt::format("{} volumes, 0 to {}", volumes, volumes - 1));
   if (!volume && volumes > 1 && !run.quiet)
     say("tagrid: {}: holds {} volumes; this is volume 0; --volume chooses another one", shown_input(input),
         volumes);

@@ -292,10 +292,11 @@ std::string info_text(const TagSummary& file, bool with_levels) {
     out += fmt::format("{:<16}{}\n", name, value);
   };
   line("volume",
-       fmt::format("{}{} x {} x {} {}, {}", header.volumes == 1 ? "" : fmt::format("{} of ", header.volumes), p.dims.x,
-                   p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
+       fmt::format("{}{} x {} x {} {}, {}", header.volumes == 1 ? "" : fmt::format("{} of ", header.volumes),
+                   p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   if (header.volumes > 1)
-    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0", header.volumes - 1,
+    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0",
+                         header.volumes - 1,
                          volume_names.empty() ? ""
                                               : fmt::format(" ({} to {})", printable(volume_names.front()),
                                                             printable(volume_names.back()))));

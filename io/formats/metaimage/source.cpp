@@ -62,10 +62,10 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   const std::string name = file->name();
   MetaImageHeader header = read_header(*file);
   const bool all = are_all_wanted(source, header.info.dims, header.volumes);
-  const auto number = static_cast<std::uint64_t>(
-      all ? 0
-          : number_of_volume(name, source.series, header.volumes,
-                             described(header.info.dims, header.info.type)));
+  const auto number =
+      static_cast<std::uint64_t>(all ? 0
+                                     : number_of_volume(name, source.series, header.volumes,
+                                                        described(header.info.dims, header.info.type)));
   const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts;
   facts.info = header.info;

@@ -348,8 +348,8 @@ std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescriptio
   } catch (const UsageError& error) {
     std::vector<std::string> names;
     for (const Choice& choice : error.detail().choices) names.push_back(choice.name);
-    const bool are_series = std::ranges::any_of(
-        error.detail().sentence.terms, [](const Term& term) { return term.setting == "series"; });
+    const bool are_series = std::ranges::any_of(error.detail().sentence.terms,
+                                                [](const Term& term) { return term.setting == "series"; });
     if (!are_series || names.size() < 2 || names.size() > most_volumes) throw;
     return all_volumes(path, names, [path, source](const std::string& name) {
       SourceDescription one = source;
