@@ -20,7 +20,8 @@ std::string words_of(const Index3& dims, SampleType type, std::int64_t volumes) 
 }  // namespace
 
 SourceDescription source_of_as_many(SourceDescription source, const TagHeader& header) {
-  source.all_volumes = header.volumes > 1;
+  source.all_volumes = false;
+  if (header.volumes > 1 && source.series.empty()) source.series = every_volume;
   return source;
 }
 
