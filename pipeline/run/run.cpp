@@ -109,7 +109,10 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
             BrickRows::all(parameters.bricks()), volume->bricks_from(0),
             [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
   }
-  return {result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers), sink};
+  DecodeResult result =
+      result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
+  result.nrrd_fields = numbers.fields(info.nrrd_fields);
+  return {std::move(result), sink};
 }
 
 /// The blocks that meet a region of samples of the volume in `input`.

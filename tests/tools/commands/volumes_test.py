@@ -146,7 +146,7 @@ class Volumes(unittest.TestCase):
             self.write("scan.nii", nifti(volumes, sizes))
             self.tagrid("encode", "scan.nii", "-q", "-f")
             for name in ("all.nii", "all.nii.gz"):
-                self.tagrid("decode", "scan.tag", "-o", name, "-q", "-f")
+                self.assertEqual(self.tagrid("decode", "scan.tag", "-o", name, "-f").stderr, b"")
                 data = (self.folder / name).read_bytes()
                 data = gzip.decompress(data) if name.endswith(".gz") else data
                 self.assertEqual(list(struct.unpack_from("<8h", data, 40)), sizes)
