@@ -272,6 +272,17 @@ TAGRID_API tagrid_status tagrid_reader_overviews(const tagrid_reader* reader, in
 TAGRID_API tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor,
                                                 tagrid_reader** overview);
 
+/* Writes the number of volumes of the file to `count`: 1, or more if it holds several of the same size, which are
+ * numbered from 0 on. Everything else that reads the file is about volume 0, except tagrid_reader_verify(). */
+TAGRID_API tagrid_status tagrid_reader_volumes(const tagrid_reader* reader, int64_t* count);
+
+/* Opens the volume with this number, a .tag file of its own. Its metadata may have its name: the pair
+ * "volume_name".
+ *
+ * `*volume` is as `*overview` after tagrid_reader_overview(). */
+TAGRID_API tagrid_status tagrid_reader_volume(const tagrid_reader* reader, int64_t number,
+                                              tagrid_reader** volume);
+
 /* Decodes the whole file and checks everything that can be checked without the original: checksums, that every
  * brick decodes, that the grid has no crack, that bricks agree on the faces that they share, and the
  * statistics. Returns TAGRID_BROKEN_INPUT if not; the message names the first thing that is wrong. */

@@ -251,6 +251,19 @@ class Reader {
     return opened;
   }
 
+  /// The number of volumes; see tagrid_reader_volumes().
+  std::int64_t volumes() const {
+    std::int64_t count = 0;
+    check(tagrid_reader_volumes(reader_, &count));
+    return count;
+  }
+  /// The volume with a number, from 0 on; see tagrid_reader_volume().
+  Reader volume(std::int64_t number) const {
+    Reader opened;
+    opened.own(tagrid_reader_volume(reader_, number, &opened.reader_));
+    return opened;
+  }
+
   /// The number of active points of each level of the grid: see tagrid_reader_levels().
   std::vector<std::uint64_t> levels(const Call& call = {}) const {
     std::vector<std::uint64_t> active(static_cast<std::size_t>(info().levels) + 1);

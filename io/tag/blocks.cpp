@@ -194,8 +194,9 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   const auto size = load_little_endian<std::uint64_t>(bytes.data() + 4);
   std::vector<std::byte> fields;
   if (Status status = zstd_decompress(packed, memory_size(size), fields); !status.ok()) return status;
-  if (Status status = parse_directory(fields, layout.pages(), index_form(parameters), index); !status.ok())
-    return status;
+  IndexForm form = index_form(parameters);
+  form.volumes = volumes;
+  if (Status status = parse_directory(fields, layout.pages(), form, index); !status.ok()) return status;
   return check_sizes(layout, index, envelope);
 }
 

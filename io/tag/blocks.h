@@ -139,6 +139,7 @@ struct FileEnd {
   std::uint64_t header_size, header_checksum;
   std::uint64_t start;          ///< position where the blocks end and the directory begins
   std::uint64_t last_checksum;  ///< of the last block
+  int volumes = 1;              ///< in the file
 
   /// Reads the first index_head_size bytes. `rest` receives the number of bytes to the file's end.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;

@@ -11,6 +11,13 @@
 #include "io/tag/file.h"
 
 namespace tagrid {
+namespace {
+
+struct HeaderOnly : IndexedTag {
+  explicit HeaderOnly(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {}
+};
+
+}  // namespace
 
 IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
   const std::uint64_t size = source_->size();
@@ -54,7 +61,7 @@ IndexedTag::End IndexedTag::read_end() {
   if (end.start < first + 8) throw broken_part(name(), "the index", size, "the index has an impossible size");
   const auto from_start = all.subspan(static_cast<std::size_t>(end.start - first));
   const auto stored = load_little_endian<std::uint64_t>(from_start.data() - 8);
-  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored};
+  const FileEnd facts = {parameters(), header_size_, header_checksum_, end.start, stored, header_.volumes};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - end.start;
   if (present < index_head_size)
@@ -147,29 +154,33 @@ std::vector<std::byte> TagBricks::beginning_of_envelope() const {
 
 std::shared_ptr<const ByteSource> TagBricks::bytes_of(const Member& member) const {
   return std::make_shared<PartOfSource>(source_, member.content(), member.length,
-                                        name() + ": overview " + std::to_string(member.factor));
+                                        name() + ": " + member.name());
 }
 
-std::shared_ptr<const TagBricks> TagBricks::overview(const Member& member) const {
-  auto overview = std::make_shared<const TagBricks>(bytes_of(member));
-  require_overview(member, *overview);
-  if (!overview->index().members.empty() || overview->sizes().envelope > 0)
-    throw BrokenInput(overview->name() + ": has parts that no overview has");
-  return overview;
+std::shared_ptr<const TagBricks> TagBricks::nested(const Member& member) const {
+  auto nested = std::make_shared<const TagBricks>(bytes_of(member));
+  require_nested(member, *nested);
+  // A volume may have overviews, which have no more members.
+  if ((member.is_overview() && !nested->index().members.empty()) || nested->sizes().envelope > 0)
+    throw BrokenInput(nested->name() + ": has parts that it must not have");
+  return nested;
 }
 
 CodingParameters TagBricks::parameters_of(const Member& member) const {
-  struct Header : IndexedTag {
-    explicit Header(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {}
-  };
-  const Header header(bytes_of(member));
-  require_overview(member, header);
+  const HeaderOnly header(bytes_of(member));
+  require_nested(member, header);
   return header.parameters();
 }
 
-void TagBricks::require_overview(const Member& member, const IndexedTag& overview) const {
-  if (Status status = check_overview(parameters(), member.factor, overview.parameters()); !status.ok())
-    throw BrokenInput(overview.name() + ": " + status.what());
+std::string TagBricks::name_of(const Member& member) const {
+  const HeaderOnly header(bytes_of(member));
+  require_nested(member, header);
+  return name_of_volume(header.header());
+}
+
+void TagBricks::require_nested(const Member& member, const IndexedTag& nested) const {
+  if (Status status = check_nested(parameters(), member, nested.header()); !status.ok())
+    throw BrokenInput(nested.name() + ": " + status.what());
 }
 
 void TagBricks::check(const Member& member) const {
@@ -189,16 +200,20 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
-    std::vector<CodingParameters> overviews;
-    for (const Member& member : file.index().members)
-      if (member.is_overview()) overviews.push_back(file.parameters_of(member));
-    return {file.header(), file.index(),        file.sizes(), file.beginning_of_envelope(),
-            file.parity(), std::move(overviews)};
+    TagSummary summary = {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(),
+                          file.parity()};
+    VolumeNames names(file.header());
+    for (const Member& member : file.index().members) {
+      if (member.is_overview()) summary.overviews.push_back(file.parameters_of(member));
+      if (member.is_volume()) names.add(file.name_of(member));
+    }
+    summary.volume_names = names.take();
+    return summary;
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(),    reader.sizes(), reader.beginning_of_envelope(),
-          reader.parity(), reader.overviews()};
+  return {reader.header(), reader.index(),     reader.sizes(),       reader.beginning_of_envelope(),
+          reader.parity(), reader.overviews(), reader.volume_names()};
 }
 
 std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {
@@ -206,13 +221,41 @@ std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_
   for (const Member& member : file.index().members) {
     if (!member.is_overview()) continue;
     if (member.factor == factor) {
-      file.overview(member);
+      file.nested(member);
       return file.bytes_of(member);
     }
     there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
   }
   throw UsageError(file.name() + ": has no overview of " + std::to_string(factor) + "; " +
                    (there.empty() ? "it has none at all" : "it has " + there));
+}
+
+namespace {
+
+const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
+  const int volumes = file.header().volumes;
+  if (volume < 0 || volume >= volumes)
+    throw UsageError(file.name() + ": has no volume " + std::to_string(volume) + "; it has " +
+                     (volumes == 1 ? "one, volume 0"
+                                   : std::to_string(volumes) + ", from 0 to " + std::to_string(volumes - 1)));
+  return volume == 0 ? nullptr : &file.index().members[static_cast<std::size_t>(volume - 1)];
+}
+
+}  // namespace
+
+std::shared_ptr<const ByteSource> volume_in(std::shared_ptr<const ByteSource> file, std::int64_t volume) {
+  const TagBricks all(file);
+  const Member* member = member_of_volume(all, volume);
+  return member ? all.bytes_of(*member) : std::move(file);
+}
+
+std::shared_ptr<const TagBricks> volume_in(std::shared_ptr<const TagBricks> file, std::int64_t volume) {
+  const Member* member = member_of_volume(*file, volume);
+  return member ? file->nested(*member) : std::move(file);
+}
+
+int count_of_volumes(const std::string& path) {
+  return HeaderOnly(std::make_shared<FileSource>(path)).header().volumes;
 }
 
 }  // namespace tagrid

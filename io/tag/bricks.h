@@ -80,12 +80,14 @@ class TagBricks : public IndexedTag {
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The content of the first of these blocks; none without an envelope.
   std::vector<std::byte> beginning_of_envelope() const;
-  /// The overview of a member of the index: a file of its own. Throws BrokenInput, also if it is not one of
-  /// this volume. REQUIRES: member.is_overview().
-  std::shared_ptr<const TagBricks> overview(const Member& member) const;
-  /// Its parameters, for which only its header is read. Throws as overview() does.
+  /// The overview or volume of a member of the index: a file of its own. Throws BrokenInput, also if it is not
+  /// one of this file. REQUIRES: member.is_overview() or member.is_volume().
+  std::shared_ptr<const TagBricks> nested(const Member& member) const;
+  /// Its parameters, for which only its header is read. Throws as nested() does.
   CodingParameters parameters_of(const Member& member) const;
-  /// The bytes of that overview.
+  /// Its name, from its header: "" if it has none.
+  std::string name_of(const Member& member) const;
+  /// The bytes of that file.
   std::shared_ptr<const ByteSource> bytes_of(const Member& member) const;
   /// Throws BrokenInput if the checksum of a member does not match.
   void check(const Member& member) const;
@@ -100,8 +102,8 @@ class TagBricks : public IndexedTag {
     std::uint64_t bytes() const { return sizes->starts[number + 1] - start(); }
   };
   Place place(std::int64_t brick) const;
-  /// Throws BrokenInput if these are not the parameters of an overview of this volume.
-  void require_overview(const Member& member, const IndexedTag& overview) const;
+  /// Throws BrokenInput if these are not the parameters of such a file.
+  void require_nested(const Member& member, const IndexedTag& nested) const;
 
   End end_;
   TagPages pages_;
@@ -116,11 +118,21 @@ struct TagSummary {
   std::optional<ParityLayout> parity;            ///< at the end of the file; nothing if there is none
   /// Of the overviews among the members of the index, in order.
   std::vector<CodingParameters> overviews = {};
+  std::vector<std::string> volume_names = {};  ///< of all volumes; empty if none has one
 };
 
 /// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,
 /// and UsageError that names the overviews if there is none with this factor.
 std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor);
+
+/// The volume with this number, from 0 on, as the bytes of a file of its own: volume 0 is the file itself,
+/// without its other volumes. Throws BrokenInput, WorldError, and UsageError that says how many there are.
+std::shared_ptr<const ByteSource> volume_in(std::shared_ptr<const ByteSource> file, std::int64_t volume);
+/// The same, read by its index.
+std::shared_ptr<const TagBricks> volume_in(std::shared_ptr<const TagBricks> file, std::int64_t volume);
+
+/// The number of volumes of a regular file. Reads only its header. Throws BrokenInput and WorldError.
+int count_of_volumes(const std::string& path);
 
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
 /// checks every checksum. Throws BrokenInput and WorldError.

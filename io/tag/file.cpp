@@ -71,6 +71,7 @@ TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stre
   header_size_ = header_size_of(name(), block_);
   read_growing(header_size_ - block_.size(), "the header");
   header_ = header_of(name(), block_, header_checksum_);
+  names_ = VolumeNames(header_);
   block_ = {};
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
@@ -204,14 +205,16 @@ void TagReader::read_members() {
 }
 
 void TagReader::read_member() {
-  const auto require = [&](const Status& status) {
-    if (!status.ok()) throw broken_part(name(), "a member", bytes_->position(), status.what());
-  };
   Member member;
+  const auto require = [&](const Status& status) {
+    const std::string part = member.is_volume() ? member.name() : "a member";
+    if (!status.ok()) throw broken_part(name(), part, bytes_->position(), status.what());
+  };
   const std::uint64_t start = bytes_->position() - marker_size;
   read_growing(member_head_size - marker_size, "a member");
   require(parse_member_head(block_, start, member));
-  if (members_.size() == most_members) require(Status::broken("there are too many members"));
+  if (members_.size() == most_members + static_cast<std::size_t>(header_.volumes) - 1)
+    require(Status::broken("there are too many members"));
   MemberChecksum own(member);
   std::uint64_t left = member.length;
   const auto took_block = [&] {
@@ -219,8 +222,8 @@ void TagReader::read_member() {
     left -= block_.size();
   };
   block_.clear();
-  if (member.is_overview()) {
-    read_overview_header(member, left);
+  if (member.is_overview() || member.is_volume()) {
+    read_nested_header(member, left);
     took_block();
   }
   constexpr std::uint64_t step = 1 << 20;
@@ -238,24 +241,25 @@ void TagReader::read_member() {
   members_.push_back(member);
 }
 
-void TagReader::read_overview_header(const Member& member, std::uint64_t left) {
-  const std::string overview = name() + ": overview " + std::to_string(member.factor);
-  const auto no_room = [&] { return BrokenInput(overview + ": is shorter than its header"); };
+void TagReader::read_nested_header(const Member& member, std::uint64_t left) {
+  const std::string nested = name() + ": " + member.name();
+  const auto no_room = [&] { return BrokenInput(nested + ": is shorter than its header"); };
   if (left < tag_preamble_size) throw no_room();
   read_growing(tag_preamble_size, "a member");
-  const std::size_t size = header_size_of(overview, block_);
+  const std::size_t size = header_size_of(nested, block_);
   if (size > left) throw no_room();
   read_growing(size - tag_preamble_size, "a member");
   std::uint64_t checksum = 0;
-  const TagHeader header = header_of(overview, block_, checksum);
-  if (Status status = check_overview(parameters(), member.factor, header.parameters); !status.ok())
-    throw BrokenInput(overview + ": " + status.what());
-  overviews_.push_back(header.parameters);
+  const TagHeader header = header_of(nested, block_, checksum);
+  if (Status status = check_nested(parameters(), member, header); !status.ok())
+    throw BrokenInput(nested + ": " + status.what());
+  if (member.is_overview()) overviews_.push_back(header.parameters);
+  if (member.is_volume()) names_.add(name_of_volume(header));
 }
 
 void TagReader::read_index_section() {
-  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_size,
-                       last_checksum_};
+  const FileEnd end = {parameters(),   header_size_,   header_checksum_, bytes_->position() - marker_size,
+                       last_checksum_, header_.volumes};
   read_growing(index_head_size - marker_size, "the index");
   std::uint64_t rest = 0, envelope = 0;
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());

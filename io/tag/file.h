@@ -90,6 +90,8 @@ class TagReader {
   /// The parameters of the overviews, in the order of the members. REQUIRES: as above. Of the overviews, only
   /// headers and checksums were checked.
   const std::vector<CodingParameters>& overviews() const { return overviews_; }
+  /// The names of all volumes; none if no volume has one. REQUIRES: as above.
+  std::vector<std::string> volume_names() const { return names_.take(); }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
@@ -104,8 +106,8 @@ class TagReader {
   /// Reads the members, and the first bytes of the index.
   void read_members();
   void read_member();
-  /// Reads the header of an overview, of which `left` bytes are there.
-  void read_overview_header(const Member& member, std::uint64_t left);
+  /// Reads the header of an overview or a volume, of which `left` bytes are there.
+  void read_nested_header(const Member& member, std::uint64_t left);
   void read_index_section();
   /// Reads to the end of the stream: nothing follows the footer, or parity.
   void skip_parity();
@@ -130,6 +132,7 @@ class TagReader {
   std::optional<ParityLayout> parity_;
   std::vector<Member> members_;
   std::vector<CodingParameters> overviews_;
+  VolumeNames names_;
 };
 
 }  // namespace tagrid

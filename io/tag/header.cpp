@@ -12,6 +12,9 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/line.h"
+#include "io/tag/index.h"
+#include "io/volume/one_of_volumes.h"
 #include "stages/bound/bounds.h"
 #include "stages/grid/lattice.h"
 
@@ -21,8 +24,6 @@ namespace {
 // As in PNG: a byte above 127, both line ends and a Ctrl-Z reveal transfers that damage binary files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 5;
-// Room for files of several volumes, which this version neither writes nor reads.
-constexpr std::uint32_t volumes = 1;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
@@ -110,6 +111,24 @@ Status check_parameters(const CodingParameters& p) {
   return {};
 }
 
+bool are_same(const CodingParameters& a, const CodingParameters& b) {
+  FieldWriter of_a, of_b;
+  parameter_fields(of_a, a);
+  parameter_fields(of_b, b);
+  return of_a.bytes() == of_b.bytes();
+}
+
+Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
+  if (volumes < 1 || volumes > most_volumes)
+    return Status::broken("the number of volumes is not from 1 to " + std::to_string(most_volumes));
+  if (volumes == 1) return {};
+  if (!is_volume_size({p.dims.x, p.dims.y, p.dims.z * volumes}))
+    return Status::broken("all volumes together have more than 2^31 slices or 2^58 samples");
+  if (!has_room_for_volumes(PageLayout(p.bricks().count()).pages(), volumes))
+    return Status::broken("the index has no room for so many volumes of so many bricks");
+  return {};
+}
+
 Status check_fields(const std::string& nrrd_fields) {
   // Compressed lines are hardly longer than the lines, so few of them have to be compressed to know.
   constexpr std::size_t surely_fits = max_header_size / 2;
@@ -126,7 +145,7 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   parameter_fields(fields, header.parameters);
   const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
   const std::vector<std::byte> packed = zstd_compress(text);
-  fields.put(volumes);
+  fields.put(static_cast<std::uint32_t>(header.volumes));
   fields.put(static_cast<std::uint32_t>(text.size()));
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
@@ -170,24 +189,38 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);
-  const auto found_volumes = reader.get<std::uint32_t>();
+  const auto volumes = reader.get<std::uint32_t>();
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
-  if (found_volumes != volumes)
-    return Status::broken("the file has " + std::to_string(found_volumes) +
-                          " volumes, but this tagrid reads files of one");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());
   header.nrrd_fields.assign(reinterpret_cast<const char*>(text.data()), text.size());
-  return check_parameters(header.parameters);
+  header.volumes = static_cast<int>(std::min<std::uint32_t>(volumes, most_volumes + 1));
+  if (Status status = check_parameters(header.parameters); !status.ok()) return status;
+  return check_volumes(header.parameters, header.volumes);
 }
 
 VolumeInfo volume_info_of(const TagHeader& header) {
   return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
+}
+
+VolumeInfo info_of_all(const TagHeader& header) {
+  // The name of the first one is not that of all.
+  std::string fields;
+  for (const NrrdLine& line : nrrd_lines(header.nrrd_fields))
+    if (header.volumes == 1 || line.key != volume_name_key) fields += std::string(line.text) + "\n";
+  VolumeInfo info = volume_info(header.parameters.dims, header.parameters.type, std::move(fields));
+  info.dims = header.all_dims();
+  info.volumes = header.volumes;
+  return info;
+}
+
+std::string name_of_volume(const TagHeader& header) {
+  return text_of_key(header.nrrd_fields, volume_name_key);
 }
 
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/volume/volume_info.h"
@@ -16,6 +17,10 @@ namespace tagrid {
 struct TagHeader {
   CodingParameters parameters;
   std::string nrrd_fields;  ///< the metadata of the source; see VolumeInfo
+  int volumes = 1;          ///< in the file; the parameters are those of each of them
+
+  /// All volumes, one after the other along z.
+  Index3 all_dims() const { return {parameters.dims.x, parameters.dims.y, parameters.dims.z * volumes}; }
 };
 
 inline constexpr std::size_t tag_preamble_size = 16;
@@ -35,11 +40,40 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 /// Checks that a header may have these parameters; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
 
+/// True if bricks of two headers are coded in the same way: all fields that these parameters have are equal.
+bool are_same(const CodingParameters& a, const CodingParameters& b);
+/// Checks that a file may have so many volumes with these parameters; says what is wrong.
+Status check_volumes(const CodingParameters& parameters, std::int64_t volumes);
+
 /// Checks that the lines fit into a header that parse_header() reads; says what is wrong.
 Status check_fields(const std::string& nrrd_fields);
 
 /// Describes the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header lines.
 VolumeInfo volume_info_of(const TagHeader& header);
+
+/// Describes all volumes of a file; see VolumeInfo::volumes. Throws as above.
+VolumeInfo info_of_all(const TagHeader& header);
+
+/// The name or the moment of the volume of a header; "" if it has none.
+std::string name_of_volume(const TagHeader& header);
+
+/// The names of the volumes of a file.
+class VolumeNames {
+ public:
+  VolumeNames() = default;
+  /// That of the first one.
+  explicit VolumeNames(const TagHeader& file) { add(name_of_volume(file)); }
+  void add(std::string name) {
+    has_any_ = has_any_ || !name.empty();
+    all_.push_back(std::move(name));
+  }
+  /// None if no volume has one.
+  std::vector<std::string> take() const { return has_any_ ? all_ : std::vector<std::string>(); }
+
+ private:
+  std::vector<std::string> all_;
+  bool has_any_ = false;
+};
 
 /// The size of the header of a file that begins with these bytes. Throws BrokenInput.
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble);

@@ -108,7 +108,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       page_columns(section, index.pages);
       has_pages = true;
     } else if (kind == members_section) {
-      if (Status status = parse_members(section_bytes, index.members); !status.ok()) return status;
+      if (Status status = parse_members(section_bytes, form.volumes, index.members); !status.ok())
+        return status;
     } else if (kind < first_optional_section) {
       return Status::broken("the index has a section of kind " + std::to_string(kind) +
                             ", which this version of tagrid does not know; a newer one reads the file");
@@ -116,7 +117,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       index.unknown_sections.push_back(kind);
     }
   }
-  if (!has_volume || !has_pages) return Status::broken("a section of the index is missing");
+  if (!has_volume || !has_pages || (form.volumes > 1 && index.members.empty()))
+    return Status::broken("a section of the index is missing");
   return {};
 }
 

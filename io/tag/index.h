@@ -75,11 +75,17 @@ struct IndexForm {
   int levels = 0;       ///< whose active points are counted: none if the file stores no grid
   bool floats = false;  ///< the volume has floats, whose sum of squared errors is a float
   bool mesh = false;    ///< the mesh of the file has a bound, so its error is recorded
+  int volumes = 1;      ///< all but the first one are members
 };
 IndexForm index_form(const CodingParameters& parameters);
 
 /// The largest number of bytes of a directory. With what is around it, it is in the last 256 KiB of a file.
 inline constexpr std::uint64_t largest_directory = (1 << 18) - (1 << 12);
+
+/// False if a directory with so many pages could not name the members of a file with so many volumes.
+constexpr bool has_room_for_volumes(std::int64_t pages, std::int64_t volumes) {
+  return pages * 32 + volumes * 24 <= (1 << 18) - (1 << 13);
+}
 
 /// Kinds of sections of the directory. A reader must know those below first_optional_section.
 inline constexpr std::uint32_t volume_section = 1, pages_section = 2, members_section = 3,

@@ -31,6 +31,10 @@ Status parse_member_head(std::span<const std::byte> head, std::uint64_t offset, 
   return {};
 }
 
+std::string Member::name() const {
+  return (is_volume() ? "volume " : is_overview() ? "overview " : "member ") + std::to_string(factor);
+}
+
 MemberChecksum::MemberChecksum(const Member& member) { own_.add(head_of(member)); }
 
 Member write_member(
@@ -61,22 +65,28 @@ std::vector<std::byte> serialize_members(const std::vector<Member>& members) {
   return std::move(fields.bytes());
 }
 
-Status parse_members(std::span<const std::byte> bytes, std::vector<Member>& members) {
+Status parse_members(std::span<const std::byte> bytes, int volumes, std::vector<Member>& members) {
+  const auto others = static_cast<std::uint32_t>(volumes - 1);
   const std::size_t count = bytes.size() / member_entry_size;
-  if (bytes.size() % member_entry_size != 0 || count == 0 || count > most_members)
+  if (bytes.size() % member_entry_size != 0 || count == 0 || count > most_members + others)
     return Status::broken("the table of members has an impossible size");
   FieldReader fields(bytes);
   members.resize(count);
-  std::uint32_t coarsest = 1;
+  std::uint32_t coarsest = 1, found = 0;
   for (Member& member : members) {
     member.kind = fields.get<std::uint32_t>();
     member.factor = fields.get<std::uint32_t>();
     member.offset = fields.get<std::uint64_t>();
     member.length = fields.get<std::uint64_t>();
+    if (member.is_volume() != (&member - members.data() < others) ||
+        (member.is_volume() && member.factor != ++found))
+      return Status::broken("the members are not " + std::to_string(others) +
+                            " further volumes in their order, and then others");
     if (!member.is_overview()) continue;
     if (member.factor <= coarsest) return Status::broken("the overviews do not become coarser");
     coarsest = member.factor;
   }
+  if (found != others) return Status::broken("volumes are missing in the table of members");
   return {};
 }
 
@@ -100,9 +110,14 @@ Index3 overview_dims(const Index3& dims, std::int64_t factor) {
   return blocks;
 }
 
-Status check_overview(const CodingParameters& file, std::uint32_t factor, const CodingParameters& overview) {
-  if (overview.type != file.type || overview.mode != FileMode::voxels ||
-      overview.grid != GridOrigin::derived || overview.dims != overview_dims(file.dims, factor))
+Status check_nested(const CodingParameters& file, const Member& member, const TagHeader& nested) {
+  const CodingParameters& p = nested.parameters;
+  if (member.is_volume())
+    return nested.volumes == 1 && are_same(p, file)
+               ? Status()
+               : Status::broken("the volume has another size, type or bound than the file");
+  if (nested.volumes != 1 || p.type != file.type || p.mode != FileMode::voxels ||
+      p.grid != GridOrigin::derived || p.dims != overview_dims(file.dims, member.factor))
     return Status::broken("the overview is not one of this volume");
   return {};
 }

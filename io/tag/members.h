@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/bytes/checksum.h"
@@ -20,22 +21,26 @@ inline constexpr std::uint32_t member_marker = 0xFFFFFFFF;
 inline constexpr std::uint64_t member_head_size = 4 + 4 + 4 + 8;
 /// Bytes of a member besides its content: the head and the checksum.
 inline constexpr std::uint64_t member_frame_size = member_head_size + 8;
-/// A file has no more members.
+/// A file has no more members besides its volumes.
 inline constexpr std::size_t most_members = 64;
 
 /// The kinds of members. Numbers are part of the file format: never renumber. A reader skips others.
-inline constexpr std::uint32_t overview_kind = 1;
+inline constexpr std::uint32_t overview_kind = 1, volume_kind = 2;
 
 /// Where a member is in its file.
 struct Member {
   std::uint32_t kind = 0;
-  std::uint32_t factor = 0;  ///< of an overview: the edge of a block, in samples
+  /// Of an overview: the edge of a block, in samples. Of a volume: its number, from 1 on.
+  std::uint32_t factor = 0;
   std::uint64_t offset = 0;  ///< of its marker
   std::uint64_t length = 0;  ///< of its content
 
   std::uint64_t content() const { return offset + member_head_size; }
   std::uint64_t end() const { return offset + member_frame_size + length; }
   bool is_overview() const { return kind == overview_kind; }
+  bool is_volume() const { return kind == volume_kind; }
+  /// For messages: "overview 4".
+  std::string name() const;
   friend bool operator==(const Member&, const Member&) = default;
 };
 
@@ -64,14 +69,15 @@ Member write_member(
 std::vector<std::byte> serialize_members(const std::vector<Member>& members);
 /// Bytes of an entry of the table.
 inline constexpr std::uint64_t member_entry_size = 4 + 4 + 8 + 8;
-/// Reads the table, which is all of `bytes` and has an entry at least.
-Status parse_members(std::span<const std::byte> bytes, std::vector<Member>& members);
+/// Reads the table of a file with so many volumes. It is all of `bytes` and has an entry at least.
+Status parse_members(std::span<const std::byte> bytes, int volumes, std::vector<Member>& members);
 /// Checks that the members lie one after the other, from byte `begin` or later to byte `end`.
 Status check_places(const std::vector<Member>& members, std::uint64_t begin, std::uint64_t end);
 
 /// The samples of an overview: blocks of `factor` samples along each axis, the last ones perhaps of fewer.
 Index3 overview_dims(const Index3& dims, std::int64_t factor);
-/// Checks that `overview` can be the header of an overview of a file with these parameters.
-Status check_overview(const CodingParameters& file, std::uint32_t factor, const CodingParameters& overview);
+/// Checks that `nested` can be the header of a member of a file with these parameters: of an overview or a
+/// volume.
+Status check_nested(const CodingParameters& file, const Member& member, const TagHeader& nested);
 
 }  // namespace tagrid

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "stages/grid/box.h"
@@ -57,7 +58,11 @@ struct Rescale {
   bool operator==(const Rescale&) const = default;
 };
 
+/// A .tag file has no more volumes.
+inline constexpr int most_volumes = 10'000;
+
 struct VolumeInfo {
+  /// Of several volumes: dims.z is the number of the slices of all of them.
   Index3 dims;
   SampleType type = SampleType::uint8;
   /// geometry_of(nrrd_fields), kept for convenience.
@@ -67,6 +72,8 @@ struct VolumeInfo {
   /// space and its directions, spacings, units, kinds, key:=value pairs and comments. A writer puts them into
   /// its header.
   std::string nrrd_fields;
+  /// Volumes of the same size, one after the other along z; see one_of_volumes().
+  std::int64_t volumes = 1;
 };
 
 /// "3 x 4 x 5 int16", for messages.
@@ -85,6 +92,9 @@ struct RawDescription {
 /// Bytes of memory that a program for a format may take until it reports its needs, unless less is allowed.
 inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
 
+/// The series that means all volumes of a file.
+inline constexpr std::string_view every_volume = "all";
+
 /// The user's description of a volume that does not describe itself.
 struct SourceDescription {
   SourceDescription() = default;
@@ -96,6 +106,9 @@ struct SourceDescription {
   std::string from;      ///< The name of the format; "" if the content of the file says it.
   std::string
       series;  ///< Of several series in a folder, the name or the number of one; "" if there is only one.
+  /// Without a series: every_volume is meant where the format of the file can give all volumes at once, as
+  /// VolumeInfo::volumes.
+  bool all_volumes = false;
   bool gaps_ok = false;  ///< Missing slice numbers are not an error.
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.

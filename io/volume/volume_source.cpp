@@ -38,6 +38,12 @@ void VolumeSource::read_rows(std::byte* out, const Box& rows) {
   read_samples(out, rows.count());
 }
 
+void VolumeSource::read_from(std::byte* out, std::int64_t first, std::int64_t count) {
+  assert(traits().any_rows || first == next_sample_);
+  if (traits().any_rows) next_sample_ = first;
+  read_samples(out, count);
+}
+
 void VolumeSource::seek_slice(std::int64_t z) {
   assert(traits().again && z >= 0 && z <= info().dims.z);
   seek(z);

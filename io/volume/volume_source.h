@@ -38,6 +38,8 @@ struct SourceFacts {
   /// The name that chooses this volume among those of its source, now and when files of other volumes have
   /// come or gone; "" if the format has no such names.
   std::string lasting_name = "";
+  /// Of several volumes: their names or moments, each a line of text; empty if they have none.
+  std::vector<std::string> volume_names = {};
   /// The files contain other bytes, besides a header and these samples; they are skipped.
   bool holds_other_bytes = false;
   /// The layout of the samples was given by the user, because the file does not say it.
@@ -107,6 +109,8 @@ class VolumeSource {
   void read_slices(std::byte* out, std::int64_t count) { read_samples(out, count * slice_samples()); }
   /// Reads complete rows of one slice: any rows if traits().any_rows, otherwise the next ones.
   void read_rows(std::byte* out, const Box& rows);
+  /// Reads `count` samples from number `first` on. REQUIRES: traits().any_rows, or these are the next ones.
+  void read_from(std::byte* out, std::int64_t first, std::int64_t count);
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }

@@ -9,9 +9,9 @@
 namespace tagrid {
 
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
-  auto file = std::make_shared<FileSource>(run.input);
-  if (run.overview == 0) return file;
-  return overview_in(TagBricks(std::move(file)), run.overview);
+  std::shared_ptr<const ByteSource> file = std::make_shared<FileSource>(run.input);
+  if (run.volume) file = volume_in(std::move(file), *run.volume);
+  return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
 }
 
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
@@ -48,15 +48,17 @@ std::shared_ptr<VolumeSink> DecodeOutput::begin() {
   return sink_;
 }
 
-RowOutput::RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name)
-    : sink_(sink) {
+RowOutput::RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name,
+                     std::int64_t first)
+    : sink_(sink), first_(first) {
   if (!spool_folder.empty()) spool_.emplace(SpoolFile::in(spool_folder, name));
 }
 
 void RowOutput::write(const DecodedRows& rows) {
   if (spool_) return through_spool(rows, *spool_);
-  rows.for_each_part(
-      [&](std::int64_t first, std::span<const std::byte> samples) { sink_.write_samples(first, samples); });
+  rows.for_each_part([&](std::int64_t at, std::span<const std::byte> samples) {
+    sink_.write_samples(first_ + at, samples);
+  });
 }
 
 void RowOutput::through_spool(const DecodedRows& rows, SpoolFile& spool) {

@@ -46,6 +46,9 @@ struct DecodeRun {
   const Format& format = format_named("nrrd");
   bool overwrite = false;
   WantedRegion region = {};  ///< in samples of the volume, even of an overview
+  /// The number of the volume that is decoded, from 0 on. Without it, all volumes of the file are decoded to
+  /// formats that have several. REQUIRES: a regular file as input, if it is given.
+  std::optional<std::int64_t> volume = {};
   /// The factor of the overview that is decoded; 0: the volume itself. REQUIRES: 0, or a regular file as input
   /// and region.step = 1.
   std::int64_t overview = 0;
@@ -58,8 +61,8 @@ struct DecodeRun {
   Progress progress = {};
 };
 
-/// The bytes of the file that is decoded: the input, or the overview in it. REQUIRES: the input is a regular
-/// file. Throws as overview_in() does.
+/// The bytes of the file that is decoded: the input, or the volume or overview in it. REQUIRES: the input is a
+/// regular file. Throws as volume_in() and overview_in() do.
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run);
 
 /// What is damaged in a file that was salvaged.
@@ -127,7 +130,9 @@ class DecodeOutput {
 class RowOutput {
  public:
   /// `spool_folder`: the directory of the temporary file; "" if rows come in the order of the sink.
-  RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name);
+  /// `first`: the number of the sink's sample that is the first one of the rows.
+  RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name,
+            std::int64_t first = 0);
 
   /// REQUIRES: rows come in the order of their bricks.
   void write(const DecodedRows& rows);
@@ -136,6 +141,7 @@ class RowOutput {
   void through_spool(const DecodedRows& rows, SpoolFile& spool);
 
   VolumeSink& sink_;
+  std::int64_t first_;
   std::optional<SpoolFile> spool_;
 };
 

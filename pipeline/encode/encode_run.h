@@ -76,8 +76,10 @@ class BrickStore {
   virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
   /// Returns false if an earlier run has made the file. Throws UsageError if an earlier run had another job.
   virtual bool take(const EncodeJob& job, const VolumeSource& source) = 0;
-  /// Encodes all bricks. Adds what that took to `result`: memory, bytes_in, times_read.
+  /// Encodes all bricks of the volume, or of the first one of several. Adds what that took to `result`: memory, bytes_in, times_read.
   virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;
+  /// Encodes the other volumes of a source of several, each as a member of the file, after the envelope.
+  virtual void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) = 0;
   /// As look_at_contents() in pipeline/restore.
   virtual void look_at(SourceFiles& files, bool exact) = 0;
   virtual void write_envelope(std::span<const std::byte> bytes) = 0;

@@ -25,21 +25,13 @@ double overview_bound(const CodingParameters& file, const Statistics& total) {
   return is_float_type(file.type) ? bound : std::floor(bound);
 }
 
-class SpoolSink : public ByteSink {
- public:
-  explicit SpoolSink(SpoolFile& file) : file_(file) {}
-  void write(std::span<const std::byte> bytes) override { file_.write(bytes); }
-
- private:
-  SpoolFile& file_;
-};
-
 }  // namespace
 
 TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total) {
   TagHeader header = file;
   CodingParameters& p = header.parameters;
   p.dims = overview_dims(file.parameters.dims, factor);
+  header.volumes = 1;
   p.grid = GridOrigin::derived;
   p.max_error = overview_bound(file.parameters, total);
   p.surface_error = p.mesh_error = -1;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "io/files/output_file.h"
+#include "io/files/spool_file.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "pipeline/memory/resources.h"
@@ -16,6 +18,16 @@ namespace tagrid {
 
 /// The header of an overview of a file. `total` are the statistics of the file's samples.
 TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total);
+
+/// Writes bytes to a temporary file, which must outlive it.
+class SpoolSink : public ByteSink {
+ public:
+  explicit SpoolSink(SpoolFile& file) : file_(file) {}
+  void write(std::span<const std::byte> bytes) override { file_.write(bytes); }
+
+ private:
+  SpoolFile& file_;
+};
 
 /// Passes bytes, part by part.
 using PassBytes = std::function<void(std::span<const std::byte>)>;

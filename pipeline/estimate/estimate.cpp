@@ -254,6 +254,10 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     throw UsageError(fmt::format("{} bounds are too many to try at once; give at most {}",
                                  run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
+  if (source->info().volumes > 1)
+    throw UsageError(
+        Sentence{"{}: holds {} volumes; choose one with {}, by its number",
+                 {source->name(), source->info().volumes, Setting{"series", "the number of one"}}});
   const Rescale rescale = source->facts().rescale;
   // Any bound that the other options allow stands for those that will be tried.
   EncodeOptions any = run.options;

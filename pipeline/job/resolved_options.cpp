@@ -10,6 +10,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/tag/header.h"
+#include "io/volume/one_of_volumes.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
@@ -98,6 +99,7 @@ void require_valid(const Status& status, const std::string& volume) {
 // The same for parameters that are complete; with_range() checks those that are not yet.
 void require_valid(const ResolvedOptions& options) {
   if (!options.range_from_data) require_valid(check_parameters(options.parameters), options.volume);
+  require_valid(check_volumes(options.parameters, options.volumes), options.volume);
 }
 
 // Rules follow from the samples, whatever they stand for.
@@ -164,7 +166,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   require(source.scale_doubt.empty() || !bounds_values(options),
           {"{}. The bound therefore cannot be converted to stored samples; give {} 0, which is lossless",
            {source.scale_doubt, setting::max_error}});
-  const VolumeInfo& info = source.info;
+  const VolumeInfo info = info_of_volume(source, 0);
   require_valid(check_fields(info.nrrd_fields), "this volume");
   ResolvedOptions resolved;
   resolved.options = options;
@@ -174,6 +176,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
   resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
   resolved.parameters = parameters_but_scale(o, info);
+  resolved.volumes = static_cast<int>(source.info.volumes);
   resolved.overviews = overviews_of(o, info);
   resolved.range_from_data = !o.range && !o.field_scale && (o.range_from_data || is_wide_type(info.type));
   if (o.field_scale)

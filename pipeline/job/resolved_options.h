@@ -18,6 +18,7 @@ struct ResolvedOptions {
   EncodeOptions options;  ///< bounds, range and scale are those of samples, not of values
   /// Complete, unless `range_from_data` or options.error_rule say what only the samples tell.
   CodingParameters parameters;
+  int volumes = 1;               ///< in the file
   std::vector<int> overviews;    ///< their factors
   bool range_from_data = false;  ///< the value range and the field scale follow from the samples
   std::string fields;            ///< the metadata that the file keeps

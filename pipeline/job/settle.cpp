@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
@@ -44,19 +45,22 @@ class Psnr {
     const BrickGrid bricks = parameters_.bricks();
     const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
                        per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
-                       wanted = sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, rows) : rows;
+                       all_rows = rows * source_.info().volumes,
+                       wanted =
+                           sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, all_rows) : all_rows;
     const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
     const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
     Statistics all;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-      for_each_brick_of_row(source_, bricks, spread_row(i, wanted, rows),
-                            [&](std::int64_t id, const BrickSamples& samples) {
-                              const Index3 position = bricks.position(id);
-                              BrickCode code;
-                              encode_brick(samples, {}, parameters_, position, code);
-                              of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
-                            });
+      const std::int64_t row = spread_row(i, wanted, all_rows);
+      const auto volume = one_of_volumes(source_, row / rows);
+      for_each_brick_of_row(*volume, bricks, row % rows, [&](std::int64_t id, const BrickSamples& samples) {
+        const Index3 position = bricks.position(id);
+        BrickCode code;
+        encode_brick(samples, {}, parameters_, position, code);
+        of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
+      });
       // In the order of bricks: sums of floats depend on it.
       for (const Statistics& s : of_brick) all.add(s);
       watch.done(bytes_per_row);
@@ -184,7 +188,10 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields}, plan, options.overviews, options.reason_of_bound};
+  return {{options.parameters, options.fields, options.volumes},
+          plan,
+          options.overviews,
+          options.reason_of_bound};
 }
 
 void require_known_range(const ResolvedOptions& options) {

@@ -136,6 +136,20 @@ tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor
   });
 }
 
+tagrid_status tagrid_reader_volumes(const tagrid_reader* reader, int64_t* count) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(count != nullptr, "there is no room for the number");
+    *count = file.header().volumes;
+  });
+}
+
+tagrid_status tagrid_reader_volume(const tagrid_reader* reader, int64_t number, tagrid_reader** volume) {
+  return open_reader(volume, [&] {
+    require(reader != nullptr && reader->file != nullptr, "the reader is not open");
+    return volume_in(reader->source, number);
+  });
+}
+
 tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_call* given) {
   return with_file(reader, [&](const TagBricks& file) {
     const tagrid_call settings = settings_of(given);

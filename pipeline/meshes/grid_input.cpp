@@ -25,11 +25,15 @@ double smallest_spacing(const Geometry& geometry) {
 
 }  // namespace
 
-GridInput::GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite) {
+GridInput::GridInput(const std::string& path, std::int64_t volume, bool is_part, const std::string& output,
+                     bool overwrite) {
   refuse_same_file(path, output);
   check_output(output, overwrite);
   if (is_part && is_regular_input(path))
-    bricks_ = std::make_unique<TagBricks>(std::make_shared<FileSource>(path));
+    bricks_ = std::make_unique<TagBricks>(volume_in(std::make_shared<FileSource>(path), volume));
+  else if (volume != 0)
+    stream_ = std::make_unique<TagReader>(
+        std::make_unique<SourceStream>(volume_in(std::make_shared<FileSource>(path), volume)));
   else
     stream_ = std::make_unique<TagReader>(path);
 }

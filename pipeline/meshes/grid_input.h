@@ -18,7 +18,8 @@ namespace tagrid {
 
 template <class Options>
 struct GridRun {
-  std::string input;   ///< the .tag file; "-": the standard input
+  std::string input;        ///< the .tag file; "-": the standard input
+  std::int64_t volume = 0;  ///< its number; not 0 only in a regular file
   std::string output;  ///< its name chooses the format; "-": the standard output, in the first of the formats
   Options options = {};
   Resources resources{1};
@@ -36,8 +37,9 @@ struct GridResult {
 /// Of a regular file, only the bricks of a region are read. From a pipe, or without a region, all come.
 class GridInput {
  public:
-  /// `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput, WorldError.
-  GridInput(const std::string& path, bool is_part, const std::string& output, bool overwrite);
+  /// `volume`: see GridRun. `is_part`: a region is wanted. Throws UsageError if the output is in the way, BrokenInput, WorldError.
+  GridInput(const std::string& path, std::int64_t volume, bool is_part, const std::string& output,
+            bool overwrite);
 
   const TagHeader& header() const { return bricks_ ? bricks_->header() : stream_->header(); }
   const std::string& name() const { return bricks_ ? bricks_->name() : stream_->name(); }

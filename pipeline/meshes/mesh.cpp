@@ -32,7 +32,8 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   const MeshFormat& format = mesh_format_of(run.output);
   check_coarsening(options);
   // How coarse a mesh may be in a region depends on the whole volume.
-  GridInput input(run.input, !options.region.is_all() && !options.coarsen, run.output, options.overwrite);
+  GridInput input(run.input, run.volume, !options.region.is_all() && !options.coarsen, run.output,
+                  options.overwrite);
   if (options.coarsen && !options.of_samples)
     require_scale(input.header().nrrd_fields, {"coarsen", "the error of a mesh"});
   const CodingParameters& parameters = input.header().parameters;

@@ -10,7 +10,7 @@ namespace tagrid {
 Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   const SurfaceOptions& options = run.options;
   const MeshFormat& format = surface_format_of(run.output);
-  GridInput input(run.input, !options.region.is_all(), run.output, options.overwrite);
+  GridInput input(run.input, run.volume, !options.region.is_all(), run.output, options.overwrite);
   const CodingParameters& parameters = input.header().parameters;
   SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close,
                    options.area};

@@ -71,6 +71,11 @@ class PartsStore : public BrickStore {
   Reading reading(const VolumeSource& source) const override { return {true, memory_besides_parts(source)}; }
 
   EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) override {
+    if (source.info().volumes > 1)
+      throw UsageError(
+          Sentence{"{}: holds {} volumes, which one process encodes in one run; start it without "
+                   "MPI and without continuing, or choose one volume with {}",
+                   {source.name(), source.info().volumes, Setting{"series", "its number"}}});
     for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
     record_.program = run_.program;
     if (options.options.error_rule) record_.error_rule = text_of(*options.options.error_rule);
@@ -117,6 +122,8 @@ class PartsStore : public BrickStore {
     result.bytes_in = input_bytes();
     place(attributes_of(source->files().back()));
   }
+
+  void encode_others(const EncodeJob&, VolumeSource&, EncodeResult&) override {}
 
   void look_at(SourceFiles& files, bool exact) override {
     share_contents(ranks_, files, exact, run_.resources);

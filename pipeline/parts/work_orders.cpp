@@ -228,7 +228,7 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
   all_do(ranks, [&] {
     file.emplace(std::make_shared<FileSource>(order.input));
     if (!setup)
-      setup = verify_setup(file->name(), file->parameters(), order.original, order.source,
+      setup = verify_setup(file->name(), file->header(), order.original, order.source,
                            of_this_rank(ranks, order.resources));
     verifier.emplace(*file, std::move(*setup));
   });

@@ -260,7 +260,7 @@ std::vector<PreviewSource> sources_of(const TagBricks& file, const PreviewConten
   for (const Member& member : file.index().members) {
     const auto is_shown = [&](const PreviewSlice& slice) { return slice.panel.block() == member.factor; };
     if (member.is_overview() && std::ranges::any_of(content.slices, is_shown))
-      sources.push_back({member.factor, file.overview(member)});
+      sources.push_back({member.factor, file.nested(member)});
   }
   return sources;
 }

@@ -19,11 +19,11 @@ struct Watch {
   std::function<void()> before_reading = {};
 };
 
-/// A watch that passes the progress towards `total` to `progress`, which may be empty.
+/// A watch that passes the progress towards `total` to `progress`, which may be empty. Copies count together.
 inline Watch watch_for(const Progress& progress, std::uint64_t total) {
   if (!progress) return {[](std::uint64_t) {}};
-  return {[progress, total, done = std::uint64_t{0}](std::uint64_t bytes) mutable {
-    progress(done += bytes, total);
+  return {[progress, total, done = std::make_shared<std::uint64_t>(0)](std::uint64_t bytes) {
+    progress(*done += bytes, total);
   }};
 }
 

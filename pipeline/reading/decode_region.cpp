@@ -67,12 +67,12 @@ Blocks blocks_of_pipe(const std::string& input) {
 // Those of a damaged file that are intact.
 class SalvagedBlocks {
  public:
-  explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {
+  explicit SalvagedBlocks(std::shared_ptr<const ByteSource> source) : file_(std::move(source)) {
     if (file_.whole_count() == 0)
-      throw BrokenInput(input + ": none of its bricks is intact, so nothing can be decoded");
+      throw BrokenInput(file_.name() + ": none of its bricks is intact, so nothing can be decoded");
   }
-  static Blocks blocks(const std::string& input) {
-    const auto self = std::make_shared<SalvagedBlocks>(input);
+  static Blocks blocks(std::shared_ptr<const ByteSource> source) {
+    const auto self = std::make_shared<SalvagedBlocks>(std::move(source));
     const WholeBricks& file = self->file_;
     const auto next = [&file](std::int64_t id) {
       return file.is_whole(id) ? std::optional(file.read(id)) : std::nullopt;
@@ -106,8 +106,13 @@ class SalvagedBlocks {
   std::set<std::int64_t> broken_;  // intact, but not decodable, or not of this file
 };
 
+// The first volume can be found even if the index is damaged.
+std::shared_ptr<const ByteSource> source_to_salvage(const DecodeRun& run) {
+  return run.volume.value_or(0) == 0 ? std::make_shared<const FileSource>(run.input) : source_of(run);
+}
+
 Blocks blocks_of(const DecodeRun& run) {
-  if (run.fill) return SalvagedBlocks::blocks(run.input);
+  if (run.fill) return SalvagedBlocks::blocks(source_to_salvage(run));
   return is_regular_input(run.input) ? indexed_blocks(run) : blocks_of_pipe(run.input);
 }
 

@@ -18,12 +18,12 @@
 namespace tagrid {
 namespace {
 
-SampleShape shape_of(const CodingParameters& parameters) { return {parameters.dims, parameters.type}; }
+SampleShape shape_of(const TagHeader& header) { return {header.all_dims(), header.parameters.type}; }
 
 std::uint64_t memory_of_envelope(const TagBricks& file) {
   if (file.sizes().envelope == 0) return 0;
   return memory_of_files(
-      envelope_size(file.name(), shape_of(file.parameters()), file.parameters().is_exact(), file.envelope()));
+      envelope_size(file.name(), shape_of(file.header()), file.parameters().is_exact(), file.envelope()));
 }
 
 std::string stored_words(const std::string& compression) {
@@ -49,8 +49,7 @@ void look_at_contents(SourceFiles& source, bool exact, int threads) {
 
 KeptFiles source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
-  EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.parameters().is_exact(),
-                        file.envelope());
+  EnvelopeReader reader(file.name(), shape_of(file.header()), file.parameters().is_exact(), file.envelope());
   KeptFiles kept;
   for (EnvelopeFile next; reader.next_file(next);) {
     reader.read_other_bytes(next, [](std::uint64_t, std::span<const std::byte>) {});
@@ -124,7 +123,8 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   if (is_folder(run.input)) throw UsageError(run.input + ": is a directory; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
     throw UsageError(run.input + ": only a regular file can be restored; save the pipe as one first");
-  const TagBricks file(std::make_shared<FileSource>(run.input));
+  const auto all = std::make_shared<const TagBricks>(std::make_shared<FileSource>(run.input));
+  const TagBricks& file = *all;
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
     throw UsageError(
@@ -136,15 +136,19 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
                                         run.resources.memory ? memory_of_envelope(file) : 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files =
-      std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.input, run.folder, options);
-  EnvelopeReader envelope(file.name(), shape_of(parameters), parameters.is_exact(), file.envelope());
+      std::make_shared<RestoredFiles>(info_of_all(file.header()), run.input, run.folder, options);
+  EnvelopeReader envelope(file.name(), shape_of(file.header()), parameters.is_exact(), file.envelope());
   files->make(envelope);
-  RowOutput output(*files, "", run.folder);
-  RowDecoder decoder(parameters, plan.budget);
-  decoder.decode(
-      BrickRows::all(parameters.bricks()), file.bricks_from(0),
-      [&](const DecodedRows& rows) { output.write(rows); },
-      watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
+  const Watch watch =
+      watch_for(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
+  for (int number = 0; number < file.header().volumes; ++number) {
+    const auto volume = volume_in(all, number);
+    RowOutput output(*files, "", run.folder, number * Box::of_size(parameters.dims).count());
+    RowDecoder(parameters, plan.budget)
+        .decode(
+            BrickRows::all(parameters.bricks()), volume->bricks_from(0),
+            [&](const DecodedRows& rows) { output.write(rows); }, watch);
+  }
   files->check();
   return {{file.header(),
            file.index(),

@@ -13,6 +13,7 @@
 #include "io/samples/file_samples.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/overviews.h"
 #include "pipeline/encode/slices_ahead.h"
@@ -79,29 +80,37 @@ class StreamStore : public BrickStore {
   }
 
   void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
-    const CodingParameters& parameters = job.parameters();
     const bool spools = job.plan.spooled && !source->traits().any_rows;
     if (spools) source = spooled(std::move(source), resources_.spool);
-    // Only programs give nothing but whole slices; they decode them while bricks are encoded.
-    const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
-    const std::int64_t count =
-        source->traits().whole_slices ? slices_beside(parameters, job.plan, resources_, layer) : 0;
-    result.memory += static_cast<std::uint64_t>(count) * source->slice_bytes();
-    SlicesAhead ahead(*source, count);
-    RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
-    ahead.stop_when(encoder.failed());
-    if (!overviews_.empty()) {
-      sums_.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), folder_of_sums(),
-                    run_.output);
-      encoder.sum_blocks(
-          [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums_->write(z, y, rows); });
-    }
-    const BrickRows all = BrickRows::all(parameters.bricks());
-    encoder.encode(all, *writer_,
-                   watch_for(run_.progress, sample_bytes(parameters.dims, parameters.type).value()));
-    ahead.end();
+    const VolumeInfo& info = source->info();
+    watch_ = watch_for(run_.progress, sample_bytes(info.dims, info.type).value());
+    const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
+    sums_ = encode_bricks(job, first ? *first : *source, *writer_, result);
     result.bytes_in = source->bytes_read();
-    result.times_read += times_read(parameters, job.plan, {all}) + spools;
+    result.times_read +=
+        times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
+  }
+
+  void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) override {
+    TagHeader header = job.header;
+    header.volumes = 1;
+    for (int number = 1; number < job.header.volumes; ++number) {
+      const auto volume = one_of_volumes(source, number);
+      const std::string& fields = volume->info().nrrd_fields;
+      header.nrrd_fields = run_.options.strip ? stripped(fields) : fields;
+      SpoolFile encoded = SpoolFile::in(folder_of_sums(), run_.output);
+      SpoolSink sink(encoded);
+      TagWriter writer(sink, header);
+      if (auto sums = encode_bricks(job, *volume, writer, result))
+        write_overviews_of(header, std::move(*sums), writer);
+      writer.finish();
+      total_.add(writer.index().total);
+      writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded.size(),
+                            [&](const PassBytes& pass) {
+                              encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); });
+                            });
+    }
+    result.bytes_in = source.bytes_read();
   }
 
   void look_at(SourceFiles& files, bool exact) override {
@@ -111,15 +120,10 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
-    Resources resources = resources_;
-    resources.spool = folder_of_sums();
-    if (sums_)
-      write_overviews(result.header, overviews_, writer_->index().total, std::move(*sums_), resources,
-                      run_.output,
-                      [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-                          const auto& content) { writer_->write_member(kind, factor, length, content); });
+    if (sums_) write_overviews_of(result.header, std::move(*sums_), *writer_);
     writer_->finish();
     result.index = writer_->index();
+    result.index.total.add(total_);
     result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity, resources_);
     result.temporary = file_->temporary();
   }
@@ -129,12 +133,48 @@ class StreamStore : public BrickStore {
  private:
   std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
 
+  /// Returns the sums for the overviews of the volume, if it has any.
+  std::optional<SumsFile> encode_bricks(const EncodeJob& job, VolumeSource& volume, TagWriter& writer,
+                                        EncodeResult& result) {
+    const CodingParameters& parameters = job.parameters();
+    // Only programs give nothing but whole slices; they decode them while bricks are encoded.
+    const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
+    const std::int64_t count =
+        volume.traits().whole_slices ? slices_beside(parameters, job.plan, resources_, layer) : 0;
+    result.memory =
+        std::max(result.memory, job.plan.memory + static_cast<std::uint64_t>(count) * volume.slice_bytes());
+    SlicesAhead ahead(volume, count);
+    RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
+    ahead.stop_when(encoder.failed());
+    std::optional<SumsFile> sums;
+    if (!overviews_.empty()) {
+      sums.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), folder_of_sums(),
+                   run_.output);
+      encoder.sum_blocks(
+          [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums->write(z, y, rows); });
+    }
+    encoder.encode(BrickRows::all(parameters.bricks()), writer, watch_);
+    ahead.end();
+    return sums;
+  }
+
+  void write_overviews_of(const TagHeader& header, SumsFile sums, TagWriter& writer) const {
+    Resources resources = resources_;
+    resources.spool = folder_of_sums();
+    write_overviews(header, overviews_, writer.index().total, std::move(sums), resources, run_.output,
+                    [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length, const auto& content) {
+                      writer.write_member(kind, factor, length, content);
+                    });
+  }
+
   const EncodeRun& run_;
   Resources resources_;
   std::unique_ptr<OutputFile> file_;
   std::optional<TagWriter> writer_;
   std::vector<int> overviews_;
   std::optional<SumsFile> sums_;  // if there are overviews
+  Statistics total_;              // of the other volumes
+  Watch watch_;                   // of all volumes
 };
 
 // Writes the envelope of a source if `keep`, and if the source allows it.
@@ -163,10 +203,9 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const auto [any_rows, memory] = store->reading(*volume);
   const std::uint64_t parity_memory =
-      run.options.parity
-          ? least_memory_of_parity(*sample_bytes(options.parameters.dims, options.parameters.type),
-                                   *run.options.parity)
-          : 0;
+      run.options.parity ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
+                                                  *run.options.parity)
+                         : 0;
   const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
                                         {.besides = memory + memory_of_files(run, *volume),
                                          .sums = !options.overviews.empty(),
@@ -191,6 +230,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   if (store->take(job, *volume)) {
     store->encode(job, volume, result);
     keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
+    if (job.header.volumes > 1) store->encode_others(job, *volume, result);
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);

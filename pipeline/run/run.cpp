@@ -1,5 +1,7 @@
 #include "pipeline/run/run.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 #include <utility>
 
@@ -47,10 +49,26 @@ WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) 
   return written_numbers(run.format, run.numbers, header, &file.index());
 }
 
+/// Throws UsageError if a file of several volumes is decoded to something that has only one.
+void require_one_volume(const DecodeRun& run, int volumes) {
+  const bool is_part = !run.region.is_all() || run.overview != 0 || run.fill;
+  if (run.volume || volumes == 1 || (run.format.has_volumes && !is_part)) return;
+  throw UsageError(Sentence{
+      is_part ? "{}: holds {} volumes; choose one of them with {}, from 0 to {}, for a part of it"
+              : "{}: holds {} volumes, and the output has room for one; choose it with {}, from 0 to {}, or "
+                "decode all of them to NIfTI",
+      {run.input, volumes, Setting{"volume", "its number"}, volumes - 1}});
+}
+
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
   const CodingParameters& parameters = reader.parameters();
+  require_one_volume(run, reader.header().volumes);
+  if (reader.header().volumes > 1)
+    throw UsageError(
+        fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
+                    reader.name(), reader.header().volumes));
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);
@@ -64,6 +82,37 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
       [&](const DecodedRows& rows) { rows_out.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
   return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
+}
+
+/// Volumes of a file of several, one after the other, each by its index: one that is damaged costs no other.
+FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) {
+  const auto file = std::make_shared<const TagBricks>(std::make_shared<FileSource>(run.input));
+  const std::int64_t number = run.volume.value_or(0);
+  const auto first = volume_in(file, number);
+  const CodingParameters& parameters = first->parameters();
+  const std::int64_t count = run.volume ? 1 : file->header().volumes;
+  // What the values of all of them are.
+  TagIndex index = first->index();
+  for (std::int64_t i = 1; i < count; ++i) index.total.add(volume_in(file, i)->index().total);
+  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, first->header(), &index);
+  const VolumeInfo info = run.volume ? volume_info_of(first->header()) : info_of_all(first->header());
+  DecodeOutput output(run, info, numbers, parameters);
+  const DecodePlan plan = plan_of(output, parameters, numbers, resources);
+  const std::shared_ptr<VolumeSink> sink = output.begin();
+  const Watch watch = watch_for(run.progress, sample_bytes(info.dims, numbers.type(parameters.type)).value());
+  for (std::int64_t i = 0; i < count; ++i) {
+    const auto volume = volume_in(file, number + i);
+    RowOutput rows_out(*sink, plan.spooled ? resources.spool : "", run.output,
+                       i * Box::of_size(parameters.dims).count());
+    RowDecoder(parameters, plan.budget, numbers)
+        .decode(
+            BrickRows::all(parameters.bricks()), volume->bricks_from(0),
+            [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
+  }
+  DecodeResult result =
+      result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
+  result.nrrd_fields = numbers.fields(info.nrrd_fields);
+  return {std::move(result), sink};
 }
 
 /// The blocks that meet a region of samples of the volume in `input`.
@@ -111,6 +160,8 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
   refuse_same_file(run.input, run.output);
   refuse_same_file(run.input, samples_path(run.output, run.format));
   const Resources resources = of_this_rank(ranks, run.resources);
+  const int volumes = is_regular_input(run.input) ? count_of_volumes(run.input) : 1;
+  require_one_volume(run, volumes);
   if (run.overview != 0) {
     DecodeRun of_overview = run;
     of_overview.region = in_blocks(run.region, run.overview, run.input);
@@ -118,6 +169,7 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
                                        : decode_region(of_overview, resources);
   }
   if (!run.region.is_all() || run.fill) return decode_region(run, resources);
+  if (run.volume || volumes > 1) return decode_volumes(run, resources);
   const bool in_parts =
       ranks.count() > 1 && run.format.any_order && parts_are_possible(run.input, run.output);
   return in_parts ? decode_to_parts(ranks, run, resources) : decode_at_once(run, resources);
@@ -126,13 +178,13 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
   const bool is_file = attributes_of(run.input).has_value();
-  VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+  VerifySetup setup = verify_setup(reader.name(), reader.header(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
   const std::string fields_of_original = setup.fields_of_original;
   const bool has_scale = !setup.is_original_headerless, again = setup.again;
   const auto verified = [&] {
-    if (ranks.count() == 1 || !setup.any_order || !is_file)
+    if (ranks.count() == 1 || !setup.any_order || !is_file || reader.header().volumes > 1)
       return verify_all(reader, std::move(setup), run.progress);
     const VerifyOrder order{run.input, run.original, run.source, run.resources};
     send_order(ranks, order);
@@ -146,10 +198,11 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
     const TagBricks file(std::make_shared<FileSource>(run.input));
     source_files_of(file);
     std::unique_ptr<VolumeSource> original;
-    if (again && !file.index().members.empty()) original = open_volume(run.original, run.source);
+    if (again && !file.index().members.empty())
+      original = open_volume(run.original, source_of_as_many(run.source, file.header()));
     Resources resources = of_this_rank(ranks, run.resources);
     resources.spool = spool_folder(resources.spool, "-");
-    verify_members(file, original.get(), resources);
+    verify_members(file, original.get(), resources, &result);
   }
   return result;
 }

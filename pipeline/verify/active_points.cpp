@@ -43,8 +43,9 @@ TagSummary summary_with_levels(const std::string& path, const Resources& resourc
     reader.read_to_end();
   else
     counted = count_active_points(reader, resources, progress);
-  TagSummary summary = {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope(),
-                        reader.parity()};
+  TagSummary summary = {
+      reader.header(), reader.index(),     reader.sizes(),       reader.beginning_of_envelope(),
+      reader.parity(), reader.overviews(), reader.volume_names()};
   if (!stored) summary.index.total.active = counted.active;
   return summary;
 }

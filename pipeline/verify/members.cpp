@@ -5,6 +5,7 @@
 
 #include "io/tag/file.h"
 #include "io/tag/members.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/overview/means_source.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"
@@ -32,14 +33,55 @@ class OriginalMeans {
   SumsFile sums_;
 };
 
+void add(const VerifyResult& volume, VerifyResult& all) {
+  all.bricks += volume.bricks;
+  if (all.active_points && volume.active_points)
+    *all.active_points += *volume.active_points;
+  else
+    all.active_points.reset();
+  if (all.max_error && volume.max_error) all.max_error = std::max(*all.max_error, *volume.max_error);
+  if (all.mesh_error && volume.mesh_error) all.mesh_error = std::max(*all.mesh_error, *volume.mesh_error);
+  all.index.total.add(volume.index.total);
+  for (const std::string& difference : volume.geometry.differences)
+    if (std::ranges::find(all.geometry.differences, difference) == all.geometry.differences.end())
+      all.geometry.differences.push_back(difference);
+}
+
+void verify_volume(const TagBricks& file, const Member& member, VolumeSource* original,
+                   const Resources& resources, VerifyResult* all) {
+  const auto volume = file.nested(member);
+  const auto of_original = [&] {
+    return original ? one_of_volumes(*original, member.factor) : std::unique_ptr<VolumeSource>();
+  };
+  TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
+  VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};
+  if (original) setup = setup_against(reader.name(), reader.parameters(), of_original(), resources);
+  const std::string fields = setup.fields_of_original;
+  VerifyResult found = verify_all(reader, std::move(setup));
+  if (original) found.geometry = compare_geometry(found.header.nrrd_fields, fields);
+  const auto again = of_original();
+  verify_members(*volume, again.get(), resources);
+  if (all) add(found, *all);
+}
+
 }  // namespace
 
-void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources) {
+void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
+                    VerifyResult* all) {
+  for (const Member& member : file.index().members) {
+    // Which brick is damaged says more than that something is.
+    if (member.is_volume()) verify_volume(file, member, original, resources, all);
+    file.check(member);
+  }
+  std::unique_ptr<VolumeSource> first;
+  if (original && file.header().volumes > 1) {
+    first = one_of_volumes(*original, 0);
+    original = first.get();
+  }
   std::optional<OriginalMeans> of_original;
   for (const Member& member : file.index().members) {
-    file.check(member);
     if (!member.is_overview()) continue;
-    file.overview(member);
+    file.nested(member);
     if (original && !of_original) of_original.emplace(*original, resources.spool);
     TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
     VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};

@@ -125,9 +125,14 @@ struct VerifySetup {
 
 /// Opens the original of the file `name`, if `original` is not "", and plans how the file is verified. The
 /// envelope takes `of_envelope` bytes of memory. Throws as verify_file() does.
-VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
-                         const std::string& original, const SourceDescription& source,
-                         const Resources& resources, std::uint64_t of_envelope = 0);
+VerifySetup verify_setup(const std::string& name, const TagHeader& header, const std::string& original,
+                         const SourceDescription& source, const Resources& resources,
+                         std::uint64_t of_envelope = 0);
+
+/// The same with an original that is open, without what only its file tells.
+VerifySetup setup_against(const std::string& name, const CodingParameters& parameters,
+                          std::unique_ptr<VolumeSource> original, const Resources& resources,
+                          std::uint64_t besides = 0);
 
 /// The checks of the bricks of a file, whose header was checked when it was opened. The checksum of every
 /// brick is checked with that of the brick before it, so that all parts together check the entire chain.

@@ -57,10 +57,15 @@ struct VerifyResult {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 
-/// Verifies the members of a file: checksums, and overviews as any file. With `original`, whose first sample is
-/// the next one, also compares overviews with the means of its blocks, which wait in temporary files in
-/// `resources.spool`. Throws as verify_file() does.
-void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources);
+/// The description of an original of a file with this header: all of its volumes, if the file has several.
+SourceDescription source_of_as_many(SourceDescription source, const TagHeader& header);
+
+/// Verifies the members of a file: checksums, and volumes and overviews as any file. With `original`, which has
+/// as many volumes and of which any slice can be read next, also compares volumes with its own, and overviews
+/// with the means of its blocks, which wait in temporary files in `resources.spool`. What was found of volumes
+/// is added to `all`, if it is not null. Throws as verify_file() does.
+void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
+                    VerifyResult* all = nullptr);
 
 struct VerifySetup;
 /// The same for a file that has been opened but not read.

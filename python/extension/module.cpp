@@ -25,6 +25,8 @@ void bind_reader(py::module_& module) {
       .def("brick", &Reader::brick, "number"_a)
       .def("overviews", &Reader::overviews)
       .def("overview", &Reader::overview, "factor"_a)
+      .def("volumes", &Reader::volumes)
+      .def("volume", &Reader::volume, "number"_a)
       .def("read", &Reader::read, "low"_a, "high"_a, "step"_a, py::arg("out").noconvert(), "threads"_a,
            "memory_limit"_a, "progress"_a)
       .def("verify", &Reader::verify, "threads"_a, "memory_limit"_a, "progress"_a)

@@ -13,7 +13,7 @@ struct Reader::File {
   py::object read_at;
   std::uint64_t size = 0;
   std::string name;
-  std::shared_ptr<File> whole;  // in which this one is an overview, and which reads its bytes
+  std::shared_ptr<File> whole;  // in which this one is an overview or a volume, and which reads its bytes
   Raised raised;                // while bytes were read
   tagrid_reader* reader = nullptr;
   int calls = 0;  // that are running; counted with the GIL
@@ -239,13 +239,30 @@ py::tuple Reader::overviews() const {
   return py::tuple(all);
 }
 
-std::unique_ptr<Reader> Reader::overview(std::int64_t factor) const {
-  auto overview = std::make_shared<File>();
+std::int64_t Reader::volumes() const {
   const auto open = file();
-  overview->whole = open->whole ? open->whole : open;
+  std::int64_t count = 0;
+  raise_unless_ok(open->outcome(tagrid_reader_volumes(open->reader, &count)));
+  return count;
+}
+
+std::unique_ptr<Reader> Reader::nested(std::int64_t number,
+                                       tagrid_status (*open_nested)(const tagrid_reader*, std::int64_t,
+                                                                    tagrid_reader**)) const {
+  auto nested = std::make_shared<File>();
+  const auto open = file();
+  nested->whole = open->whole ? open->whole : open;
   Call call(0, 0, py::none());
-  overview->work(call, [&] { return tagrid_reader_overview(open->reader, factor, &overview->reader); });
-  return std::unique_ptr<Reader>(new Reader(std::move(overview)));
+  nested->work(call, [&] { return open_nested(open->reader, number, &nested->reader); });
+  return std::unique_ptr<Reader>(new Reader(std::move(nested)));
+}
+
+std::unique_ptr<Reader> Reader::overview(std::int64_t factor) const {
+  return nested(factor, tagrid_reader_overview);
+}
+
+std::unique_ptr<Reader> Reader::volume(std::int64_t number) const {
+  return nested(number, tagrid_reader_volume);
 }
 
 void Reader::read(const Point& low, const Point& high, const Point& step, py::array out, int threads,

@@ -39,6 +39,9 @@ class Reader {
   py::tuple overviews() const;
   /// The overview with a factor, as a file of its own, which holds what this one holds.
   std::unique_ptr<Reader> overview(std::int64_t factor) const;
+  /// The number of volumes, and one of them, likewise.
+  std::int64_t volumes() const;
+  std::unique_ptr<Reader> volume(std::int64_t number) const;
   /// Fills `out`, an array of the shape (z, y, x) that the box has with this step.
   void read(const Point& low, const Point& high, const Point& step, py::array out, int threads,
             std::uint64_t memory_limit, py::object progress) const;
@@ -55,6 +58,9 @@ class Reader {
  private:
   struct File;
   explicit Reader(std::shared_ptr<File> file) : file_(std::move(file)) {}
+  std::unique_ptr<Reader> nested(std::int64_t number,
+                                 tagrid_status (*open_nested)(const tagrid_reader*, std::int64_t,
+                                                              tagrid_reader**)) const;
   static std::unique_ptr<Reader> open(std::shared_ptr<File> file);
 
   /// The file, for as long as a call needs it. Raises ArgumentError if the reader is closed.

@@ -32,10 +32,20 @@ class OverviewOf:
         self.name = f"{describe(source)}: overview {factor}"
 
 
+class VolumeOf:
+    """One of several volumes in a source."""
+
+    def __init__(self, source: Any, number: int):
+        self.source, self.number = source, number
+        self.name = f"{describe(source)}: volume {number}"
+
+
 def open_reader(source: Any) -> Reader:
     """Opens a source: see tagrid.open()."""
     if isinstance(source, OverviewOf):
         return open_reader(source.source).overview(source.factor)
+    if isinstance(source, VolumeOf):
+        return open_reader(source.source).volume(source.number)
     if isinstance(source, (str, os.PathLike)):
         return _open_path(os.fspath(source))
     if is_memory(source):
@@ -75,7 +85,7 @@ def is_path(source: Any) -> bool:
 
 def is_tied(source: Any) -> bool:
     """Whether a source belongs to this process, so that another process cannot use it."""
-    if isinstance(source, OverviewOf):
+    if isinstance(source, (OverviewOf, VolumeOf)):
         return is_tied(source.source)
     return isinstance(source, (memoryview, io.BufferedReader, io.BufferedRandom, io.FileIO))
 

@@ -21,7 +21,7 @@ from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._rescaled import Rescaled
 from ._selection import Run, Selection, select
-from ._sources import OverviewOf, describe, is_memory, is_path, is_tied, open_reader
+from ._sources import OverviewOf, VolumeOf, describe, is_memory, is_path, is_tied, open_reader
 
 Progress = Optional[Callable[[int, int], object]]
 
@@ -51,6 +51,7 @@ class Volume:
         self._kept = KeptBox()
         self._info = self._reader.info()
         self._overviews = self._reader.overviews()
+        self._volumes = self._reader.volumes()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
         # Bytes go to another process with the volume; a name may refer to another file there.
         self._contents = "" if is_memory(source) else self._digest()
@@ -266,6 +267,22 @@ class Volume:
             there = ", ".join(map(str, self._overviews)) or "none"
             raise ArgumentError(f"{self._name}: has no overview {factor!r}; it has {there}")
         return Volume(OverviewOf(self._source, factor), self._threads)
+
+    @property
+    def volumes(self) -> int:
+        """How many volumes the file has: 1, or more, such as the moments of a measurement. They are numbered from
+        0 on, and this one is volume 0 unless volume() returned it."""
+        return self._volumes
+
+    def volume(self, number: int) -> Volume:
+        """The volume with this number: all of them have the same shape and type. It reads nothing but that volume.
+        Its metadata may have "volume_name", its name or moment.
+
+        ArgumentError: the file has no such volume.
+        """
+        if not 0 <= number < self._volumes:
+            raise ArgumentError(f"{self._name}: has no volume {number!r}; it has {self._volumes}, from 0 on")
+        return Volume(VolumeOf(self._source, number), self._threads)
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the entire file and checks everything possible without the original. DamagedError names the

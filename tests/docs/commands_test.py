@@ -7,6 +7,7 @@ that in the document; those of one document follow each other. Every other comma
 phantoms with the names that it uses.
 """
 
+import gzip
 import os
 import pathlib
 import re
@@ -45,6 +46,17 @@ def tiff(pages, description):
         file += struct.pack("<H", 8) + b"".join(struct.pack("<HHII", *tag) for tag in tags)
         file += struct.pack("<I", 0 if last else after + len(text) + 1200) + text + bytes([page]) * 1200
     return bytes(file)
+
+
+def nifti(volumes):
+    """A NIfTI file of so many volumes of 30 x 20 x 10 samples."""
+    header = bytearray(352)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, 4, 30, 20, 10, volumes, 1, 1, 1)
+    struct.pack_into("<hh", header, 70, 4, 16)
+    struct.pack_into("<f", header, 108, 352)
+    header[344:348] = b"n+1\0"
+    return bytes(header) + bytes(12000 * volumes)
 
 
 class Commands(unittest.TestCase):
@@ -94,6 +106,8 @@ class Commands(unittest.TestCase):
         self.make(volumes, "tagrid phantom --dims 256,256,64 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
                            " && tagrid phantom --dims 64,64,64 --type float32 -o smoke.vdb"
                            " && tagrid encode scan.nhdr --overviews 4,16 -o overviews.tag && tagrid encode scan.nhdr --parity 5% -o protected.tag")
+        (volumes / "bold.nii.gz").write_bytes(gzip.compress(nifti(5)))
+        self.make(volumes, "tagrid encode bold.nii.gz -o bold.tag")
         count = 0
         documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1"]
         for document in documents:
@@ -134,10 +148,12 @@ class Commands(unittest.TestCase):
         if "array.npy" in command:
             header = "{'descr': '<u2', 'fortran_order': False, 'shape': (4, 5, 6)}\n".encode()
             (folder / "array.npy").write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header + bytes(240))
+        if "bold.nii.gz" in command:
+            shutil.copy(volumes / "bold.nii.gz", folder)
         if "smoke.vdb" in command:
             shutil.copy(volumes / "smoke.vdb", folder)
         if not re.search(r"\btagrid (encode|phantom)\b", command):
-            kind = "protected" if "tagrid repair" in command else "overviews" if "--overview " in command else "scan"
+            kind = "bold" if "bold.tag" in command else "protected" if "tagrid repair" in command else "overviews" if "--overview " in command else "scan"
             for name in re.findall(r"(?<!-o )\b[\w-]+\.tag\b", command):
                 shutil.copy(volumes / f"{kind}.tag", folder / name)
 

@@ -63,7 +63,10 @@ class Header:
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
         require(packed_size == self.size - 132 and text_size <= 1 << 24, "fields do not fit")
-        require(volumes == 1, "the file has several volumes")
+        require(1 <= volumes <= 10000, "an impossible number of volumes")
+        require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58), "impossible sizes")
+        self.volumes = volumes
+        self.coding = data[16:112]  # what every volume of the file has
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
@@ -94,6 +97,8 @@ class Header:
         unpack(data[124:124 + packed_size], text_size)
         self.cubes = [max(1, (last + self.S - 1) // self.S) for last in self.last]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
+        pages = -(-math.prod(self.bricks) // bricks_of_page(math.prod(self.bricks)))
+        require(volumes == 1 or 24 * volumes + 32 * pages <= (1 << 18) - (1 << 13), "too many volumes of so many bricks")
 
     def boxes(self, number):
         """Closed box and owned box of a brick."""
@@ -248,7 +253,7 @@ def check_envelope(data, at, header, last):
 
 def check_members(data, at, header, last):
     """Section 3.6. Returns the members (kind, factor, offset, length), where the index begins, and the checksum before."""
-    members, coarsest = [], 1
+    members, coarsest, volumes = [], 1, 1
     while len(data) >= at + 4 and struct.unpack_from("<I", data, at)[0] == MEMBER:
         require(len(data) >= at + 20, "a member is cut off")
         kind, factor, length = struct.unpack_from("<IIQ", data, at + 4)
@@ -257,24 +262,37 @@ def check_members(data, at, header, last):
         checksum = struct.unpack_from("<Q", data, end)[0]
         require(checksum == chained(data[at:end], last), "a member is damaged")
         members.append((kind, factor, at, length))
-        require(len(members) <= 64, "there are too many members")
+        require(len(members) <= 63 + header.volumes, "there are too many members")
+        if volumes < header.volumes or kind == 2:
+            require((kind, factor) == (2, volumes) and volumes < header.volumes, "the volumes are not in order, or are too many")
+            inner = Header(data[at + 20:end])
+            require(inner.volumes == 1 and inner.coding == header.coding, "a volume is of another file")
+            volumes += 1
         if kind == 1:
             require(factor > coarsest, "the overviews do not become coarser")
             coarsest = factor
             inner = Header(data[at + 20:end])
-            require(inner.mode == 0 and inner.grid == 1 and inner.type.number == header.type.number, "an overview is of another volume")
+            require(inner.volumes == 1 and inner.mode == 0 and inner.grid == 1 and inner.type.number == header.type.number, "an overview is of another volume")
             require(inner.dims == [(n - 1) // factor + 1 for n in header.dims], "an overview has other sizes")
         last, at = checksum, end + 8
+    require(volumes == header.volumes, "a volume is missing")
     return members, at, last
+
+
+def volumes_of(data):
+    """The volumes of a file but the first one, as bytes of files of their own. The file must be whole."""
+    return [data[offset + 20:offset + 20 + length] for kind, _, offset, length in members_of(data) if kind == 2]
+
+
+def members_of(data):
+    at = struct.unpack_from("<Q", data, len(data) - 24)[0]
+    size, packed_size = struct.unpack_from("<QQ", data, at + 4)
+    return struct.iter_unpack("<IIQQ", sections_of(unpack(data[at + 20:at + 20 + packed_size], size)).get(3, b""))
 
 
 def overviews(data):
     """The factors of a file's overviews, and their bytes, which are files of their own. The file must be whole."""
-    at = struct.unpack_from("<Q", data, len(data) - 24)[0]
-    size, packed_size = struct.unpack_from("<QQ", data, at + 4)
-    table = sections_of(unpack(data[at + 20:at + 20 + packed_size], size)).get(3, b"")
-    return {factor: data[offset + 20:offset + 20 + length]
-            for kind, factor, offset, length in struct.iter_unpack("<IIQQ", table) if kind == 1}
+    return {factor: data[offset + 20:offset + 20 + length] for kind, factor, offset, length in members_of(data) if kind == 1}
 
 
 def compression_in(data):
@@ -299,12 +317,13 @@ def check_source_files(content, header):
         position += struct.calcsize(form)
         return fields
 
+    slices = header.dims[2] * header.volumes
     row_bytes = header.dims[0] * header.type.size
     slice_bytes = header.dims[1] * row_bytes
-    places = [0] * header.dims[2]
+    places = [0] * slices
     files, = take("<Q")
-    require(1 <= files <= header.dims[2] + 1024, "an impossible number of source files")
-    others_left = math.prod(header.dims) * header.type.size // 2 + (files << 16)
+    require(1 <= files <= slices + 1024, "an impossible number of source files")
+    others_left = math.prod(header.dims) * header.volumes * header.type.size // 2 + (files << 16)
     length, = take("<H")
     require(length <= 1024, "the name of a compression is too long")
     compression, = take(f"<{length}s")
@@ -326,7 +345,7 @@ def check_source_files(content, header):
             first, count, offset, distance, flags, used, spare, add = take("<QQQQBBBi")
             row_distance, = take("<Q") if flags & 4 else (row_bytes,)
             span = (header.dims[1] - 1) * row_distance + row_bytes
-            require(count >= 1 and first + count <= header.dims[2], "a slice does not exist")
+            require(count >= 1 and first + count <= slices, "a slice does not exist")
             require(offset >= end and distance >= span and row_distance >= row_bytes, "slices overlap")
             require(flags <= 15 and flags & 12 != 8 and spare <= 2 and used <= 8 * header.type.size, "samples are stored in an impossible way")
             require((used or not spare) and (not header.type.is_float or not used and not add), "impossible bits")
@@ -400,7 +419,7 @@ def without_parity(data):
 
 
 def decode(data, with_grid=True):
-    """All samples. with_grid: the activity is decoded even if samples do not depend on it."""
+    """All samples, volume after volume. with_grid: the activity is decoded even if samples do not depend on it."""
     data = without_parity(data)
     header = Header(data)
     with_grid = with_grid and header.stores_grid
@@ -435,8 +454,11 @@ def decode(data, with_grid=True):
     members, at, last = check_members(data, at, header, last)
     check_index(data, at, header, last, sizes, pages, counts if with_grid else None, members)
     whole = Box(tuple(header.first), tuple(header.last))
-    return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
-                    for p in whole.raster())
+    samples = b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
+                       for p in whole.raster())
+    for inner in volumes_of(data) if header.volumes > 1 else ():
+        samples += decode(inner, with_grid)
+    return samples
 
 
 def main():

@@ -141,8 +141,19 @@ class Comparison:
         """Runs `tagrid decode` on a file with these bytes."""
         tag = self.folder / "compared.tag"
         tag.write_bytes(data)
-        (self.folder / "decoded.raw").unlink(missing_ok=True)
-        return self.run("decode", tag, "-q", "-f", "-o", self.folder / "decoded.raw")
+        raw = self.folder / "decoded.raw"
+        raw.unlink(missing_ok=True)
+        volumes = struct.unpack_from("<I", data, 112)[0] if len(data) >= 116 else 1
+        if not 1 < volumes <= 10000:
+            return self.run("decode", tag, "-q", "-f", "-o", raw)
+        samples = b""
+        for number in range(volumes):
+            status = self.run("decode", tag, "--volume", number, "-q", "-f", "-o", raw)
+            if status.returncode != 0:
+                return status
+            samples += raw.read_bytes()
+        raw.write_bytes(samples)
+        return status
 
     def decoded(self):
         """The samples that the last run of decode() wrote."""
@@ -288,6 +299,21 @@ def bottom_up(comparison):
     return tag.read_bytes()
 
 
+def several_volumes(comparison):
+    """A NIfTI file of three volumes."""
+    source, tag = comparison.folder / "volumes.nii", comparison.folder / "volumes.tag"
+    header = bytearray(352)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, 4, 9, 7, 5, 3, 1, 1, 1)
+    struct.pack_into("<hh", header, 70, 4, 16)
+    struct.pack_into("<f", header, 108, 352)
+    header[344:348] = b"n+1\0"
+    source.write_bytes(header + volume("int16", "noise", (9, 7, 15)))
+    encoded = comparison.run("encode", source, "--cube=4", "--max-error=9", "--overviews=4", "-q", "-f", "-o", tag)
+    assert encoded.returncode == 0, encoded.stderr
+    return tag.read_bytes()
+
+
 def test_made(comparison):
     # The golden files have every form; TAGRID_LONG=1 makes all of these, too.
     for case in MADE if "TAGRID_LONG" in os.environ else MADE[::2]:
@@ -296,6 +322,8 @@ def test_made(comparison):
         data = compressed(comparison, *options)
         assert comparison.compare(data, ("compressed", options)), (options, "is refused")
         assert decoder.compression_in(data) == b"gzip", options
+    data = several_volumes(comparison)
+    assert comparison.compare(data, "several volumes") and len(decoder.volumes_of(data)) == 2
     data = bottom_up(comparison)
     assert comparison.compare(data, "bottom up") and decoder.compression_in(data) == b""
 

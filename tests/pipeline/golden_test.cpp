@@ -23,6 +23,7 @@ struct Golden {
   SampleType type;
   EncodeOptions options;
   Instead instead = nullptr;
+  int volumes = 1;
 };
 
 // Values that are few, each in another way; see stages/values/few.
@@ -64,7 +65,8 @@ std::vector<Golden> all_golden() {
                              {"lead_voxels_overviews_int16", SampleType::int16, with_cube(16, 1)},
                              {"few_affine_uint16", SampleType::uint16, with_cube(64, 1), multiple_of_three},
                              {"few_table_float32", SampleType::float32, with_cube(64, 1), part_of_255},
-                             {"few_labels_uint16", SampleType::uint16, with_cube(64, 1), label_of_block}};
+                             {"few_labels_uint16", SampleType::uint16, with_cube(64, 1), label_of_block},
+                             {"volumes_bounded_int16", SampleType::int16, with_cube(8, 1), nullptr, 3}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
@@ -97,12 +99,15 @@ std::vector<Golden> all_golden() {
   all[22].options.range = {-1024, 3072};
   all[23].options.max_error = 8;
   all[23].options.overviews = {4, 16};
+  all[27].options.max_error = 8;
+  all[27].options.overviews = {4};
   return all;
 }
 
 // Wide samples take more bytes: their volumes are smaller. Values that are few take hardly any: rows are long.
 Index3 dims_of(const Golden& golden) {
   if (golden.instead) return {75, 22, 19};
+  if (golden.volumes > 1) return {19, 18, 11};
   return is_wide_type(golden.type) ? Index3{19, 18, 21} : Index3{41, 35, 38};
 }
 
@@ -113,28 +118,42 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
     return std::string(TAGRID_SOURCE_DIR "/tests/golden/") + golden_.name + ".tag";
   }
 
+  std::string source() const { return path(golden_.volumes == 1 ? "in.nrrd" : "in.nii"); }
+  SourceDescription description() const {
+    SourceDescription all;
+    all.all_volumes = true;
+    return all;
+  }
+
   void make_volume() const {
     const Index3 dims = dims_of(golden_);
     with_sample_type(golden_.type, [&](auto type) {
       using T = decltype(type);
-      std::vector<T> samples(static_cast<std::size_t>(Box::of_size(dims).count()));
+      const std::int64_t slices = dims.z * golden_.volumes;
       const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y);
-      for (std::int64_t z = 0; z < dims.z; ++z)
-        phantom_slice<T>(dims, 1, z,
+      std::vector<T> samples(static_cast<std::size_t>(slices) * slice);
+      for (std::int64_t z = 0; z < slices; ++z)
+        phantom_slice<T>(dims, static_cast<std::uint64_t>(1 + z / dims.z), z % dims.z,
                          std::span<T>(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
       if (golden_.instead)
         for (const auto [x, y, z] : points_of(dims)) {
           T& sample = samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))];
           sample = static_cast<T>(golden_.instead({x, y, z}, static_cast<double>(sample)));
         }
-      write_nrrd(path("in.nrrd"), dims, samples, "content: golden\n");
+      if (golden_.volumes == 1) return write_nrrd(source(), dims, samples, "content: golden\n");
+      VolumeInfo info{{dims.x, dims.y, slices}, golden_.type, {}, ""};
+      info.volumes = golden_.volumes;
+      const auto writer =
+          create_volume(format_named("nifti"), source(), info, {.files = {.overwrite = true}});
+      writer->write_slices(std::as_bytes(std::span(samples)));
+      writer->commit();
     });
   }
 };
 
 TEST_P(GoldenFiles, AreWrittenByteForByte) {
   make_volume();
-  encode_volume(path("in.nrrd"), {}, path("a.tag"), true, golden_.options, Resources(2));
+  encode_volume(source(), description(), path("a.tag"), true, golden_.options, Resources(2));
   if (std::getenv("TAGRID_UPDATE_GOLDEN")) write_content(golden_path(), file_content(path("a.tag")));
   EXPECT_TRUE(file_content(path("a.tag")) == file_content(golden_path()))
       << golden_path() << " is no longer what is written";
@@ -142,10 +161,12 @@ TEST_P(GoldenFiles, AreWrittenByteForByte) {
 
 TEST_P(GoldenFiles, AreReadWithinTheirBound) {
   make_volume();
-  const VerifyResult result = verify_file(golden_path(), path("in.nrrd"), {}, Resources(2));
+  const VerifyResult result = verify_file(golden_path(), source(), {}, Resources(2));
   if (result.header.parameters.max_error >= 0) {
     EXPECT_LE(*result.max_error, result.header.parameters.max_error);
   }
+  EXPECT_EQ(result.header.volumes, golden_.volumes);
+  if (golden_.volumes > 1) return;
   decode_volume(golden_path(), path("out.nrrd"), format_named("nrrd"), true, Resources(2));
   EXPECT_EQ(open_volume(path("out.nrrd"))->info().nrrd_fields, "content: golden\n");
 }

@@ -128,6 +128,26 @@ class Opening(unittest.TestCase):
         volume.close()
         self.assertRaises(tagrid.ArgumentError, volume._reader.overviews)
 
+    def test_a_volume_of_several_is_a_volume_of_its_own(self):
+        path = pathlib.Path(__file__).parents[1] / "golden/volumes_bounded_int16.tag"
+        first = tagrid.open(path)
+        self.assertEqual((first.volumes, tagrid.open(self.bytes).volumes), (3, 1))
+        self.assertRaisesRegex(tagrid.ArgumentError, "it has 3", first.volume, 3)
+        self.assertRaises(tagrid.ArgumentError, first.volume, -1)
+        all_samples = [np.asarray(first.volume(number)) for number in range(3)]
+        np.testing.assert_array_equal(all_samples[0], np.asarray(first))
+        self.assertFalse(np.array_equal(all_samples[1], all_samples[2]))
+        with open(path, "rb") as file:
+            for source in (path, file, path.read_bytes(), Object(path.read_bytes())):
+                volume = tagrid.open(source).volume(2)
+                self.assertEqual((volume.shape, volume.volumes, volume.overviews), ((11, 18, 19), 1, (4,)))
+                np.testing.assert_array_equal(volume[3:5], all_samples[2][3:5])
+                self.assertEqual(volume.overview(4).shape, (3, 5, 5))
+        again = pickle.loads(pickle.dumps(first.volume(1)))
+        np.testing.assert_array_equal(np.asarray(again), all_samples[1])
+        again.verify()
+        first.verify()
+
     def test_other_sources_are_a_TypeError(self):
         for source in (3, None, [1], object(), io.StringIO("text"), np.zeros(3)):
             with self.subTest(type(source)), self.assertRaises((TypeError, tagrid.DamagedError)):

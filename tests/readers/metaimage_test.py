@@ -106,7 +106,7 @@ class MetaImage(ReaderTest):
         for packed in (False, True):
             data = zlib.compress(truth.tobytes()) if packed else truth.tobytes()
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
-            self.assert_refused(64, "--series", "encode", name)
+            self.assert_refused(64, "--series", "estimate", name)
             for i in range(3):
                 self.encodes(truth[i], name, "--series", i + 1)
 

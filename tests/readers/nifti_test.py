@@ -132,7 +132,7 @@ class Nifti(ReaderTest):
         truth = volume("int16", (9, 8, 7, 3))
         for name in ("a.nii", "a.nii.gz"):
             self.write(name, truth)
-            self.assertIn("--series", self.assert_refused(64, "holds 3 volumes", "encode", name))
+            self.assertIn("--series", self.assert_refused(64, "holds 3 volumes", "estimate", name))
             for i in range(3):
                 self.encodes(truth[..., i].transpose(2, 1, 0), name, "--series", i + 1)
             for series in ("0", "4", "x", "1x"):

@@ -68,6 +68,20 @@ class OmeTiff(ReaderTest):
             self.ok("decode", f"out/{name}.tag", "-o", "a.raw", "-f")
             self.assertEqual((self.folder / "a.raw").read_bytes(), truth.tobytes(), name)
 
+    def test_all_channels_in_one_file(self):
+        truth = self.volume((3, 5, 16, 24))
+        self.write_set(truth, [("a.ome.tif", 5 * c + z, z, c) for z in range(5) for c in range(3)])
+        self.ok("encode", "set/a.ome.tif", "--series", "all", "-o", "a.tag")
+        info = self.info("a.tag")
+        self.assertEqual((info["volumes"], info["dims"], len(set(info["volume_names"]))), (3, [24, 16, 5], 3))
+        self.ok("verify", "a.tag", "--against", "set/a.ome.tif", "--series", "all")
+        for channel in range(3):
+            self.ok("decode", "a.tag", "--volume", channel, "-o", "x.raw", "-f")
+            self.assertEqual((self.folder / "x.raw").read_bytes(), truth[channel].tobytes())
+        self.ok("restore", "a.tag", "-o", "back")
+        self.assertEqual((self.folder / "back/a.ome.tif").read_bytes(), (self.folder / "set/a.ome.tif").read_bytes())
+        self.assertEqual(self.tagrid("encode", "set", "--series", "all").returncode, 64)
+
     def test_a_set_is_read_by_its_xml_from_the_folder_and_from_each_of_its_files(self):
         truth = self.volume()
         self.reversed_set(truth)

@@ -13,6 +13,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
@@ -80,7 +81,7 @@ UsageError only_copy(const Volume& volume, const std::string& why) {
 /// "its samples differ", "19 files instead of 20"; "" if at most the times of its files are new.
 std::string change_of(const KnownOutput& known, const std::vector<InputFile>& files, VolumeSource& source) {
   const ordered_json earlier = ordered_json::parse(known.record);
-  const std::string now = described(source.info().dims, source.info().type);
+  const std::string now = described(info_of_volume(source.facts(), 0).dims, source.info().type);
   const auto dims = earlier.find("dims"), type = earlier.find("type");
   if (dims != earlier.end() && dims->is_array() && dims->size() == 3 && type != earlier.end() &&
       type->is_string()) {

@@ -15,6 +15,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
+#include "io/volume/one_of_volumes.h"
 #include "tools/archive/found_lines.h"
 
 namespace tagrid {
@@ -217,7 +218,9 @@ class Finder {
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
         options.emplace("series", name);  // another one may come into the directory
       std::string text =
-          fmt::format("{}, {}{}{}", described(info.dims, info.type), format.help, details, oddity_of(info));
+          fmt::format("{}, {}{}{}", described(info_of_volume(volume->facts(), 0).dims, info.type),
+                      format.help, details, oddity_of(info));
+      if (info.volumes > 1) text = fmt::format("{} volumes of {}", info.volumes, text);
       if (format.name == "dicom") text += about_other_folder(path, info);
       // What is missing from the volume, although it may be.
       if (options.contains("gaps-ok"))

@@ -64,6 +64,9 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope > 0)
     return "it keeps the source files, which a decoded volume does not replace; tagrid restore restores them";
+  if (file.header().volumes > 1)
+    return fmt::format("it holds {} volumes, which are not compared with a decoded file",
+                       file.header().volumes);
   if (parameters.mode == FileMode::grid)
     return "it stores only the grid, which a decoded volume does not replace";
   if (parameters.mesh_error >= 0) return "its mesh has a bound, which a decoded volume does not keep";

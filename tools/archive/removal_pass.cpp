@@ -11,6 +11,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "io/volume/one_of_volumes.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
@@ -205,7 +206,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
   require_kept_files(line, *volume);
-  if (volume->info().nrrd_fields != found.header.nrrd_fields)
+  if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");
 }
 

@@ -40,6 +40,7 @@ struct DecodeCommand {
   std::int64_t step = 1, overview = 0;
   bool remove = false, salvage = false, samples = false, values = false;
   std::optional<double> fill;
+  std::optional<std::int64_t> volume;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
@@ -47,9 +48,10 @@ struct DecodeCommand {
     wanted.step = step;
     const std::string path = output.path.empty() ? default_output() : output.path;
     // A part with the name of the whole volume would be taken for it, or replace it.
-    if (output.path.empty() && path != "-" && (!wanted.is_all() || overview != 0))
+    if (output.path.empty() && path != "-" && (!wanted.is_all() || overview != 0 || volume))
       throw UsageError(
-          "a region, a step or an overview needs -o FILE: without it, the output would have the name of the "
+          "a region, a step, an overview or a volume needs -o FILE: without it, the output would have the "
+          "name of the "
           "entire "
           "volume");
     // For an NRRD file, "is not a .tag file" is the better message than "is its own output".
@@ -85,6 +87,10 @@ struct DecodeCommand {
       throw UsageError("--overview: cannot be combined with --step, --salvage or --rm");
     if (overview != 0 && is_pipe_input(input))
       throw usage_error("{}: --overview needs a file, not a pipe; save it to one first", shown_input(input));
+    if (volume && *volume < 0) throw usage_error("--volume {}: must be 0 or more", *volume);
+    if (volume && remove) throw UsageError("--volume: the file may have others; leave out --rm");
+    if (volume && is_pipe_input(input))
+      throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
     if (fill && !salvage) throw UsageError("--fill: applies only with --salvage; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
@@ -187,7 +193,9 @@ struct DecodeCommand {
   /// True if the input is a damaged .tag file of which something can be decoded.
   bool has_whole_bricks() const {
     try {
-      const WholeBricks file(std::make_shared<FileSource>(input));
+      std::shared_ptr<const ByteSource> source = std::make_shared<FileSource>(input);
+      if (volume.value_or(0) > 0) source = volume_in(std::move(source), *volume);
+      const WholeBricks file(std::move(source));
       return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());
     } catch (const Error&) {
       return false;  // not even the header is whole
@@ -202,6 +210,7 @@ struct DecodeCommand {
                                  .format = chosen,
                                  .overwrite = output.overwrite,
                                  .region = wanted,
+                                 .volume = volume,
                                  .overview = overview,
                                  .numbers = numbers(),
                                  .fill = salvage ? std::optional(fill.value_or(0)) : std::nullopt,
@@ -224,6 +233,7 @@ Action add_decode_command(CLI::App& app) {
   add_number_option(
       *command, "--step", state->step, "N",
       "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
+  add_volume_option(*command, state->volume);
   add_number_option(*command, "--overview", state->overview, "F",
                     "The averaged level with this factor (see tagrid info) instead of the volume; --region "
                     "still counts samples of the volume");

@@ -43,7 +43,8 @@ struct EncodeCommand {
     const std::string path = output.path.empty() ? output_for(input) : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "compressed bytes");
-    const Encoding asked = encoding.checked(run);
+    Encoding asked = encoding.checked(run);
+    asked.source.all_volumes = true;
     if (remove) refuse_without_bound(asked.options, "--rm");
     if (trust_description && !remove)
       throw UsageError(

@@ -29,6 +29,7 @@ struct GridCommand {
   RunOptions run;
   Options options;
   std::string region;
+  std::optional<std::int64_t> volume;
   std::string path;  ///< of the output, after write()
 
   /// Checks the options, calls `write_form`, writes the report, and warns of what the user should know of the
@@ -39,17 +40,19 @@ struct GridCommand {
     run.obey_memory_limit();
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;
-    if (output.path.empty() && !options.region.is_all())
-      throw usage_error("a region needs -o FILE: without it, the output would have the name of the entire {}",
-                        form.name);
+    if (output.path.empty() && (!options.region.is_all() || volume))
+      throw usage_error(
+          "a region or a volume needs -o FILE: without it, the output would have the name of the entire {}",
+          form.name);
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;
     require_tag_input(input);
     refuse_terminal(ranks, path, form.plural);
     remove_abandoned(run, {input}, {path});
+    const std::int64_t number = chosen_volume(input, volume, run);
     RunReport report(run.json, run.thread_count(), output.overwrite, form.name, input, path);
     Finished<Result> written = [&] {
       ProgressMeter meter(run.progress, run.quiet, fmt::format("writing the {}", form.name), 1);
-      return write_form({input, path, options, run.resources(ranks), meter.progress()});
+      return write_form({input, number, path, options, run.resources(ranks), meter.progress()});
     }();
     const GridResult& result = written.result;
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.bytes_out);

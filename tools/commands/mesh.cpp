@@ -60,6 +60,7 @@ Action add_mesh_command(CLI::App& app) {
   command->add_flag("--samples", state->options.of_samples,
                     "With --coarsen: E is in units of stored samples, not of values");
   add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
+  add_volume_option(*command, state->volume);
   command->add_flag("--padded", state->options.padded,
                     "Fill complete root cubes instead of ending at the first and last samples");
   add_job_options(*command, state->run, false);

@@ -26,11 +26,15 @@ struct PreviewCommand {
   RunOptions run;
   std::vector<std::string> slices;
   std::string window;
+  std::optional<std::int64_t> volume;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     const PreviewWishes wishes = wanted_slices();
     const std::optional<GreyWindow> wanted_window = window_option();
+    if (output.path.empty() && volume)
+      throw UsageError(
+          "a volume needs -o FILE: without it, the output would have the name of the entire file");
     const std::string path = output.path.empty() ? output_beside(input, ".png") : output.path;
     require_tag_input(input);
     refuse_pipe();
@@ -42,7 +46,8 @@ struct PreviewCommand {
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "preview", input, path);
 
-    const TagBricks file(std::make_shared<FileSource>(input));
+    const std::int64_t number = chosen_volume(input, volume, run);
+    const TagBricks file(volume_in(std::make_shared<FileSource>(input), number));
     const PreviewContent content = read(ranks, file, wishes);
     const CodingParameters& parameters = file.parameters();
     const std::string& fields = file.header().nrrd_fields;
@@ -126,6 +131,7 @@ Action add_preview_command(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)
       ->allow_extra_args(false);
+  add_volume_option(*command, state->volume);
   add_text_option(*command, "--window", state->window, "lo:hi",
                   "Values that are black and white, rescaled if the source defines slope and intercept "
                   "(default: all except the lowest and highest 0.5 %)");

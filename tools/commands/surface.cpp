@@ -62,6 +62,7 @@ Action add_surface_command(CLI::App& app) {
   add_number_option(*command, "--level", state->options.level, "N",
                     "Use the grid only up to level N (default: all levels)");
   add_region_option(*command, state->region, "Only the surface in tetrahedra that intersect this region");
+  add_volume_option(*command, state->volume);
   command->add_flag("--samples", state->options.of_samples,
                     "V is a stored sample, even if values are slope * sample + intercept");
   command->add_flag("--close", state->options.close,

@@ -148,7 +148,7 @@ struct VerifyCommand {
       return "not compared";
     const TagBricks file(std::make_shared<FileSource>(input));
     if (file.sizes().envelope == 0) return "not kept";
-    const auto volume = open_volume(original, description);
+    const auto volume = open_volume(original, source_of_as_many(description, file.header()));
     const SourceComparison found = compare_source_files(file, *volume, run.thread_count());
     if (found.is_same) {
       const std::string same = file.parameters().is_exact() ? "the same" : "identical except for samples";

@@ -10,16 +10,16 @@ _tagrid_options() {
     --cube --lead --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --parity --resume --trust-description" ;;
-    decode) echo "$run $memory --spool $output $removal --format --region --overview --step --samples --values --salvage --fill --vdb-grid
+    decode) echo "$run $memory --spool $output $removal --format --region --volume --overview --step --samples --values --salvage --fill --vdb-grid
       --vdb-type --vdb-background --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
     repair) echo "-h --help -T --threads -q --quiet -v --verbose --progress $memory $output" ;;
     protect) echo "-h --help -T --threads -q --quiet -v --verbose --progress $memory --parity --beside -f --force" ;;
     restore) echo "$run $memory $output --records" ;;
-    mesh) echo "$run $memory $output --level --region --coarsen --samples --padded" ;;
-    surface) echo "$run $memory $output --iso --samples --level --region --close" ;;
-    preview) echo "$run $memory $output --slice --window" ;;
+    mesh) echo "$run $memory $output --level --region --volume --coarsen --samples --padded" ;;
+    surface) echo "$run $memory $output --iso --samples --level --region --volume --close" ;;
+    preview) echo "$run $memory $output --slice --volume --window" ;;
     convert)
       echo "$run $memory --spool $error $encoding --parity --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"

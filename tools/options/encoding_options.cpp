@@ -183,7 +183,9 @@ OptionTexts encoding_options_given(const CLI::App& command) {
 Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
   EncodingOptions options;
   for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
-  return options.checked(run);
+  Encoding encoding = options.checked(run);
+  encoding.source.all_volumes = true;
+  return encoding;
 }
 
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {

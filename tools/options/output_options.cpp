@@ -8,6 +8,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/tag/bricks.h"
+#include "io/text/text.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -64,6 +66,26 @@ const Format& volume_format_option(const std::string& format, const std::string&
 void add_region_option(CLI::App& command, std::string& region, const std::string& description) {
   add_text_option(command, "--region", region, "x0:x1,y0:y1,z0:z1",
                   description + ": x0 <= x < x1, likewise y and z; an omitted end is that of the volume");
+}
+
+void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume) {
+  add_number_option(command, "--volume", volume, "N",
+                    "The volume with this number, from 0 on, of a file of several (see tagrid info)");
+}
+
+std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
+                           const RunOptions& run) {
+  if (volume && !is_regular_input(input))
+    throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
+  const int volumes = is_regular_input(input) ? count_of_volumes(input) : 1;
+  if (volume && (*volume < 0 || *volume >= volumes))
+    throw usage_error(
+        "--volume {}: {} has {}", *volume, shown_input(input),
+        volumes == 1 ? "one volume, 0" : fmt::format("{} volumes, 0 to {}", volumes, volumes - 1));
+  if (!volume && volumes > 1 && !run.quiet)
+    say("tagrid: {}: holds {} volumes; this is volume 0; --volume chooses another one", shown_input(input),
+        volumes);
+  return volume.value_or(0);
 }
 
 WantedRegion wanted_region(const std::string& region) {

@@ -37,6 +37,13 @@ const Format& volume_format_option(const std::string& format, const std::string&
 /// --region. `description`: what the command does with the samples.
 void add_region_option(CLI::App& command, std::string& region, const std::string& description);
 
+/// Adds --volume.
+void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume);
+/// The volume of `input` that a command uses: the first one by default, which is said if there are others.
+/// Throws UsageError if the file does not have it, or if one is given for a pipe.
+std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
+                           const RunOptions& run);
+
 /// The region that the option names; the entire volume if it was not given (""). Throws UsageError.
 WantedRegion wanted_region(const std::string& region);
 

@@ -249,10 +249,15 @@ ordered_json overviews_json(const TagSummary& file) {
 }
 
 ordered_json info_json(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, parity, overviews] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews, volume_names] = file;
   ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
+  json["volumes"] = header.volumes;
+  if (!volume_names.empty()) {
+    json["volume_names"] = ordered_json::array();
+    for (const std::string& name : volume_names) json["volume_names"].push_back(json_text(name));
+  }
   json["type"] = name_of(header.parameters.type);
   json["geometry"] = geometry_json(header);
   json.update(settings_json(header.parameters));
@@ -278,16 +283,23 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
 }
 
 std::string info_text(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, parity, overviews] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews, volume_names] = file;
   const CodingParameters& p = header.parameters;
-  const auto n = static_cast<std::uint64_t>(p.domain().volume().count());
+  const auto n = static_cast<std::uint64_t>(Box::of_size(header.all_dims()).count());
   const std::uint64_t raw = n * size_of(p.type);
   std::string out;
   const auto line = [&](const char* name, const std::string& value) {
     out += fmt::format("{:<16}{}\n", name, value);
   };
   line("volume",
-       fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
+       fmt::format("{}{} x {} x {} {}, {}", header.volumes == 1 ? "" : fmt::format("{} of ", header.volumes),
+                   p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
+  if (header.volumes > 1)
+    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0",
+                         header.volumes - 1,
+                         volume_names.empty() ? ""
+                                              : fmt::format(" ({} to {})", printable(volume_names.front()),
+                                                            printable(volume_names.back()))));
   print_geometry(header, line);
   print_source(header, line);
   line("source files", source_files_text(file));
@@ -303,7 +315,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
     is_first = false;
   });
   for (const Member& member : index.members)
-    if (!member.is_overview())
+    if (!member.is_overview() && !member.is_volume())
       line("also has", fmt::format("a member of kind {}, {}, which this version does not know", member.kind,
                                    human_bytes(member.length)));
   if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
@@ -338,7 +350,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   part("  activity", sizes.activity);
   part("  values", sizes.values);
   if (sizes.envelope > 0) part("  source files", sizes.envelope);
-  if (sizes.members > 0) part("  overviews", sizes.members);
+  if (sizes.members > 0) part(header.volumes > 1 ? "  other volumes" : "  overviews", sizes.members);
   part("  index, frames", sizes.index);
   if (parity) part("  parity", sizes.parity);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));

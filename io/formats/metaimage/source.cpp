@@ -8,6 +8,7 @@
 #include "io/formats/metaimage/header.h"
 #include "io/formats/nrrd/text_header.h"
 #include "io/samples/file_samples.h"
+#include "io/volume/one_of_volumes.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
@@ -60,11 +61,15 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
                                               const SourceDescription& source) {
   const std::string name = file->name();
   MetaImageHeader header = read_header(*file);
-  const auto number = static_cast<std::uint64_t>(
-      number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
+  const bool all = are_all_wanted(source, header.info.dims, header.volumes);
+  const auto number =
+      static_cast<std::uint64_t>(all ? 0
+                                     : number_of_volume(name, source.series, header.volumes,
+                                                        described(header.info.dims, header.info.type)));
   const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts;
   facts.info = header.info;
+  if (all) take_all_volumes(facts.info, std::exchange(header.volumes, 1));
   facts.files = {path};
   facts.rescale = header.rescale;
   for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);

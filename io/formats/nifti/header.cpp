@@ -118,6 +118,20 @@ void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
         fields.integer(datatype), bits_of_type));
 }
 
+/// The moments of volumes along a fourth axis of time; none for other axes.
+std::vector<std::string> moments(const Fields& fields, std::int64_t volumes) {
+  static const std::map<std::int64_t, std::string_view> units = {{8, "s"}, {16, "ms"}, {24, "us"}};
+  const auto unit = units.find(fields.integer(xyzt_units) & 0x38);
+  const double step = fields.number(pixdim, 4), first = fields.number(toffset);
+  if (unit == units.end() || !(step > 0) || !std::isfinite(step) || !std::isfinite(first) ||
+      volumes > most_volumes || (fields.integer(dim) > 4 && fields.integer(dim, 4) != volumes))
+    return {};
+  std::vector<std::string> names;
+  for (std::int64_t i = 0; i < volumes; ++i)
+    names.push_back(fmt::format("{:.9g} {}", first + static_cast<double>(i) * step, unit->second));
+  return names;
+}
+
 std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_bytes) {
   const double offset = fields.number(vox_offset);
   // Four bytes that announce extensions follow the header of a file of one part. Without an offset, samples
@@ -167,6 +181,10 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
   add_rescale(header.rescale, pairs);
   header.info =
       volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, dims, header.warnings), pairs));
+  if (volumes > 1) {
+    header.fields_of_volumes = fmt::format("nifti_{}:={}\n", dim.name, fields.text(dim));
+    header.volume_names = moments(fields, volumes);
+  }
   return header;
 }
 

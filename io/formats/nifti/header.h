@@ -24,6 +24,9 @@ struct NiftiHeader {
   bool is_pair = false;      ///< The samples are in another file: .img beside .hdr.
   std::uint64_t offset = 0;  ///< The byte at which the samples of the first volume begin.
   std::int64_t volumes = 1;  ///< Moments, components and so on, one after the other.
+  /// Of several volumes: lines of key-value pairs that all of them together have, and SourceFacts::volume_names.
+  std::string fields_of_volumes;
+  std::vector<std::string> volume_names;
   Rescale rescale;
   /// As in SourceFacts.
   std::vector<std::string> warnings, not_understood;

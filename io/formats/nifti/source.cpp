@@ -8,6 +8,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/nifti/header.h"
 #include "io/samples/file_samples.h"
+#include "io/volume/one_of_volumes.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
@@ -54,11 +55,19 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
                                          const SourceDescription& source) {
   const std::string name = file->name();
   NiftiHeader header = read_header(*file);
-  const auto number = static_cast<std::uint64_t>(
-      number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
+  const bool all = are_all_wanted(source, header.info.dims, header.volumes);
+  const auto number =
+      static_cast<std::uint64_t>(all ? 0
+                                     : number_of_volume(name, source.series, header.volumes,
+                                                        described(header.info.dims, header.info.type)));
   const std::uint64_t before = header.offset + number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts;
   facts.info = std::move(header.info);
+  if (all) {
+    take_all_volumes(facts.info, header.volumes);
+    facts.info.nrrd_fields += header.fields_of_volumes;
+    facts.volume_names = std::move(header.volume_names);
+  }
   facts.files = {path};
   facts.rescale = header.rescale;
   facts.holds_other_bytes = true;  // the header says more than the file that is made
@@ -70,7 +79,7 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
     facts.files.push_back(image_path(path, name));
     file = std::make_unique<FileBytes>(facts.files.back());
   }
-  const bool is_last = static_cast<std::int64_t>(number) + 1 == header.volumes;
+  const bool is_last = all || static_cast<std::int64_t>(number) + 1 == header.volumes;
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .may_go_on = !is_last};
   if (begins_gzip(*file))
     return compressed_samples(std::move(facts), std::move(file), place, before,

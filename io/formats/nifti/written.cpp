@@ -221,6 +221,28 @@ void put_place(HeaderBytes& header, const Geometry& geometry, const FormsOfSourc
   for (std::size_t axis = 0; axis < 3; ++axis) header.put(pixdim, spacing[axis], axis + 1);
 }
 
+/// The axes of several volumes, as they were in a NIfTI source of as many. `unit`: the code of that of lengths.
+void put_volumes(HeaderBytes& header, const Pairs& pairs, std::int64_t volumes, int unit) {
+  header.put(dim, 4);
+  header.put(dim, static_cast<double>(volumes), 4);
+  const auto numbers = [&](const Field& field) {
+    std::vector<double> all;
+    if (const auto found = pairs.find(fmt::format("nifti_{}", field.name)); found != pairs.end())
+      for (const std::string_view word : words_of(found->second)) all.push_back(number_of(word).value_or(0));
+    all.resize(field.count);
+    return all;
+  };
+  const std::vector<double> sizes = numbers(dim), steps = numbers(pixdim), units = numbers(xyzt_units);
+  double product = 1;
+  for (std::size_t i = 4; i < 8; ++i) product *= static_cast<double>(i) <= sizes[0] ? sizes[i] : 1;
+  if (product == static_cast<double>(volumes))
+    for (std::size_t i : {0, 4, 5, 6, 7}) header.put(dim, sizes[i], i);
+  for (std::size_t i = 4; i < 8; ++i) header.put(pixdim, steps[i], i);
+  constexpr int of_time = 0x38;
+  const int time = units[0] >= 0 && units[0] < 256 ? static_cast<int>(units[0]) & of_time : 0;
+  header.put(xyzt_units, unit | time);
+}
+
 /// NIfTI-2 is for sizes that NIfTI-1 cannot have.
 bool is_second_version(const Index3& dims) { return std::max({dims.x, dims.y, dims.z}) > 32767; }
 
@@ -239,7 +261,7 @@ std::vector<std::string> lost_meaning(const VolumeInfo& info) {
 std::string lost_by_rounding(const VolumeInfo& info) {
   constexpr double visible = 0.01;  // of a voxel
   const Geometry& geometry = info.geometry;
-  if (is_second_version(info.dims)) return "";
+  if (is_second_version({info.dims.x, info.dims.y, info.dims.z / info.volumes})) return "";
   double smallest = INFINITY, rounding = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto& d = geometry.directions[axis];
@@ -260,7 +282,7 @@ std::string lost_by_rounding(const VolumeInfo& info) {
 std::string nifti_header_bytes(const VolumeInfo& info) {
   const auto listed = key_values_of(info.nrrd_fields);
   const Pairs pairs(listed.begin(), listed.end());
-  const Index3& dims = info.dims;
+  const Index3 dims = {info.dims.x, info.dims.y, info.dims.z / info.volumes};
   const bool is_second = is_second_version(dims);
   HeaderBytes header(is_second);
   header.put(sizeof_hdr, is_second ? 540 : 348);
@@ -278,6 +300,7 @@ std::string nifti_header_bytes(const VolumeInfo& info) {
   const Geometry geometry = geometry_in_file(info.geometry);
   header.put(xyzt_units, code_of_unit(geometry));
   put_place(header, geometry, forms_of_source(listed));
+  if (info.volumes > 1) put_volumes(header, pairs, info.volumes, code_of_unit(geometry));
   return header.bytes();
 }
 

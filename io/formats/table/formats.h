@@ -87,6 +87,7 @@ struct Format {
   std::string_view samples_extension = "";
   /// A file says one distance between slices, and one slope and intercept for all samples.
   bool slices_are_alike = false;
+  bool has_volumes = false;  ///< A file can have several volumes; see VolumeInfo::volumes.
   /// Programs that read this format apply the slope and the intercept in a file to its samples.
   bool applies_rescale = false;
   /// A file has every line of the header, or everything that follows from them.

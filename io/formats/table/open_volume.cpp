@@ -13,6 +13,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
+#include "io/formats/table/all_volumes.h"
 #include "io/formats/table/formats.h"
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
@@ -335,6 +336,29 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
 }
 
+/// All volumes of a file. Readers that give one at a time list them.
+std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescription source) {
+  source.series.clear();
+  source.all_volumes = true;
+  if (is_folder(path))
+    throw UsageError(Sentence{"{}: is a directory, whose volumes are files of their own; choose one with {}",
+                              {path, Setting{"series", "its name"}}});
+  try {
+    return open_file(path, source);
+  } catch (const UsageError& error) {
+    std::vector<std::string> names;
+    for (const Choice& choice : error.detail().choices) names.push_back(choice.name);
+    const bool are_series = std::ranges::any_of(error.detail().sentence.terms,
+                                                [](const Term& term) { return term.setting == "series"; });
+    if (!are_series || names.size() < 2 || names.size() > most_volumes) throw;
+    return all_volumes(path, names, [path, source](const std::string& name) {
+      SourceDescription one = source;
+      one.series = name;
+      return open_file(path, one);
+    });
+  }
+}
+
 /// A .tag file tells of the doubts of its source, and so do volumes that are decoded from it.
 void keep_doubts(VolumeSource& volume, const std::string& path) {
   const SourceFacts& facts = volume.facts();
@@ -360,7 +384,9 @@ const Format* readable_format(const std::string& path) {
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
-  auto volume = is_folder(path) ? open_folder(path, source) : open_file(path, source);
+  auto volume = source.series == every_volume ? open_all(path, source)
+                : is_folder(path)             ? open_folder(path, source)
+                                              : open_file(path, source);
   volume->set_name(path);
   keep_doubts(*volume, path);
   return volume;

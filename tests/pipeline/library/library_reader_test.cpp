@@ -6,6 +6,7 @@
 #include <set>
 #include <thread>
 
+#include "stages/phantom/phantom.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/points.h"
@@ -562,6 +563,47 @@ TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
     }
     // The bound of both is 8.
     EXPECT_NEAR(means[static_cast<std::size_t>(Box::of_size({11, 9, 10}).offset(block))], sum / count, 16.5);
+  }
+}
+
+TEST(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
+  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/volumes_bounded_int16.tag")};
+  ReaderHandle reader = open_reader(file);
+  std::int64_t count = 0;
+  ASSERT_EQ(tagrid_reader_volumes(reader.get(), &count), TAGRID_OK);
+  EXPECT_EQ(count, 3);
+  EXPECT_EQ(tagrid_reader_verify(reader.get(), nullptr), TAGRID_OK);
+  for (const std::int64_t wrong : {-1, 3}) {
+    tagrid_reader* opened = nullptr;
+    EXPECT_EQ(tagrid_reader_volume(reader.get(), wrong, &opened), TAGRID_INVALID_ARGUMENT);
+    tagrid_reader_close(opened);
+  }
+  std::vector<ReaderHandle> volumes;
+  for (std::int64_t number = 0; number < count; ++number) {
+    tagrid_reader* opened = nullptr;
+    ASSERT_EQ(tagrid_reader_volume(reader.get(), number, &opened), TAGRID_OK);
+    volumes.emplace_back(opened);
+  }
+  reader.reset();
+  const Index3 size{19, 18, 11};
+  const tagrid_box all = {{0, 0, 0}, {size.x, size.y, size.z}};
+  for (std::int64_t number = 0; number < count; ++number) {
+    const tagrid_reader* volume = volumes[static_cast<std::size_t>(number)].get();
+    std::vector<std::int16_t> decoded(static_cast<std::size_t>(Box::of_size(size).count()));
+    ASSERT_EQ(tagrid_reader_read(volume, &all, nullptr, decoded.data(), nullptr, nullptr), TAGRID_OK);
+    std::vector<std::int16_t> slice(static_cast<std::size_t>(size.x * size.y));
+    for (std::int64_t z = 0; z < size.z; ++z) {
+      phantom_slice<std::int16_t>(size, static_cast<std::uint64_t>(1 + number), z, slice);
+      for (std::size_t i = 0; i < slice.size(); ++i)
+        ASSERT_LE(std::abs(decoded[static_cast<std::size_t>(z) * slice.size() + i] - slice[i]), 8);
+    }
+    std::int64_t factors[TAGRID_MOST_OVERVIEWS];
+    ASSERT_EQ(tagrid_reader_overviews(volume, factors), TAGRID_OK);
+    EXPECT_EQ(factors[0], 4);
+    // Volume 0 is the file itself.
+    std::int64_t others = 0;
+    ASSERT_EQ(tagrid_reader_volumes(volume, &others), TAGRID_OK);
+    EXPECT_EQ(others, number == 0 ? 3 : 1);
   }
 }
 

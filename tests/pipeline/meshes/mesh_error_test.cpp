@@ -215,7 +215,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
   const TagBricks file(std::make_shared<FileSource>(tag_));
-  Verifier verifier(file, verify_setup(file.name(), file.parameters(), in_, {}, Resources(1)));
+  Verifier verifier(file, verify_setup(file.name(), file.header(), in_, {}, Resources(1)));
   const BrickGrid bricks = verifier.parameters().bricks();
   Statistics counted;
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)

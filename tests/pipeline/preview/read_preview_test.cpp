@@ -87,7 +87,7 @@ TEST_F(ReadPreview, TakesSlicesFromTheCoarsestOverviewThatShowsAsMuch) {
                                   .resources = Resources(2)}));
   const auto level = read_samples<std::int16_t>(path("level.nrrd"));
   const TagBricks file(source_);
-  const Box blocks = Box::of_size(file.overview(file.index().members.at(0))->parameters().dims);
+  const Box blocks = Box::of_size(file.nested(file.index().members.at(0))->parameters().dims);
   PreviewWishes wishes;
   wishes.largest = 40;
   wishes.least = 3;

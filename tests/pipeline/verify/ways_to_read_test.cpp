@@ -58,7 +58,7 @@ class WaysToRead : public TemporaryFolder {
     try {
       const TagBricks file(std::make_shared<MemorySource>(bytes));
       const BrickGrid bricks = file.parameters().bricks();
-      Verifier verifier(file, verify_setup("", file.parameters(), "", {}, Resources(1)));
+      Verifier verifier(file, verify_setup("", file.header(), "", {}, Resources(1)));
       Statistics counted;
       OpenFacePairs faces(bricks);
       for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)

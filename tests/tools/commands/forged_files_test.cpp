@@ -162,15 +162,21 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
     }
 }
 
-TEST_F(ForgedFiles, SeveralVolumesAreRefusedByName) {
-  std::string bytes = header_of(parameters({9, 9, 9}, 4, 2, FileMode::voxels));
-  for (const std::uint32_t volumes : {0u, 2u, 300u}) {
+TEST_F(ForgedFiles, ImpossibleNumbersOfVolumes) {
+  const auto refused = [&](const Index3& dims, std::uint32_t volumes, const std::string& words) {
+    std::string bytes = header_of(parameters(dims, 4, 2, FileMode::voxels));
     bytes.replace(112, 4, number(volumes));
     const auto fields = bytes.substr(0, bytes.size() - 8);
     bytes = fields + number(checksum_of({std::as_bytes(std::span(fields))}));
     file("several.tag", bytes);
-    expect_error(tagrid({"info", "several.tag"}), broken_input, std::to_string(volumes) + " volumes");
-  }
+    expect_error(tagrid({"info", "several.tag"}), broken_input, words);
+  };
+  for (const std::uint32_t volumes : {0u, 10001u, 0xFFFFFFFFu})
+    refused({9, 9, 9}, volumes, "the number of volumes is not from 1 to 10000");
+  refused({1, 1, 1 << 20}, 5000, "more than 2^31 slices");
+  refused({1 << 20, 1 << 20, 1 << 18}, 2, "more than 2^31 slices or 2^58 samples");
+  refused({1 << 16, 1 << 14, 9}, 9000, "no room for so many volumes");
+  refused({9, 9, 9}, 2, "truncated");
 }
 
 TEST_F(ForgedFiles, FieldsOfTheSourceThatAreNone) {

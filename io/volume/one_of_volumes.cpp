@@ -1,0 +1,78 @@
+#include "io/volume/one_of_volumes.h"
+
+#include <cassert>
+#include <limits>
+#include <utility>
+
+#include "stages/sample/coding_parameters.h"
+
+namespace tagrid {
+namespace {
+
+SourceFacts facts_of_one(const SourceFacts& several, std::int64_t number) {
+  SourceFacts facts = several;
+  facts.info = info_of_volume(several, number);
+  facts.places.clear();
+  facts.plain_form = {};
+  return facts;
+}
+
+class OneOfVolumes final : public VolumeSource {
+ public:
+  OneOfVolumes(std::shared_ptr<VolumeSource> several, std::int64_t number)
+      : VolumeSource(facts_of_one(several->facts(), number)),
+        several_(std::move(several)),
+        first_slice_(number * info().dims.z) {}
+
+  std::uint64_t bytes_read() const override { return several_->bytes_read(); }
+  void stop_when(const std::atomic<bool>& stop) override { several_->stop_when(stop); }
+
+ private:
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    const std::int64_t position = first_slice_ * slice_samples() + first;
+    if (!traits().any_rows && several_->next_sample() != position && first % slice_samples() == 0)
+      several_->seek_slice(position / slice_samples());
+    several_->read_from(out, position, count);
+  }
+  void seek(std::int64_t z) override { several_->seek_slice(first_slice_ + z); }
+  void end() override {
+    if (first_slice_ + info().dims.z == several_->info().dims.z) several_->finish();
+  }
+
+  std::shared_ptr<VolumeSource> several_;
+  std::int64_t first_slice_;
+};
+
+}  // namespace
+
+bool are_all_wanted(const SourceDescription& source, const Index3& dims, std::int64_t volumes) {
+  return source.all_volumes && source.series.empty() && volumes > 1 && volumes <= most_volumes &&
+         dims.z <= std::numeric_limits<std::int64_t>::max() / volumes &&
+         is_volume_size({dims.x, dims.y, dims.z * volumes});
+}
+
+void take_all_volumes(VolumeInfo& one, std::int64_t volumes) {
+  one.dims.z *= volumes;
+  one.volumes = volumes;
+}
+
+VolumeInfo info_of_volume(const SourceFacts& several, std::int64_t number) {
+  VolumeInfo one = several.info;
+  one.dims.z /= one.volumes;
+  one.volumes = 1;
+  const auto named = static_cast<std::size_t>(number);
+  if (named < several.volume_names.size())
+    one.nrrd_fields += std::string(volume_name_key) + ":=" + several.volume_names[named] + "\n";
+  return one;
+}
+
+std::unique_ptr<VolumeSource> one_of_volumes(std::shared_ptr<VolumeSource> several, std::int64_t number) {
+  assert(number >= 0 && number < several->info().volumes);
+  return std::make_unique<OneOfVolumes>(std::move(several), number);
+}
+
+std::unique_ptr<VolumeSource> one_of_volumes(VolumeSource& several, std::int64_t number) {
+  return one_of_volumes(std::shared_ptr<VolumeSource>(std::shared_ptr<void>(), &several), number);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,377 @@
+"""Files of several volumes: numpy and the bytes of NIfTI files say what is in them.
+
+    volumes_test.py TAGRID
+"""
+
+import gzip
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCES = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(SOURCES / "tests/format"))
+
+try:
+    import numpy
+except ImportError as missing:
+    print(f"skipped: {missing} (python3-numpy)")
+    sys.exit(0)
+
+import decoder  # noqa: E402
+
+TAGRID = None
+MEMBER = 2**32 - 1
+CODES = {"uint8": 2, "int16": 4, "float32": 16, "uint16": 512}
+
+
+def nifti(volumes, sizes=None, step=2.5, trailer=b""):
+    """A NIfTI-1 file of volumes (t, z, y, x), with an extension between the header and the samples."""
+    count, nz, ny, nx = volumes.shape
+    header = bytearray(368)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, *(sizes or [4, nx, ny, nz, count, 1, 1, 1]))
+    struct.pack_into("<hh", header, 70, CODES[volumes.dtype.name], 8 * volumes.itemsize)
+    struct.pack_into("<8f", header, 76, 1, 2, 2, 3, step, 0, 0, 0)
+    struct.pack_into("<fff", header, 108, 368, 1, 0)
+    header[123] = 2 | 8  # mm, s
+    struct.pack_into("<f", header, 136, 1.5)  # toffset
+    struct.pack_into("<hh", header, 252, 0, 1)
+    struct.pack_into("<12f", header, 280, -2, 0, 0, 90, 0, 2, 0, -126, 0, 0, 3, -72)
+    header[344:348] = b"n+1\0"
+    header[348] = 1
+    struct.pack_into("<ii", header, 352, 16, 6)
+    header[360:368] = b"a note.."
+    return bytes(header) + volumes.tobytes() + trailer
+
+
+def moments(type, shape, seed=1):
+    """Volumes (t, z, y, x) that differ from each other."""
+    random = numpy.random.default_rng(seed)
+    count, nz, ny, nx = shape
+    z, y, x = numpy.mgrid[:nz, :ny, :nx]
+    smooth = numpy.stack([(x * (1 + t) + 2 * y + 3 * z + 100 * t) for t in range(count)])
+    volumes = smooth + random.integers(0, 9, shape)
+    if numpy.dtype(type).kind == "f":
+        volumes = volumes * 0.37 - 5
+        volumes[random.random(shape) < 0.01] = numpy.nan
+    return volumes.astype(type)
+
+
+def members(data):
+    """The members of a file: offsets and (kind, factor, length)."""
+    start = struct.unpack_from("<Q", data, len(data) - 24)[0]
+    size, packed = struct.unpack_from("<QQ", data, start + 4)
+    sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
+    at = 0
+    while True:
+        kind, length = struct.unpack_from("<IQ", sections, at)
+        if kind == 3:
+            break
+        at += 12 + length
+    return [struct.unpack_from("<IIQQ", sections, at + 12 + i) for i in range(0, length, 24)]
+
+
+def forged(data, parts):
+    """A file with other members: [(kind, factor, content)]. All checksums are right."""
+    first = members(data)[0][2]
+    start = struct.unpack_from("<Q", data, len(data) - 24)[0]
+    body = bytearray(data[:first])
+    at, table, before = first, b"", struct.unpack_from("<Q", data, first - 8)[0]
+    for kind, factor, content in parts:
+        member = struct.pack("<IIIQ", MEMBER, kind, factor, len(content)) + content
+        before = decoder.chained(member, before)
+        table += struct.pack("<IIQQ", kind, factor, len(body), len(content))
+        body += member + struct.pack("<Q", before)
+    size, packed = struct.unpack_from("<QQ", data, start + 4)
+    sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
+    sections = sections[:-24 * len(members(data)) - 12] + (struct.pack("<IQ", 3, len(table)) + table if table else b"")
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
+    directory += struct.pack("<Q", decoder.chained(directory, before))
+    return bytes(body) + directory + struct.pack("<Q", len(body)) + data[-16:]
+
+
+class Volumes(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+
+    def tagrid(self, *arguments, code=0, **options):
+        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False, **options)
+        self.assertEqual(run.returncode, code, (arguments, run.stderr.decode()))
+        return run
+
+    def info(self, name):
+        return json.loads(self.tagrid("info", name, "--json", "--no-levels").stdout)
+
+    def decoded(self, name, number, type, shape, *options):
+        self.tagrid("decode", name, "--volume", number, "-o", "one.raw", "-f", "-q", *options)
+        return numpy.fromfile(self.folder / "one.raw", type).reshape(shape)
+
+    def write(self, name, data):
+        (self.folder / name).write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
+        return data
+
+    def test_every_volume_comes_back(self):
+        for type, shape in (("int16", (3, 5, 67, 70)), ("float32", (2, 70, 9, 33)), ("uint8", (4, 1, 8, 130))):
+            for name in ("scan.nii", "scan.nii.gz"):
+                with self.subTest(type=type, name=name):
+                    volumes = moments(type, shape)
+                    self.write(name, nifti(volumes))
+                    self.tagrid("encode", name, "-o", "scan.tag", "-f", "-q")
+                    self.assertEqual(self.info("scan.tag")["volumes"], shape[0])
+                    self.assertEqual(self.info("scan.tag")["dims"], list(shape[:0:-1]))
+                    for number, volume in enumerate(volumes):
+                        numpy.testing.assert_array_equal(self.decoded("scan.tag", number, type, shape[1:]), volume)
+                    self.tagrid("verify", "scan.tag", "--against", name, "-q")
+
+    def test_the_nifti_file_comes_back_byte_for_byte(self):
+        for type in ("int16", "float32"):
+            data = self.write("scan.nii", nifti(moments(type, (3, 6, 7, 70))))
+            self.tagrid("encode", "scan.nii", "-q", "-f")
+            self.tagrid("restore", "scan.tag", "-o", "back", "-q", "-f")
+            self.assertEqual((self.folder / "back/scan.nii").read_bytes(), data)
+
+    def test_all_volumes_are_decoded_to_nifti(self):
+        volumes = moments("int16", (6, 5, 6, 70))
+        for sizes in ([4, 70, 6, 5, 6, 1, 1, 1], [5, 70, 6, 5, 2, 3, 1, 1]):
+            self.write("scan.nii", nifti(volumes, sizes))
+            self.tagrid("encode", "scan.nii", "-q", "-f")
+            for name in ("all.nii", "all.nii.gz"):
+                self.assertEqual(self.tagrid("decode", "scan.tag", "-o", name, "-f").stderr, b"")
+                data = (self.folder / name).read_bytes()
+                data = gzip.decompress(data) if name.endswith(".gz") else data
+                self.assertEqual(list(struct.unpack_from("<8h", data, 40)), sizes)
+                self.assertEqual(struct.unpack_from("<8f", data, 76)[1:5], (2, 2, 3, 2.5))
+                self.assertEqual(data[123], 2 | 8)
+                self.assertEqual(data[352:], volumes.tobytes())
+
+    def test_names_are_moments(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 2, 6, 7))))
+        self.tagrid("encode", "scan.nii", "-q")
+        self.assertEqual(self.info("scan.tag")["volume_names"], ["1.5 s", "4 s", "6.5 s"])
+        self.assertIn(b"3 of 7 x 6 x 2 int16", self.tagrid("info", "scan.tag").stdout)
+
+    def test_a_region_of_a_volume(self):
+        volumes = moments("int16", (3, 9, 12, 70))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q")
+        part = self.decoded("scan.tag", 2, "int16", (4, 3, 10), "--region", "60:70,2:5,3:7")
+        numpy.testing.assert_array_equal(part, volumes[2, 3:7, 2:5, 60:70])
+
+    def test_overviews_of_every_volume(self):
+        volumes = moments("int16", (2, 8, 8, 72))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q", "--overviews", "4")
+        self.tagrid("verify", "scan.tag", "--against", "scan.nii", "-q")
+        for number in (0, 1):
+            blocks = volumes[number].astype("i8").reshape(2, 4, 2, 4, 18, 4).sum((1, 3, 5))
+            self.assertTrue((self.decoded("scan.tag", number, "int16", (2, 2, 18), "--overview", 4) == (2 * blocks + 64) // 128).all())
+
+    def test_one_of_several_must_be_chosen(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 2, 6, 7))))
+        self.tagrid("encode", "scan.nii", "-q")
+        for options in (["-o", "a.nrrd"], ["-o", "a.nii", "--region", ":,:,0:1"], ["-o", "a.nii", "--salvage"], ["-o", "-"]):
+            refused = self.tagrid("decode", "scan.tag", *options, code=64)
+            self.assertIn(b"3 volumes", refused.stderr)
+            self.assertIn(b"--volume", refused.stderr)
+        self.assertIn(b"3 volumes, 0 to 2", self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
+        self.assertIn(b"volume 3", self.tagrid("decode", "scan.tag", "-o", "a.nrrd", "--volume", 3, code=64).stderr)
+        self.assertFalse((self.folder / "a.nrrd").exists())
+
+    def test_meshes_and_previews_of_a_volume_are_those_of_its_own_file(self):
+        volumes = moments("int16", (2, 40, 41, 42))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q")
+        self.tagrid("encode", "scan.nii", "--series", 2, "-o", "second.tag", "-q")
+        for command, options, name in (("mesh", [], "vtu"), ("surface", ["--iso", 150], "ply"), ("mesh", ["--region", "0:20,:,:"], "vtu")):
+            self.tagrid(command, "scan.tag", *options, "--volume", 1, "-o", f"a.{name}", "-q", "-f")
+            self.tagrid(command, "second.tag", *options, "-o", f"b.{name}", "-q", "-f")
+            self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes())
+        said = self.tagrid("preview", "scan.tag", "-o", "a.png").stderr
+        self.assertEqual(said.count(b"--volume"), 1, said)
+        self.tagrid("preview", "scan.tag", "-o", "b.png", "--volume", 1)
+        self.assertNotEqual((self.folder / "a.png").read_bytes(), (self.folder / "b.png").read_bytes())
+
+    def test_the_same_bytes_for_any_number_of_threads(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 66, 67, 70))))
+        for threads in (1, 4):
+            self.tagrid("encode", "scan.nii", "-T", threads, "-o", f"{threads}.tag", "-q", "--max-error", 2)
+        self.assertEqual((self.folder / "1.tag").read_bytes(), (self.folder / "4.tag").read_bytes())
+
+    def test_a_pipe_gives_the_same_volumes(self):
+        volumes = moments("int16", (3, 5, 6, 70))
+        for name in ("scan.nii", "scan.nii.gz"):
+            self.write(name, nifti(volumes))
+            data = (self.folder / name).read_bytes()
+            coded = self.tagrid("encode", "-", "-o", "-", input=data).stdout
+            (self.folder / "pipe.tag").write_bytes(coded)
+            self.tagrid("verify", "pipe.tag", "--against", name, "-q")
+            for number, volume in enumerate(volumes):
+                numpy.testing.assert_array_equal(self.decoded("pipe.tag", number, "int16", (5, 6, 70)), volume)
+            self.tagrid("verify", "-", input=coded)
+            self.assertIn(b"3 of 70 x 6 x 5", self.tagrid("info", "-", input=coded).stdout)
+
+    def test_bounds_hold_in_every_volume(self):
+        volumes = moments("float32", (3, 8, 20, 70))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "--max-error", 0.5, "-q")
+        self.tagrid("verify", "scan.tag", "--against", "scan.nii", "-q")
+        for number, volume in enumerate(volumes):
+            decoded = self.decoded("scan.tag", number, "float32", volume.shape)
+            finite = numpy.isfinite(volume)
+            self.assertLessEqual(numpy.abs(decoded[finite] - volume[finite]).max(), 0.5)
+            self.assertTrue(numpy.isnan(decoded[~finite]).all())
+
+    def test_a_psnr_is_that_of_all_volumes(self):
+        volumes = moments("int16", (3, 16, 40, 70))
+        volumes[0] = volumes[0] // 8 * 8
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "--psnr", 50, "-q")
+        self.tagrid("decode", "scan.tag", "-o", "all.nii", "-q")
+        decoded = numpy.fromfile(self.folder / "all.nii", "int16", offset=352).reshape(volumes.shape).astype("f8")
+        rmse = numpy.sqrt(((decoded - volumes) ** 2).mean())
+        self.assertGreaterEqual(20 * numpy.log10(float(volumes.max() - volumes.min()) / rmse), 50)
+
+    def test_an_original_that_differs_in_one_volume(self):
+        volumes = moments("int16", (3, 5, 6, 70))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q")
+        volumes[2, 1, 2, 3] += 1
+        self.write("other.nii", nifti(volumes))
+        self.assertIn(b"volume 2", self.tagrid("verify", "scan.tag", "--against", "other.nii", code=65).stderr)
+        self.write("fewer.nii", nifti(volumes[:2]))
+        self.assertIn(b"2 volumes", self.tagrid("verify", "scan.tag", "--against", "fewer.nii", code=65).stderr)
+
+    def test_damage_costs_only_the_volume_that_has_it(self):
+        volumes = moments("int16", (3, 70, 70, 70))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q")
+        data = bytearray((self.folder / "scan.tag").read_bytes())
+        _, _, offset, length = members(data)[0]
+        data[offset + length // 2] ^= 1
+        (self.folder / "scan.tag").write_bytes(data)
+        for number in (0, 2):
+            numpy.testing.assert_array_equal(self.decoded("scan.tag", number, "int16", (70, 70, 70)), volumes[number])
+        refused = self.tagrid("decode", "scan.tag", "--volume", 1, "-o", "a.raw", code=65)
+        self.assertIn(b"volume 1", refused.stderr)
+        self.tagrid("decode", "scan.tag", "--volume", 1, "--salvage", "-o", "a.raw", "--json", "lost.json", code=65)
+        lost = json.loads((self.folder / "lost.json").read_text())["lost"]
+        self.assertEqual(len(lost), 1)
+        same = numpy.fromfile(self.folder / "a.raw", "int16").reshape(70, 70, 70) == volumes[1]
+        self.assertGreater(same.mean(), 0.02)
+        self.assertLess(same.mean(), 1)
+        self.assertIn(b"volume 1", self.tagrid("verify", "scan.tag", code=65).stderr)
+
+    def test_parity_repairs_a_volume(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
+        self.tagrid("encode", "scan.nii", "-q", "--parity", "10%")
+        good = (self.folder / "scan.tag").read_bytes()
+        data = bytearray(good)
+        data[len(data) // 2] ^= 255
+        (self.folder / "scan.tag").write_bytes(data)
+        self.tagrid("repair", "scan.tag", "-o", "back.tag", "-q")
+        self.assertEqual((self.folder / "back.tag").read_bytes(), good)
+
+    def test_an_archive_is_converted_and_its_original_removed(self):
+        (self.folder / "archive").mkdir()
+        data = nifti(moments("int16", (3, 5, 6, 70)))
+        (self.folder / "archive/scan.nii").write_bytes(data)
+        found = self.tagrid("convert", "--find", "archive").stdout
+        self.assertIn(b"3 volumes of 70 x 6 x 5 int16", found)
+        (self.folder / "list").write_bytes(found)
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--json", "1.json")
+        outputs = [path for path in (self.folder / "out").rglob("*.tag")]
+        self.assertEqual(len(outputs), 1)
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--remove-verified", "--json", "2.json")
+        self.assertFalse((self.folder / "archive/scan.nii").exists())
+        self.tagrid("restore", outputs[0], "-o", "back", "-q")
+        self.assertEqual(next((self.folder / "back").rglob("*.nii")).read_bytes(), data)
+
+    def test_an_input_is_removed_after_a_proof(self):
+        data = self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        self.tagrid("encode", "scan.nii", "--rm", "-q")
+        self.assertFalse((self.folder / "scan.nii").exists())
+        self.tagrid("restore", "scan.tag", "-o", ".", "-q")
+        self.assertEqual((self.folder / "scan.nii").read_bytes(), data)
+
+    def test_a_run_that_continues_is_refused(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        self.assertIn(b"3 volumes", self.tagrid("encode", "scan.nii", "--resume", code=64).stderr)
+        self.tagrid("encode", "scan.nii", "--resume", "--series", 2, "-q")
+        self.assertEqual(self.info("scan.tag")["volumes"], 1)
+        self.assertIn(b"--series", self.tagrid("estimate", "scan.nii", code=64).stderr)
+
+    def test_all_by_name(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        self.tagrid("encode", "scan.nii", "--series", "all", "-q")
+        self.assertEqual(self.info("scan.tag")["volumes"], 3)
+        self.write("one.nii", nifti(moments("int16", (1, 5, 6, 70))))
+        self.tagrid("encode", "one.nii", "--series", "all", "-q")
+        self.assertEqual(self.info("one.tag")["volumes"], 1)
+
+    def test_many_volumes(self):
+        volumes = moments("uint8", (3000, 2, 3, 4))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q")
+        self.tagrid("decode", "scan.tag", "-o", "all.nii", "-q")
+        self.assertEqual((self.folder / "all.nii").read_bytes()[352:], volumes.tobytes())
+        self.write("too.nii", nifti(moments("uint8", (10001, 1, 1, 1))))
+        self.assertIn(b"10001 volumes", self.tagrid("encode", "too.nii", code=64).stderr)
+
+    def test_meta_image(self):
+        volumes = moments("int16", (3, 5, 6, 70))
+        header = b"ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\nElementSpacing = 1 2 3 4\nDimSize = 70 6 5 3\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
+        data = self.write("scan.mha", header + volumes.tobytes())
+        self.tagrid("encode", "scan.mha", "-q")
+        for number, volume in enumerate(volumes):
+            numpy.testing.assert_array_equal(self.decoded("scan.tag", number, "int16", (5, 6, 70)), volume)
+        self.tagrid("restore", "scan.tag", "-o", "back", "-q")
+        self.assertEqual((self.folder / "back/scan.mha").read_bytes(), data)
+
+    def test_forged_members(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        self.tagrid("encode", "scan.nii", "-q")
+        data = (self.folder / "scan.tag").read_bytes()
+        contents = [(kind, factor, data[offset + 20:offset + 20 + length]) for kind, factor, offset, length in members(data)]
+        self.assertEqual([c[:2] for c in contents], [(2, 1), (2, 2)])
+        (self.folder / "same.tag").write_bytes(forged(data, contents))
+        self.tagrid("verify", "same.tag", "--against", "scan.nii")
+        self.tagrid("encode", "scan.nii", "--series", 1, "--max-error", 2, "-q", "-o", "loose.tag")
+        self.write("small.nii", nifti(moments("int16", (1, 4, 6, 70))))
+        self.tagrid("encode", "small.nii", "-q", "--strip")
+        loose, small = ((self.folder / name).read_bytes() for name in ("loose.tag", "small.tag"))
+        for parts, words in (
+                (contents[:1], b"volumes"), ([], b"missing"), (contents[::-1], b"order"),
+                ([(2, 1, contents[0][2]), (2, 3, contents[1][2])], b"order"),
+                ([(1, 4, contents[0][2]), contents[1]], b"overview 4"),
+                (contents + [(2, 3, contents[0][2])], b"order"),
+                ([contents[0], (2, 2, small)], b"volume 2: the volume has another size"),
+                ([contents[0], (2, 2, loose)], b"volume 2: the volume has another size"),
+                ([contents[0], (2, 2, data)], b"volume 2: the volume has another size"),
+                ([contents[0], (2, 2, b"x" * 100)], b"volume 2")):
+            (self.folder / "forged.tag").write_bytes(forged(data, parts))
+            self.assertIn(words, self.tagrid("verify", "forged.tag", code=65).stderr)
+            self.tagrid("decode", "forged.tag", "-o", "a.nii", "-f", code=65)
+            self.tagrid("verify", "-", code=65, input=(self.folder / "forged.tag").read_bytes())
+        for count in (0, 2, 4, 10001, 2**32 - 1):
+            changed = bytearray(data)
+            struct.pack_into("<I", changed, 112, count)
+            size, = struct.unpack_from("<I", changed, 12)
+            changed[size - 8:size] = struct.pack("<Q", decoder.xxh3(bytes(changed[:size - 8])))
+            (self.folder / "forged.tag").write_bytes(changed)
+            self.tagrid("info", "forged.tag", code=65)
+            self.tagrid("decode", "forged.tag", "--volume", 1, "-o", "a.raw", code=65)
+
+
+if __name__ == "__main__":
+    TAGRID = str(Path(sys.argv.pop(1)).resolve())
+    unittest.main()
