@@ -32,10 +32,6 @@ std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
          (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);
 }
 
-std::uint64_t memory_of_overviews(const ResolvedOptions& options) {
-  return options.overviews.empty() ? 0 : StripSums::memory(options.parameters);
-}
-
 // How the input will be read when the file is compared with it; nothing if it will not be.
 std::optional<Reading> original_access(const EncodeRun& run, const VolumeSource& input) {
   if (!run.verified) return std::nullopt;
@@ -78,7 +74,6 @@ class StreamStore : public BrickStore {
     const OutputFileOptions like = {.like = attributes_of(source.files().back())};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
-    overviews_ = job.overviews;
     return true;
   }
 
@@ -94,12 +89,10 @@ class StreamStore : public BrickStore {
     SlicesAhead ahead(*source, count);
     RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
     ahead.stop_when(encoder.failed());
-    if (!overviews_.empty()) {
-      sums_.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), folder_of_sums(),
-                    run_.output);
-      encoder.sum_blocks(
-          [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums_->write(z, y, rows); });
-    }
+    Resources resources = resources_;
+    resources.spool = spool_folder(resources.spool, run_.output);
+    overviews_.emplace(job, resources, run_.output);
+    overviews_->sum_blocks_of(encoder);
     const BrickRows all = BrickRows::all(parameters.bricks());
     encoder.encode(all, *writer_,
                    watch_for(run_.progress, sample_bytes(parameters.dims, parameters.type).value()));
@@ -115,13 +108,7 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
-    Resources resources = resources_;
-    resources.spool = folder_of_sums();
-    if (sums_)
-      write_overviews(result.header, overviews_, writer_->index().total, std::move(*sums_), resources,
-                      run_.output,
-                      [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-                          const auto& content) { writer_->write_member(kind, factor, length, content); });
+    if (overviews_) overviews_->write(*writer_);
     writer_->finish();
     result.index = writer_->index();
     result.file_bytes = end_with_parity(*file_, file_->position(), run_.options.parity, resources_);
@@ -131,14 +118,11 @@ class StreamStore : public BrickStore {
   void commit() override { file_->commit(); }
 
  private:
-  std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
-
   const EncodeRun& run_;
   Resources resources_;
   std::unique_ptr<OutputFile> file_;
   std::optional<TagWriter> writer_;
-  std::vector<int> overviews_;
-  std::optional<SumsFile> sums_;  // if there are overviews
+  std::optional<OverviewsOfStream> overviews_;
 };
 
 // Writes the envelope of a source if `keep`, and if the source allows it.
@@ -171,9 +155,10 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
           ? least_memory_of_parity(*sample_bytes(options.parameters.dims, options.parameters.type),
                                    *run.options.parity)
           : 0;
-  const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
-                                        memory + memory_of_files(run, *volume) + memory_of_overviews(options),
-                                        original_access(run, *volume), parity_memory);
+  const EncodePlan plan =
+      plan_encoding(options.parameters, resources, any_rows,
+                    memory + memory_of_files(run, *volume) + OverviewsOfStream::memory(options),
+                    original_access(run, *volume), parity_memory);
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;
