@@ -42,12 +42,11 @@ std::int64_t quick_slice(const BrickGrid& bricks) {
   return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
 }
 
-// True if a panel may show the means of an overview: a mean has two pixels at most along the longest axis of
-// the volume, and never more than four.
-bool fits(std::int64_t factor, const Panel& panel, const Index3& dims, int largest) {
+// True if a panel may show the means of an overview: a mean never has more than four pixels along an axis. A
+// finer overview would be 64 times as large.
+bool fits(std::int64_t factor, const Panel& panel) {
   const auto fits_along = [&](const PanelAxis& a) { return 4 * a.samples >= factor * a.pixels; };
-  return 2 * std::max({dims.x, dims.y, dims.z}) >= factor * largest && fits_along(panel.across) &&
-         fits_along(panel.down);
+  return fits_along(panel.across) && fits_along(panel.down);
 }
 
 // The samples of a panel, in the file or in the overview that has them.
@@ -100,10 +99,14 @@ class LeafMap : public GridTaker {
     const Index3 first = PanelAxis::parts * bricks_.domain.first();
     const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
     const int cube_size = bricks_.domain.cube_size;
+    // Places take divisions.
+    std::vector<std::int64_t> across;
+    for (int u = x.first; u < x.end; ++u) across.push_back(panel_.across.place(u));
     for (int v = y.first; v < y.end; ++v)
       for (int u = x.first; u < x.end; ++u) {
-        const Place place = {first + Index3{panel_.across.place(u), panel_.down.place(v), z_},
-                             PanelAxis::parts};
+        const Place place = {
+            first + Index3{across[static_cast<std::size_t>(u - x.first)], panel_.down.place(v), z_},
+            PanelAxis::parts};
         const BisectionStep leaf = leaf_at(active, place, cube_size);
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
@@ -239,7 +242,7 @@ void choose_panels(const TagBricks& file, const PreviewWishes& wishes, PreviewCo
     panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
                      wishes.least);
     for (const Member& member : file.index().members)
-      if (member.is_overview() && fits(member.factor, panel, dims, wishes.largest))
+      if (member.is_overview() && fits(member.factor, panel))
         panel.across.block = panel.down.block = member.factor;
   }
 }
