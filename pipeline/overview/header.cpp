@@ -13,6 +13,9 @@ namespace {
 // file: far below a level of grey. Means of floats have digits that no sample has.
 constexpr double parts_of_range = 65536;
 
+// Overviews are there for slices, and a slice takes complete bricks.
+constexpr int largest_edge = 32;
+
 double overview_bound(const CodingParameters& file, const Statistics& total) {
   if (total.finite == 0) return file.max_error;
   const double bound = std::max(file.max_error, total.high / parts_of_range - total.low / parts_of_range);
@@ -26,6 +29,7 @@ TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Stat
   CodingParameters& p = header.parameters;
   p.dims = overview_dims(file.parameters.dims, factor);
   p.grid = GridOrigin::derived;
+  p.brick_edge = std::min(p.brick_edge, std::max(1, largest_edge / p.cube_size));
   p.max_error = overview_bound(file.parameters, total);
   p.surface_error = p.mesh_error = -1;
   header.nrrd_fields = fields_of_overview(file.nrrd_fields, factor, file.parameters.dims.z);
