@@ -224,9 +224,10 @@ Action add_decode_command(CLI::App& app) {
   add_number_option(
       *command, "--step", state->step, "N",
       "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
-  add_number_option(*command, "--overview", state->overview, "F",
-                    "The averaged level with this factor (see tagrid info) instead of the volume; --region "
-                    "still counts samples of the volume");
+  add_number_option(
+      *command, "--overview", state->overview, "F",
+      "The means of blocks of F samples along each axis, if the file has them (see tagrid info), "
+      "instead of the volume; --region still counts samples of the volume");
   command->add_flag("--samples", state->samples,
                     "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,

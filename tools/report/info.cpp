@@ -298,8 +298,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   for_each_overview(file, [&, is_first = true](const Member& member, const CodingParameters& o) mutable {
     line(is_first ? "overviews" : "",
-         fmt::format("{}: {} x {} x {}, {}, maximum error {}", member.factor, o.dims.x, o.dims.y, o.dims.z,
-                     human_bytes(member_frame_size + member.length), bound_text(o.max_error)));
+         fmt::format("{}: {} x {} x {} means, {}, maximum error {}", member.factor, o.dims.x, o.dims.y,
+                     o.dims.z, human_bytes(member_frame_size + member.length), bound_text(o.max_error)));
     is_first = false;
   });
   for (const Member& member : index.members)
