@@ -29,8 +29,9 @@
  *               stated otherwise.
  *   The process The library has no state of its own besides its handles and the last message of each thread
  *               that uses readers. It installs no signal handler, writes to no stream, reads no environment
- *               variable, changes no setting of the process and never ends it. Equal input gives equal bytes,
- *               for any number of threads.
+ *               variable, changes no setting of the process and never ends it. Its only files are those that
+ *               it is told to read, and the temporary ones of overviews, which have no names. Equal input
+ *               gives equal bytes, for any number of threads.
  */
 #ifndef TAGRID_TAGRID_H
 #define TAGRID_TAGRID_H
@@ -420,6 +421,15 @@ typedef struct tagrid_encode_options {
 
   int lead; /* 1: the lattice begins one step before the first sample, so that every brick owns as many samples
              * as its edge has; 0: at the first sample, for volumes of 2^k n + 1 samples (1) */
+
+  /* Overviews are averaged levels of the volume; see tagrid_reader_overviews(). While slices are encoded,
+   * sums of blocks wait in a temporary file without a name, up to a sixteenth of the bytes of the samples. If
+   * it cannot be created, written or read, the call fails with TAGRID_IO_ERROR. */
+  const int64_t* overviews; /* the factors, which are increasing powers of 4 from 4 to 1024, and then 0; only
+                             * 0: none; NULL: as `tagrid encode` does by default, 4, 16 ... until the longest
+                             * axis has at most 256 samples, and none if the longest axis of the volume has at
+                             * most 512, or with grid_only */
+  const char* spool;        /* the directory for temporary files, which only overviews need; NULL: "/tmp" */
 } tagrid_encode_options;
 
 TAGRID_API void tagrid_encode_options_init(tagrid_encode_options* options);

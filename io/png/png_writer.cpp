@@ -37,7 +37,8 @@ bool encode(png_structp png, png_infop info, int width, int height, const std::b
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   // Enlarged samples have equal rows. Choosing a filter for each row would take longer than compressing it.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
-  png_set_compression_level(png, 6);
+  // Level 6 takes twice the time for 7 % fewer bytes.
+  png_set_compression_level(png, 4);
   png_set_compression_strategy(png, Z_DEFAULT_STRATEGY);
   png_write_info(png, info);
   for (int y = 0; y < height; ++y)

@@ -197,6 +197,19 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
           }};
 }
 
+namespace {
+
+// Damage in an overview costs nothing else.
+std::optional<CodingParameters> parameters_if_intact(const TagBricks& file, const Member& member) {
+  try {
+    return file.parameters_of(member);
+  } catch (const BrokenInput&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
@@ -204,7 +217,7 @@ TagSummary summary_of(const std::string& path) {
                           file.parity()};
     VolumeNames names(file.header());
     for (const Member& member : file.index().members) {
-      if (member.is_overview()) summary.overviews.push_back(file.parameters_of(member));
+      if (member.is_overview()) summary.overviews.push_back(parameters_if_intact(file, member));
       if (member.is_volume()) names.add(file.name_of(member));
     }
     summary.volume_names = names.take();
@@ -212,8 +225,15 @@ TagSummary summary_of(const std::string& path) {
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(),     reader.sizes(),       reader.beginning_of_envelope(),
-          reader.parity(), reader.overviews(), reader.volume_names()};
+  return summary_of(reader);
+}
+
+TagSummary summary_of(const TagReader& reader) {
+  const auto& overviews = reader.overviews();
+  return {reader.header(),      reader.index(),
+          reader.sizes(),       reader.beginning_of_envelope(),
+          reader.parity(),      {overviews.begin(), overviews.end()},
+          reader.volume_names()};
 }
 
 std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {

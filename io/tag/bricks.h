@@ -16,6 +16,8 @@
 
 namespace tagrid {
 
+class TagReader;
+
 /// A .tag file that is read in any order. Several threads may call all const functions at once.
 class IndexedTag {
  public:
@@ -116,8 +118,8 @@ struct TagSummary {
   TagSizes sizes;
   std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
   std::optional<ParityLayout> parity;            ///< at the end of the file; nothing if there is none
-  /// Of the overviews among the members of the index, in order.
-  std::vector<CodingParameters> overviews = {};
+  /// Of the overviews among the members of the index, in order; nothing for one whose header is damaged.
+  std::vector<std::optional<CodingParameters>> overviews = {};
   std::vector<std::string> volume_names = {};  ///< of all volumes; empty if none has one
 };
 
@@ -137,5 +139,7 @@ int count_of_volumes(const std::string& path);
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
 /// checks every checksum. Throws BrokenInput and WorldError.
 TagSummary summary_of(const std::string& path);
+/// That of a file that was read to its end.
+TagSummary summary_of(const TagReader& reader);
 
 }  // namespace tagrid

@@ -1,47 +1,20 @@
 #include "pipeline/encode/overviews.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "io/formats/nrrd/region.h"
-#include "io/tag/file.h"
 #include "io/tag/members.h"
-#include "pipeline/encode/graph.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/overview/header.h"
 #include "pipeline/overview/means_source.h"
 
 namespace tagrid {
-namespace {
-
-// The bound of an overview is a part of the range of the samples if that is looser than the bound of the file:
-// far below a level of grey. Means of floats have digits that no sample has.
-constexpr double parts_of_range = 65536;
-
-double overview_bound(const CodingParameters& file, const Statistics& total) {
-  if (total.finite == 0) return file.max_error;
-  const double bound = std::max(file.max_error, total.high / parts_of_range - total.low / parts_of_range);
-  return is_float_type(file.type) ? bound : std::floor(bound);
-}
-
-}  // namespace
-
-TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total) {
-  TagHeader header = file;
-  CodingParameters& p = header.parameters;
-  p.dims = overview_dims(file.parameters.dims, factor);
-  header.volumes = 1;
-  p.grid = GridOrigin::derived;
-  p.max_error = overview_bound(file.parameters, total);
-  p.surface_error = p.mesh_error = -1;
-  header.nrrd_fields = fields_of_overview(file.nrrd_fields, factor, file.parameters.dims.z);
-  return header;
-}
 
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
                      SumsFile sums, const Resources& resources, const std::string& output,
-                     const MemberOut& out) {
+                     const MemberOut& out, const std::function<void()>& before_reading) {
+  Watch watch = watch_for({}, 0);
+  watch.before_reading = before_reading;
   const Index3 dims = file.parameters.dims;
   for (const int factor : factors) {
     while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool, output);
@@ -53,11 +26,38 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
     MeansSource means(sums, dims);
     RowEncoder(p, plan_encoding(p, resources, true, {.besides = sums.layout().row_bytes()}),
                [&](const Box& rows) { return read_input_slice(means, rows); })
-        .encode(BrickRows::all(p.bricks()), writer, watch_for({}, 0));
+        .encode(BrickRows::all(p.bricks()), writer, watch);
     writer.finish();
     out(overview_kind, static_cast<std::uint32_t>(factor), encoded.size(),
         [&](const PassBytes& pass) { encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); }); });
   }
+}
+
+OverviewsOfStream::OverviewsOfStream(TagHeader header, std::vector<int> factors, const Resources& resources,
+                                     std::string output)
+    : header_(std::move(header)),
+      factors_(std::move(factors)),
+      resources_(resources),
+      output_(std::move(output)) {
+  const CodingParameters& p = header_.parameters;
+  if (!factors_.empty()) sums_.emplace(layout_of_sums(p.dims, p.type, block_edge), resources_.spool, output_);
+}
+
+void OverviewsOfStream::sum_blocks_of(RowEncoder& encoder) {
+  if (!sums_) return;
+  encoder.sum_blocks(
+      [this](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums_->write(z, y, rows); });
+}
+
+void OverviewsOfStream::write(TagWriter& writer, const std::function<void()>& before_reading) {
+  if (!sums_) return;
+  write_overviews(
+      header_, factors_, writer.index().total, std::move(*sums_), resources_, output_,
+      [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length, const auto& content) {
+        writer.write_member(kind, factor, length, content);
+      },
+      before_reading);
+  sums_.reset();
 }
 
 }  // namespace tagrid

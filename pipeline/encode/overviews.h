@@ -3,21 +3,21 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
+#include "io/tag/file.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/overview/sums.h"
 
 namespace tagrid {
-
-/// The header of an overview of a file. `total` are the statistics of the file's samples.
-TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Statistics& total);
 
 /// Writes bytes to a temporary file, which must outlive it.
 class SpoolSink : public ByteSink {
@@ -36,9 +36,32 @@ using MemberOut = std::function<void(std::uint32_t kind, std::uint32_t factor, s
                                      const std::function<void(const PassBytes&)>& content)>;
 
 /// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
-/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". Throws WorldError.
+/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". `before_reading` is
+/// called now and then, and may end the work with an exception; it may be empty. Throws WorldError.
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
                      SumsFile sums, const Resources& resources, const std::string& output,
-                     const MemberOut& out);
+                     const MemberOut& out, const std::function<void()>& before_reading = {});
+
+/// The overviews of a file that one process writes front to back: adds up blocks while bricks are encoded,
+/// and then writes the members. Does nothing if the file has none.
+class OverviewsOfStream {
+ public:
+  /// Creates the temporary file of the sums in `resources.spool`, which must not be "". Throws WorldError,
+  /// whose message names `output`.
+  OverviewsOfStream(TagHeader header, std::vector<int> factors, const Resources& resources,
+                    std::string output);
+
+  /// To be called before `encoder` encodes the volume. This object must outlive it.
+  void sum_blocks_of(RowEncoder& encoder);
+  /// Writes the overviews. To be called once, after the last brick and the envelope. See write_overviews().
+  void write(TagWriter& writer, const std::function<void()>& before_reading = {});
+
+ private:
+  TagHeader header_;
+  std::vector<int> factors_;
+  Resources resources_;
+  std::string output_;
+  std::optional<SumsFile> sums_;
+};
 
 }  // namespace tagrid

@@ -25,11 +25,14 @@ ResolvedOptions resolved_for(const VolumeInfo& info, const EncodeOptions& option
   return in_samples(options, facts);
 }
 
-EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
+EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, Resources resources,
                   std::uint64_t waiting, VolumeSource* samples) {
   const ResolvedOptions resolved = resolved_for(info, options);
-  const EncodePlan plan = plan_encoding(resolved.parameters, resources, false,
-                                        {.besides = waiting * slice_bytes(resolved.parameters)});
+  // Slices come once, so they cannot be spooled.
+  resources.spool.clear();
+  const EncodePlan plan = plan_encoding(
+      resolved.parameters, resources, false,
+      {.besides = waiting * slice_bytes(resolved.parameters), .sums = !resolved.overviews.empty()});
   return samples == nullptr ? settle(resolved, plan) : settle(resolved, plan, *samples);
 }
 
@@ -45,14 +48,18 @@ void copy_slice(const std::byte* from, const Strides& strides, const Index3& dim
 
 PushEncoder::PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
                          ByteSink& out, Progress progress, VolumeSource* samples)
-    : job_(job_for(info, options, resources, most_waiting, samples)), progress_(std::move(progress)) {
+    : job_(job_for(info, options, resources, most_waiting, samples)),
+      progress_(std::move(progress)),
+      overviews_(job_.header, job_.overviews, resources, "the output") {
   writer_.emplace(out, job_.header);
   worker_ = std::thread([this] { run(); });
 }
 
 std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeOptions& options) {
-  const CodingParameters parameters = resolved_for(info, options).parameters;
-  return smallest_memory_of_encoding(parameters, false, most_waiting * slice_bytes(parameters));
+  const ResolvedOptions resolved = resolved_for(info, options);
+  return smallest_memory_of_encoding(resolved.parameters, false,
+                                     most_waiting * slice_bytes(resolved.parameters),
+                                     !resolved.overviews.empty());
 }
 
 PushEncoder::~PushEncoder() {
@@ -70,14 +77,15 @@ void PushEncoder::run() {
   Watch watch = watch_for(progress_, sample_bytes(parameters.dims, parameters.type).value());
   watch.done = [&, done = watch.done](std::uint64_t bytes) {
     // All slices may be available, but the caller no longer wants the file.
-    if (given_up_) throw GivenUp();
+    require_caller();
     done(bytes);
   };
   std::exception_ptr failure;
   try {
-    RowEncoder(parameters, job_.plan, [&](const Box&) {
-      return take();
-    }).encode(BrickRows::all(parameters.bricks()), *writer_, watch);
+    RowEncoder encoder(parameters, job_.plan, [&](const Box&) { return take(); });
+    overviews_.sum_blocks_of(encoder);
+    encoder.encode(BrickRows::all(parameters.bricks()), *writer_, watch);
+    overviews_.write(*writer_, [&] { require_caller(); });
     writer_->finish();
   } catch (...) {
     failure = std::current_exception();
@@ -88,10 +96,14 @@ void PushEncoder::run() {
   changed_.notify_all();
 }
 
+void PushEncoder::require_caller() const {
+  if (given_up_) throw GivenUp();
+}
+
 SliceSamples PushEncoder::take() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return given_up_ || !waiting_.empty(); });
-  if (given_up_) throw GivenUp();
+  require_caller();
   SliceSamples slice = std::move(waiting_.front());
   waiting_.pop_front();
   changed_.notify_all();

@@ -12,6 +12,7 @@
 #include "io/files/output_file.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
+#include "pipeline/encode/overviews.h"
 #include "pipeline/grid/slices.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/memory/resources.h"
@@ -24,8 +25,9 @@ namespace tagrid {
 class PushEncoder {
  public:
   /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. `samples`: the
-  /// volume, where some options follow from its samples; it is read only here. Throws UsageError if the
-  /// volume does not allow the options, or if the limit on memory cannot be kept.
+  /// volume, where some options follow from its samples; it is read only here. Overviews need temporary files
+  /// in `resources.spool`, which must not be "". Throws UsageError if the volume does not allow the options,
+  /// or if the limit on memory cannot be kept; WorldError if the temporary file cannot be created.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
               Progress progress, VolumeSource* samples = nullptr);
   /// Ends the work, whether it is complete or not.
@@ -51,11 +53,14 @@ class PushEncoder {
   static constexpr std::size_t most_waiting = 2;  // slices
 
   void run();
+  /// Throws GivenUp if the caller has given up.
+  void require_caller() const;
   SliceSamples take();
   void wait_for_room();
 
   EncodeJob job_;
   Progress progress_;
+  OverviewsOfStream overviews_;
   std::optional<TagWriter> writer_;
   std::int64_t fed_ = 0;  ///< slices
 

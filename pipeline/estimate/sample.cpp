@@ -10,14 +10,13 @@
 namespace tagrid {
 namespace {
 
-constexpr double most_bytes_surveyed = 1 << 30;
 constexpr std::int64_t most_samples_chosen = std::int64_t{1} << 24;
 
 void look_at_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps,
-                    BrickSample& sample) {
+                    double most_bytes, BrickSample& sample) {
   const std::int64_t rows = grid.bricks(1) * grid.bricks(2);
   const double bytes = static_cast<double>(source.slice_bytes()) * static_cast<double>(source.info().dims.z),
-               part = std::min(1.0, most_bytes_surveyed / bytes);
+               part = std::min(1.0, most_bytes / bytes);
   const std::int64_t wanted =
       std::clamp<std::int64_t>(static_cast<std::int64_t>(part * static_cast<double>(rows)), 1, rows);
   std::mutex mutex;
@@ -74,11 +73,12 @@ std::int64_t most_chosen(const BrickGrid& grid) {
   return std::min({enough, bricks, most_bricks});
 }
 
-BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps) {
+BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps,
+                          const SampleSize& size) {
   BrickSample sample;
-  look_at_bricks(source, grid, steps, sample);
+  look_at_bricks(source, grid, steps, size.bytes, sample);
   sort_by_share(steps.size(), sample.bricks);
-  choose(static_cast<std::size_t>(most_chosen(grid)), sample);
+  choose(static_cast<std::size_t>(size.bricks), sample);
   return sample;
 }
 

@@ -27,8 +27,15 @@ struct BrickSample {
 /// The most bricks that are chosen: 16 million samples or all of the volume, but at most 4096 bricks.
 std::int64_t most_chosen(const BrickGrid& grid);
 
-/// Looks at all bricks, or at rows spread over a volume of more than a GiB; chooses more of the rough ones.
-/// Works on the threads of the arena. REQUIRES: source.traits().any_rows; steps > 0.
-BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps);
+/// How many bricks are looked at, and how many of these are chosen.
+struct SampleSize {
+  double bytes = 1 << 30;   ///< of samples that are looked at
+  std::int64_t bricks = 1;  ///< that are chosen at most
+};
+
+/// Looks at all bricks, or at rows spread over a volume of more than `size.bytes`; chooses more of the rough
+/// ones. Works on the threads of the arena. REQUIRES: source.traits().any_rows; steps > 0.
+BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps,
+                          const SampleSize& size);
 
 }  // namespace tagrid

@@ -7,6 +7,7 @@
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/memory/plan.h"
+#include "stages/overview/block_sums.h"
 
 using namespace tagrid;
 using namespace tagrid::library;
@@ -57,6 +58,17 @@ std::optional<double> unless_nan(double value) {
   return std::isnan(value) ? std::nullopt : std::optional(value);
 }
 
+// Factors up to a 0, or up to the first one that the options do not allow: the list may have no 0 then.
+std::vector<int> factors_of(const std::int64_t* factors) {
+  std::vector<int> found;
+  for (std::int64_t before = 0; *factors != 0; before = *factors++) {
+    const bool increases = *factors > before && *factors <= largest_factor;
+    found.push_back(increases ? static_cast<int>(*factors) : -1);
+    if (!increases) break;
+  }
+  return found;
+}
+
 EncodeOptions options_of(const tagrid_encode_options& given) {
   EncodeOptions options;
   options.grid_only = given.grid_only != 0;
@@ -84,6 +96,7 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
                                        ErrorRule::Kind::psnr};
   if (given.error_rule != TAGRID_RULE_NONE)
     options.error_rule = ErrorRule{kinds[given.error_rule - TAGRID_RULE_NOISE], given.error_rule_value};
+  if (given.overviews != nullptr) options.overviews = factors_of(given.overviews);
   return options;
 }
 
@@ -126,13 +139,14 @@ tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_w
     require(write != nullptr, "there is no function to write with");
     const tagrid_encode_options wanted = taken_over_options(options);
     const tagrid_call settings = settings_of(given);
+    Resources resources = resources_of(settings);
+    resources.spool = wanted.spool != nullptr ? wanted.spool : "/tmp";
     (*encoder)->sink = std::make_unique<CallbackSink>(write, user);
     const VolumeInfo info = volume_of(wanted);
     std::optional<SamplesOfCaller> samples;
     if (wanted.read_samples != nullptr) samples.emplace(info, wanted.read_samples, wanted.read_user);
-    (*encoder)->work =
-        std::make_unique<PushEncoder>(info, options_of(wanted), resources_of(settings), *(*encoder)->sink,
-                                      progress_of(settings), samples ? &*samples : nullptr);
+    (*encoder)->work = std::make_unique<PushEncoder>(info, options_of(wanted), resources, *(*encoder)->sink,
+                                                     progress_of(settings), samples ? &*samples : nullptr);
   });
 }
 

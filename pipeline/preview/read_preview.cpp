@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <mutex>
 #include <ranges>
 
@@ -42,12 +43,11 @@ std::int64_t quick_slice(const BrickGrid& bricks) {
   return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
 }
 
-// True if a panel may show the means of an overview: a mean has two pixels at most along the longest axis of
-// the volume, and never more than four.
-bool fits(std::int64_t factor, const Panel& panel, const Index3& dims, int largest) {
+// True if a panel may show the means of an overview: a mean never has more than four pixels along an axis. A
+// finer overview would be 64 times as large.
+bool fits(std::int64_t factor, const Panel& panel) {
   const auto fits_along = [&](const PanelAxis& a) { return 4 * a.samples >= factor * a.pixels; };
-  return 2 * std::max({dims.x, dims.y, dims.z}) >= factor * largest && fits_along(panel.across) &&
-         fits_along(panel.down);
+  return fits_along(panel.across) && fits_along(panel.down);
 }
 
 // The samples of a panel, in the file or in the overview that has them.
@@ -100,10 +100,14 @@ class LeafMap : public GridTaker {
     const Index3 first = PanelAxis::parts * bricks_.domain.first();
     const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
     const int cube_size = bricks_.domain.cube_size;
+    // Places take divisions.
+    std::vector<std::int64_t> across;
+    for (int u = x.first; u < x.end; ++u) across.push_back(panel_.across.place(u));
     for (int v = y.first; v < y.end; ++v)
       for (int u = x.first; u < x.end; ++u) {
-        const Place place = {first + Index3{panel_.across.place(u), panel_.down.place(v), z_},
-                             PanelAxis::parts};
+        const Place place = {
+            first + Index3{across[static_cast<std::size_t>(u - x.first)], panel_.down.place(v), z_},
+            PanelAxis::parts};
         const BisectionStep leaf = leaf_at(active, place, cube_size);
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
@@ -230,17 +234,28 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
   return plan;
 }
 
+// The overviews by factor. One that is damaged is left out: voxels take its place.
+using Overviews = std::map<std::int64_t, std::shared_ptr<const TagBricks>>;
+Overviews overviews_of(const TagBricks& file) {
+  Overviews overviews;
+  for (const Member& member : file.index().members) try {
+      if (member.is_overview()) overviews[member.factor] = file.nested(member);
+    } catch (const BrokenInput&) {
+    }
+  return overviews;
+}
+
 // The slices, each from the coarsest overview that shows as much.
-void choose_panels(const TagBricks& file, const PreviewWishes& wishes, PreviewContent& content) {
+void choose_panels(const TagBricks& file, const Overviews& overviews, const PreviewWishes& wishes,
+                   PreviewContent& content) {
   const Index3& dims = file.parameters().dims;
   const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
   for (int axis = 0; axis < 3; ++axis) {
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
     panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
                      wishes.least);
-    for (const Member& member : file.index().members)
-      if (member.is_overview() && fits(member.factor, panel, dims, wishes.largest))
-        panel.across.block = panel.down.block = member.factor;
+    for (const auto& [factor, overview] : overviews)
+      if (fits(factor, panel)) panel.across.block = panel.down.block = factor;
   }
 }
 
@@ -255,12 +270,13 @@ struct PreviewSource {
 };
 
 // The file first, then the overviews that are shown.
-std::vector<PreviewSource> sources_of(const TagBricks& file, const PreviewContent& content) {
+std::vector<PreviewSource> sources_of(const Overviews& overviews, const PreviewContent& content) {
   std::vector<PreviewSource> sources(1);
-  for (const Member& member : file.index().members) {
-    const auto is_shown = [&](const PreviewSlice& slice) { return slice.panel.block() == member.factor; };
-    if (member.is_overview() && std::ranges::any_of(content.slices, is_shown))
-      sources.push_back({member.factor, file.nested(member)});
+  for (const auto& [factor, overview] : overviews) {
+    const auto is_shown = [shown = factor](const PreviewSlice& slice) {
+      return slice.panel.block() == shown;
+    };
+    if (std::ranges::any_of(content.slices, is_shown)) sources.push_back({factor, overview});
   }
   return sources;
 }
@@ -278,8 +294,9 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
                             std::uint64_t besides, const Progress& progress) {
   const CodingParameters& p = file.parameters();
   PreviewContent content;
-  choose_panels(file, wishes, content);
-  std::vector<PreviewSource> sources = sources_of(file, content);
+  const Overviews overviews = overviews_of(file);
+  choose_panels(file, overviews, wishes, content);
+  std::vector<PreviewSource> sources = sources_of(overviews, content);
   Panel& of_z = content.slices[2].panel;
   // Without voxels, bricks are decoded as a whole.
   if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)

@@ -75,7 +75,6 @@ class StreamStore : public BrickStore {
     const OutputFileOptions like = {.like = attributes_of(source.files().back())};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
-    overviews_ = job.overviews;
     return true;
   }
 
@@ -85,7 +84,7 @@ class StreamStore : public BrickStore {
     const VolumeInfo& info = source->info();
     watch_ = watch_for(run_.progress, sample_bytes(info.dims, info.type).value());
     const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
-    sums_ = encode_bricks(job, first ? *first : *source, *writer_, result);
+    overviews_.emplace(encode_bricks(job, job.header, first ? *first : *source, *writer_, result));
     result.bytes_in = source->bytes_read();
     result.times_read +=
         times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
@@ -101,8 +100,7 @@ class StreamStore : public BrickStore {
       SpoolFile encoded = SpoolFile::in(folder_of_sums(), run_.output);
       SpoolSink sink(encoded);
       TagWriter writer(sink, header);
-      if (auto sums = encode_bricks(job, *volume, writer, result))
-        write_overviews_of(header, std::move(*sums), writer);
+      encode_bricks(job, header, *volume, writer, result).write(writer);
       writer.finish();
       total_.add(writer.index().total);
       writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded.size(),
@@ -120,7 +118,7 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
-    if (sums_) write_overviews_of(result.header, std::move(*sums_), *writer_);
+    if (overviews_) overviews_->write(*writer_);
     writer_->finish();
     result.index = writer_->index();
     result.index.total.add(total_);
@@ -133,9 +131,9 @@ class StreamStore : public BrickStore {
  private:
   std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
 
-  /// Returns the sums for the overviews of the volume, if it has any.
-  std::optional<SumsFile> encode_bricks(const EncodeJob& job, VolumeSource& volume, TagWriter& writer,
-                                        EncodeResult& result) {
+  /// Encodes the bricks of a volume with this header. Returns its overviews, which are not written yet.
+  OverviewsOfStream encode_bricks(const EncodeJob& job, const TagHeader& header, VolumeSource& volume,
+                                  TagWriter& writer, EncodeResult& result) {
     const CodingParameters& parameters = job.parameters();
     // Only programs give nothing but whole slices; they decode them while bricks are encoded.
     const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
@@ -146,35 +144,22 @@ class StreamStore : public BrickStore {
     SlicesAhead ahead(volume, count);
     RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
     ahead.stop_when(encoder.failed());
-    std::optional<SumsFile> sums;
-    if (!overviews_.empty()) {
-      sums.emplace(layout_of_sums(parameters.dims, parameters.type, block_edge), folder_of_sums(),
-                   run_.output);
-      encoder.sum_blocks(
-          [&](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) { sums->write(z, y, rows); });
-    }
-    encoder.encode(BrickRows::all(parameters.bricks()), writer, watch_);
-    ahead.end();
-    return sums;
-  }
-
-  void write_overviews_of(const TagHeader& header, SumsFile sums, TagWriter& writer) const {
     Resources resources = resources_;
     resources.spool = folder_of_sums();
-    write_overviews(header, overviews_, writer.index().total, std::move(sums), resources, run_.output,
-                    [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length, const auto& content) {
-                      writer.write_member(kind, factor, length, content);
-                    });
+    OverviewsOfStream overviews(header, job.overviews, resources, run_.output);
+    overviews.sum_blocks_of(encoder);
+    encoder.encode(BrickRows::all(parameters.bricks()), writer, watch_);
+    ahead.end();
+    return overviews;
   }
 
   const EncodeRun& run_;
   Resources resources_;
   std::unique_ptr<OutputFile> file_;
   std::optional<TagWriter> writer_;
-  std::vector<int> overviews_;
-  std::optional<SumsFile> sums_;  // if there are overviews
-  Statistics total_;              // of the other volumes
-  Watch watch_;                   // of all volumes
+  std::optional<OverviewsOfStream> overviews_;
+  Statistics total_;  // of the other volumes
+  Watch watch_;       // of all volumes
 };
 
 // Writes the envelope of a source if `keep`, and if the source allows it.

@@ -193,7 +193,10 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   VerifyResult result = verified();
   if (!run.original.empty())
     result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original, has_scale);
-  // Of a pipe, only the checksums of the envelope are checked.
+  // Of a pipe, only the checksums of the envelope and of members are checked.
+  const bool has_members = !result.index.members.empty();
+  result.are_members_decoded = is_file || !has_members;
+  result.are_members_compared = again || run.original.empty() || !has_members;
   if (is_file) {
     const TagBricks file(std::make_shared<FileSource>(run.input));
     source_files_of(file);

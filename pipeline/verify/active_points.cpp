@@ -43,9 +43,7 @@ TagSummary summary_with_levels(const std::string& path, const Resources& resourc
     reader.read_to_end();
   else
     counted = count_active_points(reader, resources, progress);
-  TagSummary summary = {
-      reader.header(), reader.index(),     reader.sizes(),       reader.beginning_of_envelope(),
-      reader.parity(), reader.overviews(), reader.volume_names()};
+  TagSummary summary = summary_of(reader);
   if (!stored) summary.index.total.active = counted.active;
   return summary;
 }

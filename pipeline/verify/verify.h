@@ -51,6 +51,10 @@ struct VerifyResult {
   std::optional<double> max_error;
   std::optional<double> mesh_error;  ///< only if the mesh of the file has a bound
   GeometryComparison geometry;       ///< with an original, of verify_file() alone
+  /// False if only the checksums of further volumes and overviews were checked, as in a pipe.
+  bool are_members_decoded = true;
+  /// False if these were not compared with the original, as it can be read only once.
+  bool are_members_compared = true;
 };
 
 /// Verifies any bytes, without an original; otherwise like verify_file() in pipeline/run/run.h.

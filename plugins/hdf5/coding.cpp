@@ -67,6 +67,9 @@ std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effo
   // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded
   // samples.
   options.grid_derived = 1;
+  // A chunk is read as a whole.
+  constexpr std::int64_t no_overviews = 0;
+  options.overviews = &no_overviews;
   if (const auto range = range_of(samples); range[0] < range[1] && std::isfinite(range[1] - range[0]))
     std::ranges::copy(range, options.range);
   else

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 #include "info.h"
 
@@ -51,6 +52,13 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
   set("range", range);
   options.range[0] = range[0];
   options.range[1] = range[1];
+  std::vector<std::int64_t> overviews;
+  set("overviews", overviews);
+  overviews.push_back(0);
+  if (given_options.contains("overviews")) options.overviews = overviews.data();
+  std::string spool;
+  set("spool", spool);
+  options.spool = spool.c_str();
   int rule = TAGRID_RULE_NONE;
   set("error_rule", rule);
   options.error_rule = static_cast<tagrid_error_rule>(rule);

@@ -15,8 +15,9 @@ namespace tagrid_python {
 /// Threads may take turns. An exception of `write` ends the encoding, and the waiting call raises it.
 class Encoder {
  public:
-  /// `options`: the members of tagrid_encode_options by name; those that are missing have their defaults. `write` takes
-  /// the bytes of the file, in order. `read`: None, or read(first, count) returns so many samples of the volume.
+  /// `options`: the members of tagrid_encode_options by name; those that are missing have their defaults. But
+  /// `overviews` is a sequence without the 0, and `spool` must be there. `write` takes the bytes of the file,
+  /// in order. `read`: None, or read(first, count) returns so many samples of the volume.
   Encoder(const py::dict& options, py::function write, py::object read, int threads,
           std::uint64_t memory_limit, py::object progress);
   Encoder(const Encoder&) = delete;

@@ -74,6 +74,21 @@ def flag(name: str, value: Any) -> bool:
     return value
 
 
+def factors(overviews: Any) -> Optional[list[int]]:
+    """The factors of overviews; None: those that a volume of its size has by default."""
+    if isinstance(overviews, str):
+        one_of("overviews", overviews, ("auto", "none"))
+        return None if overviews == "auto" else []
+    try:
+        found = [whole_number("a factor of overviews", factor) for factor in overviews]
+    except TypeError:
+        raise TypeError(f'overviews must be "auto", "none" or factors, such as (4, 16), not {overviews!r}') from None
+    # The library takes a list that ends with 0.
+    if 0 in found:
+        raise ArgumentError(f"overviews must be increasing powers of 4, from 4 to 1024, not {overviews!r}")
+    return found
+
+
 def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     if value not in choices:
         raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")

@@ -59,7 +59,8 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
 
 
 def _encoded(chunk: npt.NDArray[Any], **settings: Any) -> bytes:
-    data: bytes = encode(chunk, **settings)
+    # A chunk is read as a whole.
+    data: bytes = encode(chunk, overviews="none", **settings)
     return data
 
 

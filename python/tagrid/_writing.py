@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, one_of, work
+from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, factors, one_of, work
 from ._arrays import AnySamples, as_volume, checked_dtype, checked_shape, slabs_of
 from ._errors import ArgumentError, DamagedError, InputError
 from ._files import NewFile
@@ -59,7 +59,8 @@ class Writer:
                  field_scale: Optional[float] = None, max_level: Optional[int] = None, cube: Optional[int] = None,
                  brick: Optional[int] = None, lead: Optional[int] = None, accuracy: Optional[int] = None,
                  memory_limit: int = 0, progress: Progress = None, relative_error: Optional[float] = None,
-                 psnr: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None):
+                 psnr: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None,
+                 overviews: Union[str, Sequence[int]] = "auto"):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
@@ -78,6 +79,10 @@ class Writer:
         options.update(encoder_settings(
             {"max_error": None if rule else max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
             {"max_level": max_level, "cube": cube, "brick": brick, "lead": lead, "accuracy": accuracy}, value_range))
+        chosen = factors(overviews)
+        if chosen is not None:
+            options["overviews"] = chosen
+        options["spool"] = os.fsencode(_spool_of(out))
         settings = work(threads, memory_limit)
         self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
         self._written = 0
@@ -181,7 +186,8 @@ def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, No
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> bytes: ...
+           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           overviews: Union[str, Sequence[int]] = "auto") -> bytes: ...
 
 
 @overload
@@ -192,7 +198,8 @@ def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] =
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> None: ...
+           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           overviews: Union[str, Sequence[int]] = "auto") -> None: ...
 
 
 def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, None] = 0,
@@ -202,7 +209,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> Optional[bytes]:
+           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           overviews: Union[str, Sequence[int]] = "auto") -> Optional[bytes]:
     """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
@@ -231,6 +239,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
         of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
         default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
+    overviews: factors of the averaged levels that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
+        if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in
+        $TMPDIR or /tmp if that is no path. For labels, give "none": a mean is the number of another label.
     memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
         an exception cancels the encoding.
 
@@ -259,7 +270,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
                     accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error, psnr=psnr,
-                    samples=AnySamples(volume).read) as writer:
+                    samples=AnySamples(volume).read, overviews=overviews) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:
@@ -280,6 +291,11 @@ def verify(source: Any, *, threads: int = 0, memory_limit: int = 0, progress: Pr
         return
     with Volume(source) as volume:
         volume.verify(threads=threads, memory_limit=memory_limit, progress=progress)
+
+
+def _spool_of(out: Any) -> str:
+    """The directory for temporary files: that of the output, which needs space for the result anyway."""
+    return os.path.dirname(os.path.realpath(os.fsdecode(out))) if _is_path(out) else os.environ.get("TMPDIR") or "/tmp"
 
 
 def _is_path(out: Any) -> bool:

@@ -29,7 +29,9 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
 }
 
 Panel detail_of(const Panel& panel, Index3 at) {
-  const std::int64_t pixels_of_sample = panel.block() > 1 ? 4 : 2;
+  // Seven: of the usual size, the detail has fewer than 128 samples along an axis. Where slices cross in a
+  // corner of bricks of 64, as those in the middle often do, it lies in the four bricks around it.
+  const std::int64_t pixels_of_sample = panel.block() > 1 ? 7 : 2;
   const auto share_of = [&](const PanelAxis& a) {
     return std::min(1.0, static_cast<double>(a.pixels) / static_cast<double>(pixels_of_sample * a.samples));
   };

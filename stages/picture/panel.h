@@ -70,7 +70,8 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
 
 /// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or
 /// more. If the panel is not to scale, a side on which they have as many stays complete. REQUIRES: the panel
-/// shows `at`. If the panel shows means, the part shows samples, with four pixels each: few bricks are read then.
+/// shows `at`. If the panel shows means, the part shows samples, with seven pixels each: few bricks are read
+/// then.
 Panel detail_of(const Panel& panel, Index3 at);
 
 /// A length that is easy to read, for a scale bar: the longest of 1, 2, 5, 10, 20, 50 ..., and of 0.5, 0.2,

@@ -30,7 +30,7 @@ def leaves_as_it_is(*_, **__):
 plugin_words = types.ModuleType("paraview.util.vtkAlgorithm")
 plugin_words.VTKPythonAlgorithmBase = vtk_algorithm.VTKPythonAlgorithmBase
 for word in ("smdomain", "smhint", "smproperty", "smproxy"):
-    names = ("reader", "stringvector", "intvector", "intrange", "filelist", "filechooser")
+    names = ("reader", "stringvector", "intvector", "intrange", "filelist", "filechooser", "xml")
     setattr(plugin_words, word, types.SimpleNamespace(**{name: leaves_as_it_is for name in names}))
 sys.modules.update({"paraview": types.ModuleType("paraview"), "paraview.util": types.ModuleType("paraview.util"),
                     "paraview.util.vtkAlgorithm": plugin_words})
@@ -209,6 +209,103 @@ class ReadersTest(unittest.TestCase):
             self.assertGreater(len(parts), 1)
             found = numpy.concatenate(parts)
             numpy.testing.assert_allclose(found[numpy.lexsort(found.T)], expected, atol=1e-9)
+
+    def levels(self):
+        """A file with overviews of a turned volume; its samples; and the means of its blocks, by factor."""
+        random = numpy.random.default_rng(5)
+        z, y, x = numpy.indices((37, 50, 70))
+        samples = (20 * z + 7 * y - 3 * x + random.integers(0, 50, z.shape)).astype("int16")
+        path = str(self.folder / "levels.tag")
+        tagrid.encode(samples, path, affine=self.volume.affine, metadata={"space": "left-posterior-superior"}, overviews=[4, 16])
+        means = {1: samples}
+        for factor in (4, 16):
+            blocks = [range(0, n, factor) for n in samples.shape]
+            means[factor] = numpy.array([[[numpy.floor(samples[z:z + factor, y:y + factor, x:x + factor].mean(dtype="f8") + 0.5)
+                                           for x in blocks[2]] for y in blocks[1]] for z in blocks[0]])
+        return path, means
+
+    def test_a_level_has_the_means_of_blocks_in_their_middles(self):
+        path, means = self.levels()
+        for resolution, factor in ((1, 1), (4, 4), (16, 16), (64, 16), (0, 1)):
+            for step in (1, 2):
+                for reader in (TagridImage(), TagridStructuredGrid()):
+                    reader.SetResolution(resolution)
+                    found, said = self.read(reader, path, step)
+                    self.assertEqual(said, "")
+                    expected = means[factor][::step, ::step, ::step]
+                    numpy.testing.assert_array_equal(self.samples_of(found), expected)
+                    self.assertEqual(self.samples_of(found).dtype, numpy.int16)
+                    for index in ((0, 0, 0), (1, 0, 0), tuple(n - 1 for n in expected.shape[::-1])):
+                        place = self.place(found, index)
+                        middle = [factor * step * i + (factor - 1) / 2 for i in index]
+                        numpy.testing.assert_allclose(place, (self.volume.affine @ [*middle, 1])[:3], atol=1e-9)
+
+    def place(self, found, index):
+        if found.IsA("vtkStructuredGrid"):
+            x, y, z = found.GetDimensions()
+            return found.GetPoint((index[2] * y + index[1]) * x + index[0])
+        place, first = [0.0, 0, 0], found.GetExtent()[::2]
+        found.TransformIndexToPhysicalPoint([i + f for i, f in zip(index, first)], place)
+        return place
+
+    def test_auto_is_the_finest_level_of_the_region_that_is_not_too_large(self):
+        path, means = self.levels()
+        everything = (0, -1) * 3
+        sizes = {factor: level.size for factor, level in means.items()}
+        for region, most, factor in ((everything, sizes[1], 1), (everything, sizes[1] - 1, 4), (everything, sizes[4], 4),
+                                     (everything, sizes[4] - 1, 16), (everything, 1, 16), ((3, 12, 0, 9, 30, 36), 700, 1),
+                                     ((3, 12, 0, 9, 30, 36), 699, 4), ((3, 12, 0, 9, 30, 99), 700, 1)):
+            for reader in (TagridImage(), TagridStructuredGrid()):
+                reader.most_samples = most
+                reader.SetRegion(*region)
+                found, _ = self.read(reader, path)
+                x0, x1, y0, y1, z0, z1 = (end // factor if end >= 0 else None for end in region)
+                part = means[factor][slice(z0, z1 if z1 is None else z1 + 1), slice(y0, y1 if y1 is None else y1 + 1),
+                                     slice(x0, x1 if x1 is None else x1 + 1)]
+                numpy.testing.assert_array_equal(self.samples_of(found), part)
+                # What is shown of a part lies where it does in the whole.
+                first = (self.volume.affine @ [*(factor * (low or 0) + (factor - 1) / 2 for low in (x0, y0, z0)), 1])[:3]
+                numpy.testing.assert_allclose(self.place(found, (0, 0, 0)), first, atol=1e-9)
+
+    def test_a_part_of_a_level_is_that_part(self):
+        path, means = self.levels()
+        reader = TagridImage()
+        reader.SetFileName(path)
+        reader.SetResolution(4)
+        reader.UpdateExtent((3, 9, 5, 12, 2, 7))
+        image = reader.GetOutputDataObject(0)
+        self.assertEqual(image.GetExtent(), (3, 9, 5, 12, 2, 7))
+        numpy.testing.assert_array_equal(self.samples_of(image), means[4][2:8, 5:13, 3:10])
+        # Then all of it, and then more of it.
+        for resolution in (4, 1):
+            reader.SetResolution(resolution)
+            reader.UpdateWholeExtent()
+            numpy.testing.assert_array_equal(self.samples_of(reader.GetOutputDataObject(0)), means[resolution])
+
+    def test_uneven_slices_of_a_level_lie_in_the_middle_of_theirs(self):
+        samples = numpy.arange(9 * 8 * 8, dtype="uint16").reshape(9, 8, 8)
+        heights = [0, 1, 2, 7, 9, 10, 20, 30, 33]
+        path = str(self.folder / "uneven.tag")
+        tagrid.encode(samples, path, spacing=(1, 1, 1), overviews=[4],
+                      metadata={"space": "left-posterior-superior", "slice_positions": "; ".join(f"0 0 {z}" for z in heights)})
+        reader = TagridStructuredGrid()
+        reader.SetResolution(4)
+        found, _ = self.read(reader, path)
+        self.assertEqual(found.GetDimensions(), (2, 2, 3))
+        for z, middle in enumerate((10 / 4, 69 / 4, 33)):
+            numpy.testing.assert_allclose(self.place(found, (1, 0, z)), (5.5, 1.5, middle), atol=1e-9)
+
+    def test_a_level_that_is_read_does_not_read_the_volume(self):
+        path, means = self.levels()
+        with open(path, "r+b") as file:
+            # Damage in the bricks of the volume, which are first.
+            file.seek(20000)
+            file.write(bytes(64))
+        for resolution, intact in ((4, True), (16, True), (1, False)):
+            reader = TagridImage()
+            reader.SetResolution(resolution)
+            found, said = self.read(reader, path)
+            self.assertEqual(found.GetNumberOfPoints() == means[resolution].size and "damaged" not in said, intact, said)
 
     def test_another_file_is_read_when_it_is_named(self):
         array = numpy.arange(24, dtype="uint8").reshape(2, 3, 4)

@@ -47,6 +47,12 @@ for name in sys.argv[1:]:
     image = TagridImage(FileName=name, Step=3)
     image.UpdatePipeline()
     found[f"{name} Step"] = {"points": image.GetDataInformation().GetNumberOfPoints()}
+    level = TagridImage(FileName=name, Resolution="1/4")
+    part = TagridStructuredGrid(FileName=name, Region=[10, 19, 0, -1, 5, 6])
+    for what, source in (("1/4", level), ("Region", part)):
+        source.UpdatePipeline()
+        about = source.GetDataInformation()
+        found[f"{name} {what}"] = {"points": about.GetNumberOfPoints(), "bounds": about.GetBounds()}
 chosen = simple.OpenDataFile(sys.argv[1])
 found["opened"] = chosen is not None and chosen.GetXMLName()
 with open("found.json", "w") as file:
@@ -85,7 +91,7 @@ class Readers(unittest.TestCase):
             header = cls.folder / f"{name}.nhdr"
             kept = [line for line in header.read_text().splitlines() if not line.startswith(("space", "spacings"))]
             header.write_text("\n".join(kept + places) + "\n")
-            subprocess.run([PROGRAM, "encode", header, "-q"], check=True, capture_output=True)
+            subprocess.run([PROGRAM, "encode", header, "--overviews", "4", "-q"], check=True, capture_output=True)
         files = [cls.folder / f"{name}.tag" for name in PLACES]
         cls.run_in_pvpython(LOOK, *files)
         cls.found = {key.replace(f"{cls.folder}/", ""): value
@@ -114,6 +120,14 @@ class Readers(unittest.TestCase):
             for reader, bounds in zip(("TagridImage", "TagridStructuredGrid"), expected):
                 found = self.found[f"{name}.tag {reader}"]["bounds"]
                 self.assertLess(max(abs(a - b) for a, b in zip(found, bounds)), 1e-5, (name, reader, found))
+
+    def test_levels_and_regions_are_where_they_belong(self):
+        for name in PLACES:
+            self.assertEqual(self.found[f"{name}.tag 1/4"]["points"], 10 * 9 * 8)
+            self.assertEqual(self.found[f"{name}.tag Region"]["points"], 10 * 36 * 2)
+        for key, expected in (("1/4", [-6.75, 9.25, 20.75, 38.75, 33, 89]), ("Region", [-7.5, 10, 25, 29.5, 40, 42])):
+            found = self.found[f"turned.tag {key}"]["bounds"]
+            self.assertLess(max(abs(a - b) for a, b in zip(found, expected)), 1e-5, (key, found))
 
     def test_a_contour_of_the_structured_grid_is_where_that_of_the_mesh_is(self):
         for name in ("turned", "sheared"):

@@ -134,6 +134,57 @@ class Encoding(unittest.TestCase):
             for threads in (1, 3):
                 self.assertEqual(tagrid.encode(samples, max_error=2, spacing=(2, 0.5, 0.5), threads=threads), data)
 
+    def test_overviews_are_those_of_the_program(self):
+        for dtype in ("int16", "float32"):
+            samples = blobs((9, 10, 530), dtype)
+            (self.folder / "v.raw").write_bytes(samples.tobytes())
+            for ours, theirs in ((None, None), ("auto", "auto"), ("none", "none"), ((), "none"), ([4], "4"), (np.array([4, 16, 64]), "4,16,64")):
+                command = [PROGRAM, "encode", self.folder / "v.raw", "--dims", "530,10,9", "--type", dtype, "--max-error", "2", "--strip"]
+                command += [] if theirs is None else ["--overviews", theirs]
+                command += [] if dtype == "int16" else ["--range", "-200:200"]
+                subprocess.run([*command, "-q", "-f", "-o", self.folder / "v.tag"], check=True)
+                settings = {} if ours is None else {"overviews": ours}
+                settings |= {} if dtype == "int16" else {"value_range": (-200, 200)}
+                data = tagrid.encode(samples, max_error=2, **settings)
+                self.assertEqual(data, (self.folder / "v.tag").read_bytes(), (dtype, ours))
+                tagrid.encode(samples, self.folder / "w.tag", max_error=2, **settings)
+                self.assertEqual(data, (self.folder / "w.tag").read_bytes())
+                with tagrid.open(data) as volume:
+                    factors = () if theirs == "none" else (4,) if theirs in (None, "auto") else tuple(map(int, theirs.split(",")))
+                    self.assertEqual(volume.overviews, factors)
+                    for factor in factors:
+                        blocks = [range(0, n, factor) for n in samples.shape]
+                        means = [[[samples[z:z + factor, y:y + factor, x:x + factor].mean(dtype="f8") for x in blocks[2]] for y in blocks[1]]
+                                 for z in blocks[0]]
+                        self.assertLessEqual(np.abs(np.asarray(volume.overview(factor)) - means).max(), 2.5)
+
+    def test_overviews_that_cannot_be_are_refused(self):
+        samples = blobs((9, 10, 11))
+        for wrong in ("all", "4", (3,), (16, 4), (4, 4), (4096,), (-4,), (0,), (2**31,)):
+            self.assertRaises(tagrid.ArgumentError, tagrid.encode, samples, self.folder / "v.tag", overviews=wrong)
+        for wrong in (4, None, (4.5,), ("4",)):
+            self.assertRaises(TypeError, tagrid.encode, samples, self.folder / "v.tag", overviews=wrong)
+        self.assertRaises(tagrid.ArgumentError, tagrid.encode, samples, grid_only=True, max_error=None, overviews=[4])
+        self.assertEqual(self.left(), [])
+
+    def test_a_temporary_file_that_cannot_be_is_an_error_where_one_is_needed(self):
+        samples = blobs((9, 10, 11))
+        before = os.environ.get("TMPDIR")
+        os.environ["TMPDIR"] = str(self.folder / "none")
+        try:
+            self.assertRaisesRegex(tagrid.InputError, "none.*No such file", tagrid.encode, samples, overviews=[4])
+            tagrid.encode(samples)
+            tagrid.encode(samples, self.folder / "v.tag", overviews=[4])
+        finally:
+            os.environ.pop("TMPDIR") if before is None else os.environ.update(TMPDIR=before)
+        self.assertEqual(self.left(), ["v.tag"])
+
+    def test_chunks_have_none(self):
+        from tagrid._lattice import encode_chunk
+        for whole in (False, True):
+            with tagrid.open(encode_chunk(blobs((2, 3, 700)), 2, whole, 0, {})) as volume:
+                self.assertEqual(volume.overviews, ())
+
     def test_other_types_and_shapes_are_refused_and_the_message_helps(self):
         for array, error, words in ((np.zeros((3, 4, 5)).astype("i8"), TypeError, "astype"), (np.zeros((3, 4, 5), bool), TypeError, "uint8"),
                                     (np.zeros((3, 4, 5), "f2"), TypeError, "float32"), (np.zeros((3, 4, 5), complex), TypeError, "types are"),

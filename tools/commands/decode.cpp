@@ -185,7 +185,7 @@ struct DecodeCommand {
     try {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
-      if (salvage || !is_regular_input(input) || !has_whole_bricks()) throw;
+      if (salvage || overview || !is_regular_input(input) || !has_whole_bricks()) throw;
       throw BrokenInput(words_of(broken) + "; --salvage decodes the intact bricks");
     }
   }
@@ -234,9 +234,10 @@ Action add_decode_command(CLI::App& app) {
       *command, "--step", state->step, "N",
       "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
   add_volume_option(*command, state->volume);
-  add_number_option(*command, "--overview", state->overview, "F",
-                    "The averaged level with this factor (see tagrid info) instead of the volume; --region "
-                    "still counts samples of the volume");
+  add_number_option(
+      *command, "--overview", state->overview, "F",
+      "The means of blocks of F samples along each axis, if the file has them (see tagrid info), "
+      "instead of the volume; --region still counts samples of the volume");
   command->add_flag("--samples", state->samples,
                     "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,

@@ -129,6 +129,12 @@ struct VerifyCommand {
                  error_text(*result.max_error, result.header));
     if (result.mesh_error)
       fmt::print("largest error of the mesh: {}\n", error_text(*result.mesh_error, result.header));
+    const char* members =
+        result.header.volumes > 1 ? "volumes after the first one, and overviews" : "overviews";
+    if (!result.are_members_decoded)
+      fmt::print("{}: only their checksums were checked, as a pipe is read once\n", members);
+    if (!result.are_members_compared)
+      fmt::print("{}: not compared with {}, which can be read only once\n", members, printable(original));
     if (original.empty()) return;
     if (result.geometry.differences.empty()) fmt::print("geometry: {}\n", words_of(result.geometry));
     fmt::print("source files: {}\n", files);

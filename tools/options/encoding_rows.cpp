@@ -112,7 +112,7 @@ std::vector<OptionRow> all_rows() {
           to(&E::effort, effort_names), {"fast", "default", "best"}),
       row(setting::overviews.name, kept, "none|auto|4,16,...",
           "Averaged levels for looking at the volume, by their factors; auto, the default: where the longest "
-          "axis has more than 512 samples",
+          "axis has more than 512 samples; none for labels, whose means are other labels",
           set_overviews),
       row(setting::mesh_error.name, kept, "E",
           "Refine until the mesh is within E of every sample; at least the bound on active voxels",

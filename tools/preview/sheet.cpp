@@ -87,10 +87,13 @@ class Drawing {
   void fill_panel(const Placed& at, ColourOf colour_of) {
     const Panel& p = at.slice.panel;
     const std::vector<double> values = values_of(at.slice, sheet_.type);
+    // Numbers take divisions.
+    std::vector<std::int64_t> numbers;
+    for (int u = 0; u < p.across.pixels; ++u) numbers.push_back(p.across.number(u));
     for (int v = 0; v < p.down.pixels; ++v) {
       const std::int64_t row = p.down.number(v) * p.across.count();
       for (int u = 0; u < p.across.pixels; ++u) {
-        const double sample = values[static_cast<std::size_t>(row + p.across.number(u))];
+        const double sample = values[static_cast<std::size_t>(row + numbers[static_cast<std::size_t>(u)])];
         const auto grey = sheet_.window.grey(sheet_.rescale.slope * sample + sheet_.rescale.intercept);
         image_.set(at.x + u, at.y + v, colour_of(u, v, grey));
       }

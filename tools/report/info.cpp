@@ -239,11 +239,12 @@ void for_each_overview(const TagSummary& file, auto use) {
 
 ordered_json overviews_json(const TagSummary& file) {
   ordered_json all = ordered_json::array();
-  for_each_overview(file, [&](const Member& member, const CodingParameters& p) {
+  for_each_overview(file, [&](const Member& member, const std::optional<CodingParameters>& p) {
+    const Index3 dims = overview_dims(file.header.parameters.dims, member.factor);
     all.push_back({{"factor", member.factor},
-                   {"dims", {p.dims.x, p.dims.y, p.dims.z}},
+                   {"dims", {dims.x, dims.y, dims.z}},
                    {"bytes", member_frame_size + member.length},
-                   {"max_error", p.max_error}});
+                   {"max_error", p ? ordered_json(p->max_error) : ordered_json(nullptr)}});
   });
   return all;
 }
@@ -308,11 +309,13 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
-  for_each_overview(file, [&, is_first = true](const Member& member, const CodingParameters& o) mutable {
-    line(is_first ? "overviews" : "",
-         fmt::format("{}: {} x {} x {}, {}, maximum error {}", member.factor, o.dims.x, o.dims.y, o.dims.z,
-                     human_bytes(member_frame_size + member.length), bound_text(o.max_error)));
-    is_first = false;
+  const char* name_of_line = "overviews";
+  for_each_overview(file, [&](const Member& member, const std::optional<CodingParameters>& o) {
+    const Index3 dims = overview_dims(p.dims, member.factor);
+    line(name_of_line, fmt::format("{}: {} x {} x {} means, {}, {}", member.factor, dims.x, dims.y, dims.z,
+                                   human_bytes(member_frame_size + member.length),
+                                   o ? "maximum error " + bound_text(o->max_error) : "damaged"));
+    name_of_line = "";
   });
   for (const Member& member : index.members)
     if (!member.is_overview() && !member.is_volume())

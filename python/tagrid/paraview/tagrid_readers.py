@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any
 
@@ -38,12 +39,47 @@ def _step() -> Any:
     @smproperty.intvector(name="Step", default_values=1)
     @smdomain.intrange(min=1, max=64)
     def SetStep(self: _Voxels, step: int) -> None:
-        """Take every n-th sample along each axis."""
+        """Take every n-th sample of the level along each axis."""
         if step != self._step:
             self._step = step
             self.Modified()
 
     return SetStep
+
+
+#: What the property Resolution offers: the edge of the blocks whose means are read, and its name. 0: see SetResolution().
+_RESOLUTIONS = {0: "auto", 1: "full", **{4**n: f"1/{4**n}" for n in range(1, 6)}}
+
+
+def _resolution() -> Any:
+    """The property Resolution."""
+    entries = "".join(f'<Entry value="{value}" text="{text}"/>' for value, text in _RESOLUTIONS.items())
+
+    @smproperty.intvector(name="Resolution", default_values=0)
+    @smdomain.xml(f'<EnumerationDomain name="enum">{entries}</EnumerationDomain>')
+    def SetResolution(self: _Voxels, resolution: int) -> None:
+        """Read all samples ("full"), or an averaged level that the file has: "1/4" reads the means of blocks of 4 x 4 x 4
+        samples. If the file lacks it, the next finer level is read. "auto" reads the finest level of which the region
+        is not too large; it is read in full where the file has no averaged levels."""
+        if resolution != self._resolution:
+            self._resolution = resolution
+            self.Modified()
+
+    return SetResolution
+
+
+def _region() -> Any:
+    """The property Region."""
+    @smproperty.intvector(name="Region", number_of_elements=6, default_values=[0, -1, 0, -1, 0, -1])
+    def SetRegion(self: _Voxels, *region: int) -> None:
+        """Read only the samples from the first to the second number along x, from the third to the fourth along y, and so on,
+        both included. Samples are those of the full volume, whatever the resolution; -1 is the last one. A small region
+        has a finer resolution if that is "auto"."""
+        if region != self._region:
+            self._region = region
+            self.Modified()
+
+    return SetRegion
 
 
 class _Reader(VTKPythonAlgorithmBase):
@@ -84,15 +120,52 @@ def _is_sheared(volume: tagrid.Volume) -> bool:
 class _Voxels(_Reader):
     """The base of the voxel readers, which decode only the requested region."""
 
+    #: With the resolution "auto", no more samples are read if the file has a coarser level.
+    most_samples = 2**28
+
     def __init__(self, output: str):
         super().__init__(output)
         self._step = 1
+        self._resolution = 0
+        self._region: tuple[int, ...] = (0, -1) * 3
+        self._overview: Any = None
+
+    def extent(self, factor: int) -> list[int]:
+        """The first and the last sample of the region along x, y and z, in a level and in steps."""
+        extent = []
+        for axis, count in enumerate(self.volume().shape[::-1]):
+            low, high = (end if end >= 0 else count - 1 for end in self._region[2 * axis:2 * axis + 2])
+            high = min(high, count - 1)
+            if low > high:
+                raise tagrid.ArgumentError(f"Region: {low} to {high} along {'xyz'[axis]} is empty; there are {count} samples")
+            last = high // factor // self._step
+            extent += [min(-(-(low // factor) // self._step), last), last]
+        return extent
+
+    def factor(self) -> int:
+        """The edge of the blocks whose means are read; 1: all samples."""
+        factors = [1, *self.volume().overviews]
+        if self._resolution > 0:
+            return max(factor for factor in factors if factor <= self._resolution)
+        for factor in factors:
+            ends = self.extent(factor)
+            if math.prod(ends[i + 1] - ends[i] + 1 for i in (0, 2, 4)) <= self.most_samples:
+                return factor
+        return factors[-1]
+
+    def level(self) -> tagrid.Volume:
+        """The volume, or the averaged level of it, that is read."""
+        volume, factor = self.volume(), self.factor()
+        if factor == 1:
+            return volume
+        if self._overview is None or self._overview[0] is not volume or self._overview[1] != factor:
+            self._overview = volume, factor, volume.overview(factor)
+        return self._overview[2]
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         volume = self.volume()
         info = outputs.GetInformationObject(0)
-        extent = [end for n in volume.shape[::-1] for end in (0, (n - 1) // self._step)]
-        info.Set(Pipeline.WHOLE_EXTENT(), extent, 6)
+        info.Set(Pipeline.WHOLE_EXTENT(), self.extent(self.factor()), 6)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         vtkDataObject.SetPointDataActiveScalarInfo(info, numpy_to_vtk(np.empty(0, volume.dtype)).GetDataType(), 1)
         return 1
@@ -101,7 +174,7 @@ class _Voxels(_Reader):
         """The requested extent, and its samples as the array "value"."""
         extent = outputs.GetInformationObject(0).Get(Pipeline.UPDATE_EXTENT())
         step = self._step
-        samples = self.volume().read([(step * extent[axis], step * extent[axis + 1] + 1) for axis in (4, 2, 0)], step)
+        samples = self.level().read([(step * extent[axis], step * extent[axis + 1] + 1) for axis in (4, 2, 0)], step)
         values = numpy_to_vtk(samples.ravel())
         values.SetName("value")
         return extent, values
@@ -117,11 +190,13 @@ class TagridImage(_Voxels):
         self._judged: Any = None
 
     SetFileName = _file_name("tagrid: image of the voxels")
+    SetResolution = _resolution()
+    SetRegion = _region()
     SetStep = _step()
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         super().RequestInformation(request, inputs, outputs)
-        origin, spacing, direction = _image_geometry(self.volume())
+        origin, spacing, direction = _image_geometry(self.level())
         info = outputs.GetInformationObject(0)
         info.Set(vtkDataObject.ORIGIN(), origin, 3)
         info.Set(vtkDataObject.SPACING(), [self._step * s for s in spacing], 3)
@@ -133,7 +208,7 @@ class TagridImage(_Voxels):
         image = vtkImageData.GetData(outputs, 0)
         extent, values = self.decode(outputs)
         image.SetExtent(extent)
-        origin, spacing, direction = _image_geometry(self.volume())
+        origin, spacing, direction = _image_geometry(self.level())
         image.SetOrigin(origin)
         image.SetSpacing([self._step * s for s in spacing])
         image.SetDirectionMatrix(direction)
@@ -160,10 +235,14 @@ class TagridStructuredGrid(_Voxels):
     """The samples as a structured grid, in the point array "value". Each sample has its own world position,
     even if slices are unevenly spaced or sheared. Positions take 24 bytes of memory per sample."""
 
+    most_samples = 2**25
+
     def __init__(self) -> None:
         super().__init__("vtkStructuredGrid")
 
     SetFileName = _file_name("tagrid: voxels at their places")
+    SetResolution = _resolution()
+    SetRegion = _region()
     SetStep = _step()
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
@@ -178,10 +257,10 @@ class TagridStructuredGrid(_Voxels):
 
     def _places(self, extent: list[int]) -> Any:
         """x, y, z of each sample of an extent, along x first."""
-        affine, positions = self.volume().affine, self.volume().slice_positions
+        affine, positions = self.level().affine, self.level().slice_positions
         x, y, z = (self._step * np.arange(extent[i], extent[i + 1] + 1) for i in (0, 2, 4))
         if positions is None:
-            positions = affine[:3, 3] + np.arange(self.volume().shape[0])[:, None] * affine[:3, 2]
+            positions = affine[:3, 3] + np.arange(self.level().shape[0])[:, None] * affine[:3, 2]
         places = np.empty((len(z), len(y), len(x), 3))
         places[:] = positions[z][:, None, None]
         places += (y[:, None] * affine[:3, 1])[None, :, None]

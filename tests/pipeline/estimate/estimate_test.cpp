@@ -78,6 +78,40 @@ TYPED_TEST(EstimatesOfType, OfASmallVolumeAreItsEncodings) {
   }
 }
 
+// What overviews add is small beside the rest, so it is compared alone.
+TYPED_TEST(EstimatesOfType, OfOverviewsAreWithinATenth) {
+  const Index3 dims = {90, 81, 77};
+  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1), "spacings: 1 2 3\na key:=with a value\n");
+  const std::vector<double> errors = {0.0, 6.0};
+  const auto without = this->estimate({.overviews = std::vector<int>()}, errors);
+  for (const std::vector<int>& factors : {std::vector{4}, {4, 16}, {16}}) {
+    const auto with = this->estimate({.overviews = factors}, errors);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const EncodeResult encoded = this->encode({.overviews = factors}, errors[i]),
+                         plain = this->encode({.overviews = std::vector<int>()}, errors[i]);
+      const auto really = static_cast<double>(encoded.file_bytes - plain.file_bytes);
+      const double added = with.estimates[i].file_bytes - without.estimates[i].file_bytes;
+      // A coarse level alone is guessed.
+      const double accuracy = factors[0] == 4 ? 0.1 : 1;
+      EXPECT_NEAR(added / really, 1, accuracy) << factors.size() << " " << errors[i] << " " << really;
+      EXPECT_GT(with.estimates[i].encoding_seconds, 0);
+    }
+  }
+}
+
+// By default, long volumes have them, and grids have none.
+TEST_F(EstimatedVolume, OfFilesWithOverviewsByDefaultCountThem) {
+  const Index3 dims = {600, 40, 37};
+  write_nrrd(in_, dims, blobs<std::int16_t>(dims, 1));
+  for (const bool grid_only : {false, true}) {
+    const EncodeOptions options{.grid_only = grid_only, .cube_size = 8};
+    const double estimated = estimate(options, {2}).estimates[0].file_bytes;
+    const EncodeResult encoded = encode(options, 2);
+    EXPECT_EQ(encoded.index.members.size(), grid_only ? 0U : 1U);
+    EXPECT_NEAR(estimated / static_cast<double>(encoded.file_bytes), 1, 0.01);
+  }
+}
+
 // Of a larger one, a sample is encoded.
 TEST_F(EstimatedVolume, OfALargeVolumeAreWithinFivePerCent) {
   write_phantom({.dims = {330, 300, 280}, .type = SampleType::int16, .seed = 3}, in_, format_named("nrrd"),

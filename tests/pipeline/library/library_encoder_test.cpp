@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
+#include <filesystem>
 #include <thread>
 
 #include "tests/pipeline/library/library_calls.h"
@@ -102,6 +103,46 @@ struct LibraryEncoder : TemporaryFolder {
       expect_bytes_of_the_program<T>(dims, options, same, seed, fields);
     }
   }
+
+  template <class T>
+  void expect_overviews_of_the_program(const Index3& dims) {
+    const auto samples = awkward_volume<T>(Awkward::smooth, dims, 3);
+    write_nrrd(path("volume.nrrd"), dims, samples, "spacings: 1 2 3\n");
+    struct Choice {
+      std::vector<std::int64_t> given;  // empty: not given
+      std::optional<std::vector<int>> same;
+    };
+    const std::vector<Choice> choices = {
+        {{}, {}}, {{0}, std::vector<int>()}, {{4, 0}, {{4}}}, {{4, 16, 256, 0}, {{4, 16, 256}}}};
+    for (const auto& [given, factors] : choices)
+      for (const double max_error : {0.0, 3.0}) {
+        tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
+        tagrid_geometry geometry = {};
+        geometry.has_spacing = 1;
+        for (int axis = 0; axis < 3; ++axis) geometry.spacing[axis] = 1 + axis;
+        options.geometry = &geometry;
+        options.max_error = max_error;
+        options.overviews = given.empty() ? nullptr : given.data();
+        EncodeOptions same{.max_error = max_error, .overviews = factors};
+        same.cube_size = options.cube;
+        same.brick_edge = options.brick;
+        if (sizeof(T) > 2) same.range = {0, 100};
+        encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
+        for (const int threads : {1, 3}) {
+          Encoded encoded;
+          const tagrid_call call = call_of(threads);
+          encode(options, samples.data(), encoded, &call);
+          ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+          ASSERT_EQ(encoded.bytes, content("volume.tag"));
+          EXPECT_EQ(encoded.info.file_bytes, encoded.bytes.size());
+        }
+        MemoryFile file{content("volume.tag")};
+        std::int64_t found[TAGRID_MOST_OVERVIEWS];
+        ASSERT_EQ(tagrid_reader_overviews(open_reader(file).get(), found), TAGRID_OK);
+        const std::vector<std::int64_t> wanted = given.empty() ? std::vector<std::int64_t>{4, 0} : given;
+        EXPECT_TRUE(std::ranges::equal(wanted, std::span(found).first(wanted.size())));
+      }
+  }
 };
 
 TEST_F(LibraryEncoder, EveryTypeAndModeGivesTheBytesOfTheProgramAndComesBack) {
@@ -151,6 +192,68 @@ TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
     encoded = {};
     encode(options, samples.data(), encoded);
     EXPECT_EQ(encoded.status, TAGRID_IO_ERROR);
+  }
+}
+
+TEST_F(LibraryEncoder, OverviewsAreThoseOfTheProgram) {
+  expect_overviews_of_the_program<std::uint8_t>({530, 9, 13});
+  expect_overviews_of_the_program<std::int16_t>({7, 601, 5});
+  expect_overviews_of_the_program<std::int32_t>({6, 7, 515});
+  expect_overviews_of_the_program<float>({9, 10, 520});
+}
+
+TEST_F(LibraryEncoder, OverviewsThatCannotBeAreRefusedAndNothingIsReadBehindThem) {
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  const std::vector<std::vector<std::int64_t>> mistakes = {
+      {-4}, {2}, {8}, {4, 4}, {16, 4}, {4, 4096}, {std::int64_t{1} << 32}, {4, (std::int64_t{1} << 32) + 16}};
+  for (const auto& mistake : mistakes) {
+    options.overviews = mistake.data();
+    Encoded encoded;
+    encode(options, nullptr, encoded);
+    EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << mistake.back();
+    EXPECT_TRUE(has(encoded.message, "powers of 4")) << encoded.message;
+    EXPECT_EQ(encoded.bytes, "");
+  }
+}
+
+TEST_F(LibraryEncoder, ATemporaryFileThatCannotBeCreatedIsAnErrorBeforeTheFirstByte) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 4);
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  const std::int64_t factors[] = {4, 0};
+  const std::string missing = path("missing");
+  options.spool = missing.c_str();
+  Encoded without, refused;
+  encode(options, samples.data(), without);
+  EXPECT_EQ(without.status, TAGRID_OK) << without.message;
+  options.overviews = factors;
+  encode(options, samples.data(), refused);
+  EXPECT_EQ(refused.status, TAGRID_IO_ERROR);
+  EXPECT_TRUE(has(refused.message, missing)) << refused.message;
+  EXPECT_EQ(refused.bytes, "");
+  std::filesystem::create_directory(missing);
+  Encoded encoded;
+  encode(options, samples.data(), encoded);
+  EXPECT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+  EXPECT_TRUE(std::filesystem::is_empty(missing));
+}
+
+TEST_F(LibraryEncoder, AWriteOfAnOverviewThatFailsEndsIt) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 2);
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  const std::int64_t factors[] = {4, 16, 0};
+  Encoded without, whole;
+  encode(options, samples.data(), without);
+  options.overviews = factors;
+  encode(options, samples.data(), whole);
+  ASSERT_EQ(whole.status, TAGRID_OK);
+  ASSERT_GT(whole.writes, without.writes + 2);
+  for (int n = without.writes - 2; n < whole.writes; ++n) {
+    Encoded encoded;
+    encoded.write_fails_at = n;
+    encode(options, samples.data(), encoded);
+    ASSERT_EQ(encoded.status, TAGRID_IO_ERROR) << n;
+    ASSERT_TRUE(has(encoded.message, "error 9")) << encoded.message;
+    ASSERT_EQ(encoded.bytes, whole.bytes.substr(0, encoded.bytes.size()));
   }
 }
 
@@ -223,10 +326,10 @@ TEST_F(LibraryEncoder, ItStopsWhereProgressSaysSo) {
 
 TEST_F(LibraryEncoder, OneThatIsNotFinishedIsEndedWhenItIsClosed) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 4);
-  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  Encoded whole;
-  encode(options, samples.data(), whole);
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  const std::int64_t factors[] = {4, 16, 0};
   for (std::int64_t slices = 0; slices <= dims.z; ++slices) {
+    options.overviews = slices % 2 == 0 ? factors : nullptr;
     Encoded encoded;
     tagrid_encoder* opened = nullptr;
     ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
@@ -280,7 +383,9 @@ TEST_F(LibraryEncoder, SlicesAreCopiedOnlyOnceThereIsRoomForThem) {
 }
 
 TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
-  for (const Index3 size : {dims, Index3{100, 3, 5}, Index3{3, 90, 40}}) {
+  // The last ones have overviews.
+  for (const Index3 size :
+       {dims, Index3{100, 3, 5}, Index3{3, 90, 40}, Index3{600, 70, 9}, Index3{2, 3, 700}}) {
     const auto samples = awkward_volume<std::int16_t>(Awkward::noise, size, 6);
     const tagrid_encode_options options = encode_options(size, SampleType::int16);
     const std::uint64_t smallest = tagrid_encode_memory(&options);

@@ -120,7 +120,7 @@ TEST_F(ReadPreview, TakesSlicesFromTheCoarsestOverviewThatShowsAsMuch) {
       }
   }
   EXPECT_EQ(content.levels.panel.block(), 1);
-  wishes.largest = 70;
+  wishes.largest = 110;
   for (const PreviewSlice& slice : read_preview(file, wishes, Resources(2), 0).slices)
     EXPECT_EQ(slice.panel.block(), 1);
 }

@@ -30,6 +30,28 @@ TEST_F(Mpi, AnyNumberOfProcessesWritesTheSameParity) {
   expect_ok(tagrid({"verify", "b.tag", "-q"}));
 }
 
+// One process sums and encodes what many have read, each with its rows, also after one was killed.
+TEST_F(Mpi, AnyNumberOfProcessesWritesTheSameOverviews) {
+  for (const char* type : {"int16", "float32"}) {
+    SCOPED_TRACE(type);
+    phantom("volume.nhdr", {"--dims", "50,41,45", "--type", type});
+    const Arguments encode = {"encode",        "volume.nhdr",      "--cube=8", "--brick=1",
+                              "--max-error=2", "--overviews=4,16", "-fo"};
+    expect_ok(tagrid(with(encode, {"a.tag", "-T1"})));
+    for (const int processes : {1, 2, 3, 7})
+      for (const Arguments& more : {Arguments{"-T2"}, {"-T1", "--resume"}}) {
+        expect_ok(by(processes, with(with(encode, {"b.tag"}), more)));
+        EXPECT_TRUE(content("b.tag") == content("a.tag")) << processes << more.back();
+      }
+    std::filesystem::remove(path("b.tag"));
+    with_fault(3, "30", "SIGKILL", with(encode, {"b.tag", "--resume"}));
+    expect_ok(by(2, with(encode, {"b.tag", "--resume"})));
+    EXPECT_TRUE(content("b.tag") == content("a.tag"));
+    expect_ok(by(3, {"verify", "b.tag", "--against", "volume.nhdr", "-q"}));
+    for (const std::string& name : names()) std::filesystem::remove_all(path(name));
+  }
+}
+
 TEST_F(Mpi, AlsoOverTcp) {
   make_volume("23,19,21");
   expect_result(

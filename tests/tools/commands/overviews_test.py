@@ -255,6 +255,32 @@ class Overviews(unittest.TestCase):
             (self.folder / "b.tag").write_bytes(data[:end])
             self.run_tagrid("verify", "b.tag", "-q", code=65)
 
+    def test_info_names_them_whatever_the_grid_and_from_a_pipe(self):
+        volume = self.volume("uint8", (20, 30, 40))
+        for grid in ("stored", "derived"):
+            data = self.encode(volume, "a.tag", "--overviews", "4,16", "--grid", grid, "--max-error", "1")
+            for source, given in (("a.tag", None), ("-", data)):
+                told = json.loads(self.run_tagrid("info", source, "--json", input=given).stdout)["overviews"]
+                self.assertEqual([level["factor"] for level in told], [4, 16])
+                self.assertIn(b"overviews       4: 10 x 8 x 5 means", self.run_tagrid("info", source, input=given).stdout)
+
+    def test_one_with_a_damaged_header_costs_nothing_else(self):
+        volume = self.volume("uint8", (20, 30, 640))
+        data = self.encode(volume, "a.tag", "--overviews", "4,16", "--max-error", "1")
+        damaged = bytearray(data)
+        damaged[data.index(decoder.overviews(data)[4]) + 50] ^= 1
+        (self.folder / "b.tag").write_bytes(damaged)
+        told = json.loads(self.run_tagrid("info", "b.tag", "--json").stdout)["overviews"]
+        self.assertEqual([level["max_error"] for level in told], [None, 1])
+        self.assertIn(b", damaged", self.run_tagrid("info", "b.tag").stdout)
+        self.run_tagrid("preview", "b.tag", "-q", "-f", "-o", "b.png")
+
+    def test_verify_says_what_a_pipe_leaves_out(self):
+        volume = self.volume("uint8", (20, 30, 40))
+        data = self.encode(volume, "a.tag", "--overviews", "4")
+        self.assertIn(b"only their checksums were checked", self.run_tagrid("verify", "-", input=data).stdout)
+        self.assertNotIn(b"checksums", self.run_tagrid("verify", "a.tag").stdout)
+
     def test_members_of_unknown_kinds_are_skipped_and_named(self):
         volume = self.volume("uint8", (6, 7, 9))
         data = self.encode(volume, "a.tag", "--overviews", "4")

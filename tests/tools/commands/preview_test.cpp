@@ -136,13 +136,13 @@ TEST_F(PreviewCommand, AFrameShowsOfWhichPartOfALargeSliceTheLevelsAre) {
   expect_ok(tagrid({"encode", "large.nrrd"}));
   const PngPicture picture = preview("large.tag", {"--window", "0:1000"});
   const SheetPlaces places = places_on_sheet(panels(dims, {850, 425, 1}));
-  // The samples are nearly black. Slices are of means, so that 195 of 1700 samples have four pixels each; in the
-  // whole slice they begin at pixel 345.
+  // The samples are nearly black. Slices are of means, so that 111 of 1700 samples have seven pixels each; in
+  // the whole slice they begin at pixel 364.
   const auto is_bright = [&](int u, int v) {
     return picture.at(places.slices[2].x + u, places.slices[2].y + v)[0] > 200;
   };
-  for (int u = 0; u < 780; ++u) EXPECT_EQ(is_bright(u, 195), u == 345 || u == 434) << u;
-  for (int v = 0; v < 390; ++v) EXPECT_EQ(is_bright(390, v), v == 173 || v == 217) << v;
+  for (int u = 0; u < 780; ++u) EXPECT_EQ(is_bright(u, 195), u == 364 || u == 415) << u;
+  for (int v = 0; v < 390; ++v) EXPECT_EQ(is_bright(390, v), v == 182 || v == 207) << v;
 }
 
 TEST_F(PreviewCommand, WhatIsNotANumberHasAColourOfItsOwn) {

@@ -1,0 +1,58 @@
+#include "pipeline/estimate/block_means.h"
+
+#include <algorithm>
+#include <cassert>
+#include <span>
+#include <vector>
+
+#include "io/formats/nrrd/region.h"
+
+namespace tagrid {
+namespace {
+
+SourceFacts facts_of(const VolumeInfo& volume) {
+  SourceFacts facts;
+  facts.info.dims = layout_of_sums(volume.dims, volume.type, block_edge).blocks;
+  facts.info.type = volume.type;
+  facts.info.nrrd_fields = fields_of_overview(volume.nrrd_fields, block_edge, volume.dims.z);
+  facts.traits.again = facts.traits.any_rows = true;
+  facts.name = "the means of the volume";
+  return facts;
+}
+
+}  // namespace
+
+BlockMeans::BlockMeans(VolumeSource& volume)
+    : VolumeSource(facts_of(volume.info())),
+      volume_(volume),
+      layout_(layout_of_sums(volume.info().dims, volume.info().type, block_edge)) {}
+
+void BlockMeans::read(std::byte* out, std::int64_t first, std::int64_t count) {
+  const Index3 dims = volume_.info().dims, blocks = layout_.blocks;
+  assert(first % blocks.x == 0 && count % blocks.x == 0);
+  std::vector<std::byte> samples, sums;
+  std::int64_t row = first / blocks.x;
+  const std::int64_t end = row + count / blocks.x;
+  while (row < end) {
+    // All rows of a slice of blocks at once, as a source may have to decode all of a slice for each read.
+    const std::int64_t z = row / blocks.y, y = row % blocks.y, rows = std::min(end - row, blocks.y - y);
+    Box read = {{0, y * block_edge, 0}, {dims.x - 1, std::min((y + rows) * block_edge, dims.y) - 1, 0}};
+    SlabSums slab(layout_, dims.x, read.size().y);
+    samples.resize(static_cast<std::size_t>(read.count()) * size_of(layout_.type));
+    for (std::int64_t s = z * block_edge; s < std::min((z + 1) * block_edge, dims.z); ++s) {
+      read.low.z = read.high.z = s;
+      volume_.read_rows(samples.data(), read);
+      slab.add_slice(samples.data());
+    }
+    slab.take(sums);
+    for (std::int64_t i = 0; i < rows; ++i) {
+      const std::size_t size = layout_.row_bytes();
+      means_of_row(layout_, dims, y + i, z, std::span(sums).subspan(static_cast<std::size_t>(i) * size, size),
+                   out);
+      out += static_cast<std::size_t>(blocks.x) * size_of(layout_.type);
+    }
+    row += rows;
+  }
+}
+
+}  // namespace tagrid
