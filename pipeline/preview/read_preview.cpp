@@ -234,29 +234,38 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
   return plan;
 }
 
-// The overviews by factor. One that is damaged is left out: voxels take its place.
+// The overviews that were opened, by factor.
 using Overviews = std::map<std::int64_t, std::shared_ptr<const TagBricks>>;
-Overviews overviews_of(const TagBricks& file) {
-  Overviews overviews;
-  for (const Member& member : file.index().members) try {
-      if (member.is_overview()) overviews[member.factor] = file.nested(member);
-    } catch (const BrokenInput&) {
-    }
-  return overviews;
+
+// Opens the overview of a member. False if it is damaged: others, or voxels, take its place.
+bool can_open(const TagBricks& file, const Member& member, Overviews& overviews) {
+  if (overviews.contains(member.factor)) return true;
+  try {
+    overviews[member.factor] = file.nested(member);
+    return true;
+  } catch (const BrokenInput&) {
+    overviews.erase(member.factor);
+    return false;
+  }
 }
 
 // The slices, each from the coarsest overview that shows as much.
-void choose_panels(const TagBricks& file, const Overviews& overviews, const PreviewWishes& wishes,
-                   PreviewContent& content) {
+Overviews choose_panels(const TagBricks& file, const PreviewWishes& wishes, PreviewContent& content) {
+  Overviews overviews;
   const Index3& dims = file.parameters().dims;
   const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
   for (int axis = 0; axis < 3; ++axis) {
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
     panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
                      wishes.least);
-    for (const auto& [factor, overview] : overviews)
-      if (fits(factor, panel)) panel.across.block = panel.down.block = factor;
+    for (const Member& member : std::views::reverse(file.index().members)) {
+      if (!member.is_overview() || !fits(member.factor, panel) || !can_open(file, member, overviews))
+        continue;
+      panel.across.block = panel.down.block = member.factor;
+      break;
+    }
   }
+  return overviews;
 }
 
 // A file, or an overview in it, from which parts are read.
@@ -294,8 +303,7 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
                             std::uint64_t besides, const Progress& progress) {
   const CodingParameters& p = file.parameters();
   PreviewContent content;
-  const Overviews overviews = overviews_of(file);
-  choose_panels(file, overviews, wishes, content);
+  const Overviews overviews = choose_panels(file, wishes, content);
   std::vector<PreviewSource> sources = sources_of(overviews, content);
   Panel& of_z = content.slices[2].panel;
   // Without voxels, bricks are decoded as a whole.
