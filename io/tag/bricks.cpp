@@ -185,8 +185,10 @@ void TagBricks::require_nested(const Member& member, const IndexedTag& nested) c
 
 void TagBricks::check(const Member& member) const {
   if (!is_bound(member))
-    throw broken_part(name(), "a member", member.end(),
-                      "the checksum does not match: the member is damaged, or belongs to another file");
+    throw broken_part(name(), member.name().c_str(), member.end(),
+                      member.is_overview()
+                          ? "the checksum does not match: the overview is damaged; no voxel of the volume is"
+                          : "the checksum does not match: it is damaged, or belongs to another file");
 }
 
 BrickStream TagBricks::bricks_from(std::int64_t first) const {
@@ -208,6 +210,14 @@ std::optional<CodingParameters> parameters_if_intact(const TagBricks& file, cons
   }
 }
 
+std::string name_if_intact(const TagBricks& file, const Member& member) {
+  try {
+    return file.name_of(member);
+  } catch (const BrokenInput&) {
+    return "";
+  }
+}
+
 }  // namespace
 
 TagSummary summary_of(const std::string& path) {
@@ -218,7 +228,7 @@ TagSummary summary_of(const std::string& path) {
     VolumeNames names(file.header());
     for (const Member& member : file.index().members) {
       if (member.is_overview()) summary.overviews.push_back(parameters_if_intact(file, member));
-      if (member.is_volume()) names.add(file.name_of(member));
+      if (member.is_volume()) names.add(name_if_intact(file, member));
     }
     summary.volume_names = names.take();
     return summary;

@@ -274,6 +274,11 @@ class Volume:
         0 on, and this one is volume 0 unless volume() returned it."""
         return self._volumes
 
+    @property
+    def is_first_of_several(self) -> bool:
+        """True if the file has several volumes, and none of them was chosen with volume()."""
+        return self._volumes > 1 and not isinstance(self._source, VolumeOf)
+
     def volume(self, number: int) -> Volume:
         """The volume with this number: all of them have the same shape and type. It reads nothing but that volume.
         Its metadata may have "volume_name", its name or moment.

@@ -325,12 +325,23 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
     return write_all
 
 
+def _require_one(volume: Volume) -> None:
+    """ArgumentError for a file of several volumes, of which only the first one would be encoded."""
+    if volume.is_first_of_several:
+        raise ArgumentError(f"{volume._name} holds {volume.volumes} volumes, and Python writes one: give "
+                            f"tagrid.open(path).volume(number), from 0 to {volume.volumes - 1}")
+
+
 def _opened(array_or_path: Any) -> tuple[Any, bool]:
     """The samples, and whether to close them."""
     if not _is_path(array_or_path):
+        if isinstance(array_or_path, Volume):
+            _require_one(array_or_path)
         return as_volume(array_or_path), False
     try:
-        return Volume(array_or_path), True
+        volume = Volume(array_or_path)
+        _require_one(volume)
+        return volume, True
     except DamagedError as error:
         if isinstance(array_or_path, bytes):
             raise

@@ -17,6 +17,7 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/settings_used.h"
+#include "tools/options/encoding_options.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -205,6 +206,11 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .source = source,
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
+  if (may_lose_structure(found.header, found.index.total))
+    throw usage_error(
+        "{}: its maximum error of {} is half of the range of the samples or more, so structure may be lost; "
+        "it is kept",
+        line.input, max_error);
   require_kept_files(line, *volume);
   if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");

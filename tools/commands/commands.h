@@ -41,6 +41,8 @@ struct SurveyedParity {
 std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
                                             const std::string& work);
 
+/// True if nearly nothing of a file is what parity beside it protects.
+bool is_of_another_file(const SurveyedParity& parity);
 /// What of a file with parity is damaged: "3 damaged blocks". REQUIRES: something is.
 std::string damage_text(const ParityCondition& condition);
 /// REQUIRES: !parity.condition.is_repairable().

@@ -186,7 +186,10 @@ struct DecodeCommand {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
       if (salvage || overview || !is_regular_input(input) || !has_whole_bricks()) throw;
-      throw BrokenInput(words_of(broken) + "; --salvage decodes the intact bricks");
+      const bool chosen_one = volume || count_of_volumes(input) == 1;
+      throw BrokenInput(words_of(broken) +
+                        (chosen_one ? "; --salvage decodes the intact bricks"
+                                    : "; --salvage with --volume decodes the intact bricks of one"));
     }
   }
 

@@ -63,13 +63,19 @@ struct EncodeCommand {
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
+    if (remove && may_lose_structure(result.header, result.index.total))
+      throw usage_error(
+          "{}: a maximum error of {} is half of the range of the samples or more, so structure may be lost; "
+          "leave out "
+          "--rm",
+          input, result.header.parameters.max_error);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.file_bytes);
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
     warn_of_encoding(run, input, asked.options, result);
     if (is_regular_output(path) && is_regular_input(parity_beside(path)))
-      warn(run, "{}: is of an earlier file; remove it, or protect {} again", parity_beside(path), path);
+      warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.is_verbose()) {
       say_line(summary(result));

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "io/errors/errors.h"
@@ -37,27 +39,62 @@ std::string target_of(const std::string& path) {
   return std::filesystem::is_symlink(path) ? std::filesystem::canonical(path).string() : path;
 }
 
-/// What the header of a file and its end say, each if it is intact by its own checksums. The end has a checksum of all
-/// blocks.
-struct OwnWords {
-  std::vector<std::byte> header, end;
+/// A repaired file, but for a stretch that is as it was in the damaged file.
+class WithStretch : public ByteSource {
+ public:
+  WithStretch(const FileSource& damaged, const FileSource& repaired)
+      : damaged_(damaged), repaired_(repaired) {}
 
-  explicit OwnWords(const std::string& path) {
-    try {
-      header = serialize_header(TagReader(path).header());
-      const auto file = std::make_shared<FileSource>(path);
-      const TagBricks bricks(file);
-      end.resize(footer_size + 8);
-      const TagSizes sizes = bricks.sizes();
-      file->read_at(sizes.file - sizes.parity - end.size(), end);
-    } catch (const BrokenInput&) {
-      // What was read before is intact.
-    }
+  void choose(std::uint64_t begin, std::uint64_t end) { begin_ = begin, end_ = end; }
+  std::uint64_t size() const override { return repaired_.size(); }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    repaired_.read_at(position, to);
+    const std::uint64_t first = std::max(position, begin_), last = std::min(position + to.size(), end_);
+    if (first < last) damaged_.read_at(first, to.subspan(first - position, last - first));
   }
-  bool contradict(const OwnWords& other) const {
-    return (!header.empty() && header != other.header) || (!end.empty() && end != other.end);
-  }
+  const std::string& name() const override { return damaged_.name(); }
+
+ private:
+  const FileSource &damaged_, &repaired_;
+  std::uint64_t begin_ = 0, end_ = 0;
 };
+
+/// True if something in a damaged file is intact by its own checksums, but is not what was rebuilt: the parity is of another
+/// file. The checksum of a block includes those of all before it.
+bool contradicts(const std::string& damaged, const std::string& repaired) {
+  try {
+    if (serialize_header(TagReader(damaged).header()) != serialize_header(TagReader(repaired).header()))
+      return true;
+  } catch (const BrokenInput&) {
+    // The header is damaged.
+  }
+  const FileSource before(damaged), after(repaired);
+  const auto mixed = std::make_shared<WithStretch>(before, after);
+  const TagBricks file(mixed);
+  // check() throws BrokenInput if the block up to `end` is damaged.
+  const auto differs = [&](std::uint64_t begin, std::uint64_t end, const auto& check) {
+    if (end > before.size()) return false;
+    std::array<std::byte, 8> checksum_before, checksum_after;
+    before.read_at(end - 8, checksum_before);
+    after.read_at(end - 8, checksum_after);
+    if (checksum_before == checksum_after) return false;
+    mixed->choose(begin - 8, end);
+    try {
+      check();
+    } catch (const BrokenInput&) {
+      return false;
+    }
+    return true;
+  };
+  for (std::int64_t brick = 0; brick < file.count(); ++brick) {
+    mixed->choose(0, 0);
+    const std::uint64_t start = file.start(brick);
+    if (differs(start, start + file.block_bytes(brick), [&] { file.read(brick); })) return true;
+  }
+  for (const Member& member : file.index().members)
+    if (differs(member.offset, member.end(), [&] { file.check(member); })) return true;
+  return false;
+}
 
 struct RepairCommand {
   std::string input;
@@ -81,12 +118,12 @@ struct RepairCommand {
           shown_input(input));
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
-      if (!run.quiet) tell_what_is_lost(condition);
+      if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);
       throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(*parity, input));
     }
     OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
     file.repair(to_file(repaired), memory_for_stripes(run.memory, file.layout(), "repairing a file"));
-    if (file.is_beside() && OwnWords(input).contradict(OwnWords(repaired.temporary())))
+    if (file.is_beside() && contradicts(input, repaired.temporary()))
       throw broken_input_error(
           "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
           "this one "
@@ -193,6 +230,11 @@ std::string damage_text(const ParityCondition& condition) {
                      condition.damaged_parity > 0 || condition.damaged_frame ? "; parity, too" : "");
 }
 
+bool is_of_another_file(const SurveyedParity& parity) {
+  // Parity makes up for half of a file at most.
+  return parity.file.is_beside() && parity.condition.damaged_blocks > parity.file.layout().blocks() / 4 * 3;
+}
+
 std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
                                             const std::string& work) {
   const auto surveyed = [&](const ProtectedFile& file) {
@@ -210,8 +252,7 @@ std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOp
 
 std::string why_not_repairable(const SurveyedParity& parity, const std::string& path) {
   const auto& [file, condition] = parity;
-  // Parity makes up for half of a file at most.
-  if (file.is_beside() && condition.damaged_blocks > file.layout().blocks() / 4 * 3)
+  if (is_of_another_file(parity))
     return fmt::format("is not repairable: {} is of another file, or nearly all is damaged",
                        parity_beside(path));
   if (condition.unknown_pages > 0)

@@ -19,6 +19,7 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
+#include "tools/report/failure.h"
 #include "tools/report/info.h"
 #include "tools/report/lost_bricks.h"
 #include "tools/report/report.h"
@@ -59,6 +60,11 @@ struct VerifyCommand {
     report.write(figures);
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
+    if (parity && parity->file.is_beside() && !parity->condition.is_file_intact())
+      throw broken_input_error(
+          "{}: the volume is intact, but {} is of an earlier or another file; remove it, and protect the "
+          "file again",
+          shown_input(input), parity_beside(input));
     if (parity && !parity->condition.is_intact())
       throw broken_input_error("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
                                parity->file.is_beside() ? fmt::format("remove {}, and protect the file again",
@@ -171,11 +177,14 @@ struct VerifyCommand {
   VerifyResult verified(Ranks& ranks, const SourceDescription& description, RunReport& report) const {
     try {
       return verify(ranks, description);
-    } catch (const BrokenInput&) {
+    } catch (const BrokenInput& broken) {
       if (!is_regular_input(input)) throw;
       const auto parity = parity_of_damaged();
       tell_of_damage(report, parity);
       if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
+      if (parity && !parity->file.is_beside() && !parity->condition.is_file_intact() &&
+          parity->condition.is_repairable())
+        throw BrokenInput(words_of(broken) + "; tagrid repair rebuilds what is damaged");
       throw;
     }
   }
@@ -201,8 +210,11 @@ struct VerifyCommand {
     if (lost.empty() || run.quiet || run.json == "-") return;
     for (const std::string& line : lines_of_lost(lost, bricks))
       fmt::print("{}: {}\n", printable(input), line);
-    fmt::print("{}: {}{}\n", printable(input), count_of_lost(lost, bricks),
-               file->whole_count() > 0 ? "; decode --salvage decodes all others" : "");
+    const bool has_several = file->header().volumes > 1;
+    fmt::print("{}: {}{}{}\n", printable(input), has_several ? "volume 0: " : "", count_of_lost(lost, bricks),
+               file->whole_count() == 0 ? ""
+               : has_several            ? "; decode --salvage --volume 0 decodes all others"
+                                        : "; decode --salvage decodes all others");
     std::fflush(stdout);  // the error follows on another stream
   }
 

@@ -201,12 +201,22 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
        input, other.x, other.y, other.z, given.x, given.y, given.z);
 }
 
+bool may_lose_structure(const TagHeader& header, const Statistics& total) {
+  const double bound = header.parameters.max_error;
+  return total.max_error > 0 && 2 * bound >= total.high - total.low;
+}
+
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                       const EncodeResult& result) {
   for (const std::string& warning : result.warnings) warn(run, warning);
   warn_of_rounded_bounds(run, input, asked, result);
   warn_of_range(run, input, asked, result);
   warn_of_lossy_source(run, input, result);
+  if (may_lose_structure(result.header, result.index.total))
+    warn(run,
+         "{}: a maximum error of {} is half of the range of the samples or more: structure, such as that of "
+         "a mask, may be lost",
+         shown_input(input), result.header.parameters.max_error);
 }
 
 }  // namespace tagrid

@@ -21,7 +21,10 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 
 std::string output_beside(const std::string& input, const std::string& ending) {
   if (input == "-") return "-";
-  return std::filesystem::path(input).replace_extension(ending).string();
+  std::filesystem::path path(input);
+  // ".nii.gz" is one extension to those who have such files.
+  if (path.extension() == ".gz" && path.stem().extension() == ".nii") path.replace_extension();
+  return path.replace_extension(ending).string();
 }
 
 void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
@@ -75,9 +78,9 @@ void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume) {
 
 std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
                            const RunOptions& run) {
-  if (volume && !is_regular_input(input))
+  if (volume && !is_regular_input(input) && (input == "-" || status_of(input)))
     throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
-  const int volumes = is_regular_input(input) ? count_of_volumes(input) : 1;
+  const int volumes = is_regular_input(input) || volume ? count_of_volumes(input) : 1;
   if (volume && (*volume < 0 || *volume >= volumes))
     throw usage_error(
         "--volume {}: {} has {}", *volume, shown_input(input),

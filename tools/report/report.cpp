@@ -18,7 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 std::uint64_t voxels(const TagHeader& header) {
-  return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
+  return static_cast<std::uint64_t>(Box::of_size(header.all_dims()).count());
 }
 
 }  // namespace

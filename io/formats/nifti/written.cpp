@@ -16,6 +16,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "io/volume/one_of_volumes.h"
 
 namespace tagrid {
 namespace {
@@ -171,9 +172,11 @@ void put_pair(HeaderBytes& header, const Field& field, const Pairs& pairs) {
 
 /// Fields of a NIfTI source that say nothing about its place.
 void put_other_fields(HeaderBytes& header, const Pairs& pairs, const Index3& dims) {
-  for (const Field& field : {cal_min, cal_max, intent_code, dim_info, slice_code, slice_duration, toffset,
-                             intent_p, descrip, aux_file, intent_name})
+  for (const Field& field : {cal_min, cal_max, intent_code, dim_info, slice_code, slice_duration, intent_p,
+                             descrip, aux_file, intent_name})
     put_pair(header, field, pairs);
+  // It is the time of volume 0 of several.
+  if (!pairs.contains(std::string(volume_name_key))) put_pair(header, toffset, pairs);
   // In a part of the source, they would name slices that do not exist.
   const auto slice_in = [&](const char* key) {
     const auto found = pairs.find(key);

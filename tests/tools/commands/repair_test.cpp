@@ -82,7 +82,7 @@ TEST_F(RepairCommands, ParityOfTheFileBeforeItWasWrittenAnewIsRefused) {
   header.insert(header.find("encoding:"), "content: another\n");
   file("a.nhdr", header);
   const Ending ending = tagrid({"encode", "a.nhdr", "-f", "--strip"});
-  EXPECT_NE(ending.err.find("a.tag.parity: is of an earlier file"), std::string::npos) << ending.err;
+  EXPECT_NE(ending.err.find("a.tag.parity: may be of an earlier file"), std::string::npos) << ending.err;
   file("a.tag", damaged(content("a.tag"), plain_.size() / 2, 4));
   EXPECT_EQ(tagrid({"repair", "a.tag", "-o", "whole.tag"}).code, broken_input);
   EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));

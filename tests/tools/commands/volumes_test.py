@@ -318,6 +318,13 @@ class Volumes(unittest.TestCase):
         self.tagrid("encode", "one.nii", "--series", "all", "-q")
         self.assertEqual(self.info("one.tag")["volumes"], 1)
 
+    def test_the_report_counts_all_volumes(self):
+        volumes = numpy.zeros((4, 10, 20, 30), "int16")
+        (self.folder / "scan.nii.gz").write_bytes(gzip.compress(nifti(volumes)))
+        told = subprocess.run([TAGRID, "encode", "scan.nii.gz", "-v"], cwd=self.folder, capture_output=True, check=True).stderr
+        self.assertIn(b"48 kB -> ", told)
+        self.assertTrue((self.folder / "scan.tag").exists())
+
     def test_many_volumes(self):
         volumes = moments("uint8", (3000, 2, 3, 4))
         self.write("scan.nii", nifti(volumes))
