@@ -186,7 +186,7 @@ void TagBricks::require_nested(const Member& member, const IndexedTag& nested) c
 void TagBricks::check(const Member& member) const {
   if (!is_bound(member))
     throw broken_part(name(), "a member", member.end(),
-                      "the checksum does not match: the member is damaged, or belongs to another file");
+                      "checksum mismatch: the member is damaged or of another file");
 }
 
 BrickStream TagBricks::bricks_from(std::int64_t first) const {
@@ -255,9 +255,9 @@ namespace {
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
   const int volumes = file.header().volumes;
   if (volume < 0 || volume >= volumes)
-    throw UsageError(file.name() + ": has no volume " + std::to_string(volume) + "; it has " +
-                     (volumes == 1 ? "one, volume 0"
-                                   : std::to_string(volumes) + ", from 0 to " + std::to_string(volumes - 1)));
+    throw UsageError(
+        file.name() + ": no volume " + std::to_string(volume) +
+        (volumes == 1 ? "; the only volume is 0" : "; the volumes are 0 to " + std::to_string(volumes - 1)));
   return volume == 0 ? nullptr : &file.index().members[static_cast<std::size_t>(volume - 1)];
 }
 
