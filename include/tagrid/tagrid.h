@@ -260,7 +260,7 @@ TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const t
 /* The most overviews that a file can have. */
 #define TAGRID_MOST_OVERVIEWS 64
 
-/* Writes the factors of the overviews of the file, which are averaged levels of its volume, to `factors`, which
+/* Writes the factors of the overviews of the file, which are downsampled copies of its volume, to `factors`, which
  * has room for TAGRID_MOST_OVERVIEWS numbers: from fine to coarse, and then zeros. */
 TAGRID_API tagrid_status tagrid_reader_overviews(const tagrid_reader* reader, int64_t* factors);
 
@@ -422,7 +422,7 @@ typedef struct tagrid_encode_options {
   int lead; /* 1: the lattice begins one step before the first sample, so that every brick owns as many samples
              * as its edge has; 0: at the first sample, for volumes of 2^k n + 1 samples (1) */
 
-  /* Overviews are averaged levels of the volume; see tagrid_reader_overviews(). While slices are encoded,
+  /* Overviews are downsampled copies of the volume; see tagrid_reader_overviews(). While slices are encoded,
    * sums of blocks wait in a temporary file without a name, up to a sixteenth of the bytes of the samples. If
    * it cannot be created, written or read, the call fails with TAGRID_IO_ERROR. */
   const int64_t* overviews; /* the factors, which are increasing powers of 4 from 4 to 1024, and then 0; only

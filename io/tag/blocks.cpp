@@ -119,8 +119,7 @@ Status parse_packed_block(std::span<const std::byte> block, std::uint64_t& check
   const auto fields = block.first(block.size() - 8);
   const auto in_file = load_little_endian<std::uint64_t>(block.last(8).data());
   if (!checksums_agree(in_file, packed_checksum(block, checksum)))
-    return Status::broken(
-        "the checksum does not match: it is damaged, or its bytes or those before it come from elsewhere");
+    return Status::broken("checksum mismatch: it, or what comes before it, is damaged or of another file");
   checksum = in_file;
   if (content == nullptr) return {};
   const auto size = load_little_endian<std::uint32_t>(block.data() + 4);
@@ -136,9 +135,7 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
     return Status::broken("its size is not the one in the index");
   const auto in_file = load_little_endian<std::uint64_t>(block.data() + 4 + length);
   if (!checksums_agree(in_file, chained_checksum(own_checksum(block.first(4 + length), id), checksum)))
-    return Status::broken(
-        "the checksum does not match: the brick is damaged, or its bytes or those before it come from "
-        "elsewhere");
+    return Status::broken("checksum mismatch: the brick, or one before it, is damaged or of another file");
   if (Status status = split_block(block, id, brick); !status.ok()) return status;
   checksum = in_file;
   return {};
@@ -184,8 +181,7 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   const auto tail = bytes.last(8 + footer_size);
   if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
                        chained_checksum(checksum_of({bytes.first(index_head_size), packed}), last_checksum)))
-    return Status::broken(
-        "the checksum does not match: the index is damaged, or the last brick belongs to another file");
+    return Status::broken("checksum mismatch: the index is damaged, or the last brick is of another file");
   std::uint64_t start_in_footer = 0;
   if (!find_file_end(tail.last(footer_size), start_in_footer).ok() || start_in_footer != start ||
       !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum))

@@ -187,8 +187,8 @@ void TagBricks::check(const Member& member) const {
   if (!is_bound(member))
     throw broken_part(name(), member.name().c_str(), member.end(),
                       member.is_overview()
-                          ? "the checksum does not match: the overview is damaged; no voxel of the volume is"
-                          : "the checksum does not match: it is damaged, or belongs to another file");
+                          ? "checksum mismatch: the overview is damaged; no voxel of the volume is"
+                          : "checksum mismatch: it is damaged or of another file");
 }
 
 BrickStream TagBricks::bricks_from(std::int64_t first) const {
@@ -265,9 +265,9 @@ namespace {
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
   const int volumes = file.header().volumes;
   if (volume < 0 || volume >= volumes)
-    throw UsageError(file.name() + ": has no volume " + std::to_string(volume) + "; it has " +
-                     (volumes == 1 ? "one, volume 0"
-                                   : std::to_string(volumes) + ", from 0 to " + std::to_string(volumes - 1)));
+    throw UsageError(
+        file.name() + ": no volume " + std::to_string(volume) +
+        (volumes == 1 ? "; the only volume is 0" : "; the volumes are 0 to " + std::to_string(volumes - 1)));
   return volume == 0 ? nullptr : &file.index().members[static_cast<std::size_t>(volume - 1)];
 }
 

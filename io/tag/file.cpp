@@ -236,7 +236,7 @@ void TagReader::read_member() {
   read_growing(8, "a member");
   const auto in_file = load_little_endian<std::uint64_t>(block_.data());
   if (!checksums_agree(in_file, own.chained(last_checksum_)))
-    require(Status::broken("the checksum does not match: the member is damaged, or belongs to another file"));
+    require(Status::broken("checksum mismatch: the member is damaged or of another file"));
   last_checksum_ = in_file;
   members_.push_back(member);
 }

@@ -158,7 +158,7 @@ FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, dou
   Psnr psnr(parameters, source, peak, progress);
   const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
   source.rewind();
-  return {bound, fmt::format("{} dB are reached", wanted)};
+  return {bound, fmt::format("to reach {} dB", wanted)};
 }
 
 // The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
@@ -176,8 +176,9 @@ FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, i
   });
   found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
   if (!is_float_type(source.info().type)) found.max_error = std::floor(found.max_error);
-  found.reason += fmt::format("{} the largest error is {}", kind == ErrorRule::Kind::psnr ? " if" : ", so",
-                              found.max_error);
+  found.reason = kind == ErrorRule::Kind::psnr
+                     ? fmt::format("maximum error set to {}, {}", found.max_error, found.reason)
+                     : fmt::format("{}, so the maximum error is set to {}", found.reason, found.max_error);
   return found;
 }
 

@@ -10,6 +10,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
+#include "io/text/text.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
@@ -77,8 +78,9 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
       std::ranges::equal(kept, source.names, {}, [](const EnvelopeFile& then) { return then.name; });
   result.difference = source.why_not;
   if (kept.size() != source.names.size())
-    result.difference =
-        fmt::format("these are {} files, but {} were encoded", source.names.size(), kept.size());
+    result.difference = fmt::format("{} {} encoded, {} {} given", counted(kept.size(), "file"),
+                                    kept.size() == 1 ? "was" : "were", source.names.size(),
+                                    source.names.size() == 1 ? "was" : "were");
   for (std::size_t i = 0; result.difference.empty() && i < kept.size(); ++i) {
     EnvelopeFile& now = source.files[i];
     if (kept[i].size != now.size)

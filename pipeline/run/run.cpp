@@ -53,11 +53,16 @@ WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) 
 void require_one_volume(const DecodeRun& run, int volumes) {
   const bool is_part = !run.region.is_all() || run.overview != 0 || run.fill;
   if (run.volume || volumes == 1 || (run.format.has_volumes && !is_part)) return;
+  const Setting volume = {"volume", "its number,"};
+  if (is_part)
+    throw UsageError(
+        Sentence{"{}: contains {} volumes; {}, {}, {} and {} work on one; select it with {} 0 to {}",
+                 {run.input, volumes, Setting{"region", "a region"}, Setting{"step", "a step"},
+                  Setting{"overview", "an overview"}, Setting{"salvage", "salvaging"}, volume, volumes - 1}});
   throw UsageError(Sentence{
-      is_part ? "{}: holds {} volumes; choose one of them with {}, from 0 to {}, for a part of it"
-              : "{}: holds {} volumes, and the output has room for one; choose it with {}, from 0 to {}, or "
-                "decode all of them to NIfTI",
-      {run.input, volumes, Setting{"volume", "its number"}, volumes - 1}});
+      "{}: contains {} volumes, but the format {} holds one; select it with {} 0 to {}, or write all to "
+      "NIfTI",
+      {run.input, volumes, run.format.name, volume, volumes - 1}});
 }
 
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {

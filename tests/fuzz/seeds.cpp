@@ -253,7 +253,7 @@ void add_record(Seeds& seeds) {
   record.inputs = {{"a.nhdr", 100, 5, 1, 2, 3, 4, 77}, {"a.raw", 1 << 20, 6, -1, 2, 3, 4, 78}};
   record.header.resize(40, std::byte{9});
   record.error_rule = "psnr 55";
-  record.reason_of_bound = "55 dB are reached if the largest error is 2";
+  record.reason_of_bound = "maximum error set to 2, to reach 55 dB";
   for (const auto& bytes : {serialize_record(record), serialize_record({})})
     seeds.emplace_back(reinterpret_cast<const std::uint8_t*>(bytes.data()),
                        reinterpret_cast<const std::uint8_t*>(bytes.data() + bytes.size()));

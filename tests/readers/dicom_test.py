@@ -536,7 +536,7 @@ class Dicom(ReaderTest):
             shutil.rmtree(self.folder / "s", ignore_errors=True)
             truth = self.series_with(name, content)
             if why is None:  # plainly something else
-                self.encodes((truth - 1024).astype("int16"), "s", says=f"warning: s: 1 file without an image of DICOM: {name}")
+                self.encodes((truth - 1024).astype("int16"), "s", says=f"warning: s: 1 file is not a DICOM image: {name}")
                 continue
             message = self.assert_refused(65, f"s: 1 file cannot be read and may belong to series 1.2.3: {name} ({why})", "encode", "s")
             self.assertIn("--gaps-ok", message)
@@ -563,7 +563,7 @@ class Dicom(ReaderTest):
         truth = volume()
         self.write_series(truth)
         (self.folder / "s" / "a").symlink_to("a")  # comes before all slices
-        self.encodes((truth - 1024).astype("int16"), "s", says="warning: s: 1 file without an image of DICOM: a\n")
+        self.encodes((truth - 1024).astype("int16"), "s", says="warning: s: 1 file is not a DICOM image: a\n")
 
     def test_files_that_are_no_images_are_named_once(self):
         truth = volume()
@@ -576,7 +576,7 @@ class Dicom(ReaderTest):
         self.save("s/plan.dcm", plan)
         self.encodes((truth - 1024).astype("int16"), "s")
         self.assertEqual([line for line in self.messages.splitlines() if "warning" in line],
-                         ["tagrid: warning: s: 4 files without an image of DICOM: DICOMDIR, plan.dcm, report.txt, study.xml"])
+                         ["tagrid: warning: s: 4 files are not DICOM images: DICOMDIR, plan.dcm, report.txt, study.xml"])
 
     def test_a_file_cut_at_any_byte_is_named_and_does_no_harm_to_other_series(self):
         truth = volume(shape=(4, 5, 6))

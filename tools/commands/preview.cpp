@@ -133,7 +133,7 @@ Action add_preview_command(CLI::App& app) {
       ->allow_extra_args(false);
   add_volume_option(*command, state->volume);
   add_text_option(*command, "--window", state->window, "lo:hi",
-                  "Values that are black and white, rescaled if the source defines slope and intercept "
+                  "Display window: lo is black, hi is white; in HU if the scan has HU "
                   "(default: all except the lowest and highest 0.5 %)");
   add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { state->execute(ranks); };

@@ -261,7 +261,7 @@ std::string why_not_repairable(const SurveyedParity& parity, const std::string& 
   std::uint64_t bytes = 0;
   for (const Stretch& stretch : condition.lost) bytes += stretch.end - stretch.begin;
   return fmt::format(
-      "is not repairable: more is damaged than its parity makes up for; {} bytes in {} are lost", bytes,
+      "is not repairable: the damage exceeds what the parity can repair; {} bytes in {} are lost", bytes,
       counted(condition.lost.size(), "place"));
 }
 

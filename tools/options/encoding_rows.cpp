@@ -111,8 +111,9 @@ std::vector<OptionRow> all_rows() {
           "Trade time for size; no effect on bricks whose values span more than 65536 units",
           to(&E::effort, effort_names), {"fast", "default", "best"}),
       row(setting::overviews.name, kept, "none|auto|4,16,...",
-          "Averaged levels for looking at the volume, by their factors; auto, the default: where the longest "
-          "axis has more than 512 samples; none for labels, whose means are other labels",
+          "Downsampled copies for quick viewing, by factor (powers of 4, up to 1024); auto, the default: if "
+          "the longest axis has more than 512 samples. For label maps, use none: averaging label numbers "
+          "gives meaningless labels",
           set_overviews),
       row(setting::mesh_error.name, kept, "E",
           "Refine until the mesh is within E of every sample; at least the bound on active voxels",

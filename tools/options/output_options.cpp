@@ -73,7 +73,7 @@ void add_region_option(CLI::App& command, std::string& region, const std::string
 
 void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume) {
   add_number_option(command, "--volume", volume, "N",
-                    "The volume with this number, from 0 on, of a file of several (see tagrid info)");
+                    "Which volume to use, counting from 0, if the file holds several (see tagrid info)");
 }
 
 std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
@@ -83,8 +83,8 @@ std::int64_t chosen_volume(const std::string& input, const std::optional<std::in
   const int volumes = is_regular_input(input) || volume ? count_of_volumes(input) : 1;
   if (volume && (*volume < 0 || *volume >= volumes))
     throw usage_error(
-        "--volume {}: {} has {}", *volume, shown_input(input),
-        volumes == 1 ? "one volume, 0" : fmt::format("{} volumes, 0 to {}", volumes, volumes - 1));
+        "{}: no volume {}; {}", shown_input(input), *volume,
+        volumes == 1 ? "the only volume is 0" : fmt::format("the volumes are 0 to {}", volumes - 1));
   if (!volume && volumes > 1 && !run.quiet)
     say("tagrid: {}: holds {} volumes; this is volume 0; --volume chooses another one", shown_input(input),
         volumes);

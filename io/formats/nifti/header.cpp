@@ -109,7 +109,8 @@ void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
   const std::int64_t intent = fields.integer(intent_code), bits = fields.integer(bitpix);
   if (const auto meaning = meanings.find(intent); meaning != meanings.end())
     header.not_understood.push_back(
-        fmt::format("NIfTI header: intent_code {} says that samples are {}; they are taken for measurements",
+        fmt::format("NIfTI header: intent_code {} says that samples are {}, but they will be treated as "
+                    "intensities",
                     intent, meaning->second));
   const auto bits_of_type = static_cast<std::int64_t>(8 * size_of(type));
   if (bits != bits_of_type)

@@ -183,8 +183,8 @@ class Reading {
   void read_label(std::string_view key) {
     if (has_labels_) return;
     has_labels_ = true;
-    result_.not_understood.push_back(
-        fmt::format("NRRD header: {} says that samples are labels; they are taken for measurements", key));
+    result_.not_understood.push_back(fmt::format(
+        "NRRD header: {} says that samples are labels, but they will be treated as intensities", key));
   }
 
   void read_positions(std::string_view list) {

@@ -225,12 +225,12 @@ class TagridImage(_Voxels):
         wrong += ["slices are shifted against each other (a tilted gantry), and are shown straight"] if _is_sheared(volume) else []
         if wrong:
             vtkOutputWindow.GetInstance().DisplayWarningText(
-                f"{self._path}: {'; '.join(wrong)}. The reader \"tagrid: voxels at their places\" (TagridStructuredGrid) shows "
+                f"{self._path}: {'; '.join(wrong)}. The reader \"tagrid: voxels at their true positions\" (TagridStructuredGrid) shows "
                 "them where they are.\n")
 
 
 @smproxy.reader(name="TagridStructuredGrid", label="Tagrid Structured Grid", extensions="tag",
-                file_description="tagrid: voxels at their places")
+                file_description="tagrid: voxels at their true positions")
 class TagridStructuredGrid(_Voxels):
     """The samples as a structured grid, in the point array "value". Each sample has its own world position,
     even if slices are unevenly spaced or sheared. Positions take 24 bytes of memory per sample."""
@@ -240,7 +240,7 @@ class TagridStructuredGrid(_Voxels):
     def __init__(self) -> None:
         super().__init__("vtkStructuredGrid")
 
-    SetFileName = _file_name("tagrid: voxels at their places")
+    SetFileName = _file_name("tagrid: voxels at their true positions")
     SetResolution = _resolution()
     SetRegion = _region()
     SetStep = _step()

@@ -103,7 +103,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   const Ending by_noise = tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", "noise:0.5"});
   EXPECT_EQ(by_noise.code, 0);
   EXPECT_EQ(info()["max_error"], std::floor(0.5 * noise));
-  EXPECT_TRUE(has(by_noise.err, "so the largest error is " + info()["max_error"].dump()));
+  EXPECT_TRUE(has(by_noise.err, "so the maximum error is set to " + info()["max_error"].dump()));
   // The same file as with the number.
   expect_ok(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--max-error", info()["max_error"].dump()}));
   EXPECT_TRUE(content("a.tag") == content("b.tag"));

@@ -42,7 +42,7 @@ TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
   file("c.tag", damaged(whole, 100, plain_.size() / 5));
   EXPECT_FALSE(std::filesystem::exists(path("lost.tag")));
   EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
-  EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "more is damaged than the parity makes up for";
+  EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "the damage exceeds what the parity can repair";
 }
 
 TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {

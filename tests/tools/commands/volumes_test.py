@@ -183,7 +183,7 @@ class Volumes(unittest.TestCase):
             refused = self.tagrid("decode", "scan.tag", *options, code=64)
             self.assertIn(b"3 volumes", refused.stderr)
             self.assertIn(b"--volume", refused.stderr)
-        self.assertIn(b"3 volumes, 0 to 2", self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
+        self.assertIn(b"no volume 3; the volumes are 0 to 2", self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
         self.assertIn(b"volume 3", self.tagrid("decode", "scan.tag", "-o", "a.nrrd", "--volume", 3, code=64).stderr)
         self.assertFalse((self.folder / "a.nrrd").exists())
 

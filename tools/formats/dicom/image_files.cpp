@@ -235,8 +235,9 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
     warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
                                    with_reasons(of_none)));
   if (!files.others.empty())
-    warnings.push_back(fmt::format("{}: {} without an image of DICOM: {}", path,
-                                   counted(files.others.size(), "file"), listed(files.others, most_named)));
+    warnings.push_back(fmt::format("{}: {} {}: {}", path, counted(files.others.size(), "file"),
+                                   files.others.size() == 1 ? "is not a DICOM image" : "are not DICOM images",
+                                   listed(files.others, most_named)));
   if (std::string text = about_siblings(path, series, files.images); !text.empty())
     warnings.push_back(std::move(text));
   return warnings;
