@@ -7,6 +7,7 @@
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 #include "io/parity/pages.h"
 #include "io/parity/reed_solomon.h"
 #include "io/parity/stripes.h"
@@ -252,11 +253,10 @@ ParityCondition ProtectedFile::walk(const WriteAt* write, std::uint64_t memory) 
   return condition;
 }
 
-std::string parity_beside(const std::string& path) {
-  std::error_code none;  // of what is not there: the path as it is
-  const bool is_link = std::filesystem::is_symlink(path, none);
-  const std::string target = is_link ? std::filesystem::canonical(path, none).string() : path;
-  return (target.empty() ? path : target) + ".parity";
+std::string file_of_link(const std::string& path) {
+  const auto status = status_of_name(path);
+  if (!status || !S_ISLNK(status->st_mode) || !status_of(path)) return path;
+  return std::filesystem::canonical(path).string();
 }
 
 std::optional<ProtectedFile> protected_file(const std::string& path) {

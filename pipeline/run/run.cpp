@@ -210,7 +210,10 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
       original = open_volume(run.original, source_of_as_many(run.source, file.header()));
     Resources resources = of_this_rank(ranks, run.resources);
     resources.spool = spool_folder(resources.spool, "-");
-    verify_members(file, original.get(), resources, &result);
+    verify_members(
+        file, original.get(), resources, &result,
+        [](const std::string& name, const CodingParameters& parameters, std::unique_ptr<VolumeSource> volume,
+           const Resources& given) { return setup_against(name, parameters, std::move(volume), given); });
   }
   return result;
 }

@@ -48,14 +48,14 @@ void add(const VerifyResult& volume, VerifyResult& all) {
 }
 
 void verify_volume(const TagBricks& file, const Member& member, VolumeSource* original,
-                   const Resources& resources, VerifyResult* all) {
+                   const Resources& resources, VerifyResult* all, const SetupAgainst& against) {
   const auto volume = file.nested(member);
   const auto of_original = [&] {
     return original ? one_of_volumes(*original, member.factor) : std::unique_ptr<VolumeSource>();
   };
   TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
   VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};
-  if (original) setup = setup_against(reader.name(), reader.parameters(), of_original(), resources);
+  if (original) setup = against(reader.name(), reader.parameters(), of_original(), resources);
   const std::string fields = setup.fields_of_original;
   VerifyResult found = verify_all(reader, std::move(setup));
   if (original) found.geometry = compare_geometry(found.header.nrrd_fields, fields);
@@ -67,10 +67,10 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
 }  // namespace
 
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
-                    VerifyResult* all) {
+                    VerifyResult* all, const SetupAgainst& against) {
   for (const Member& member : file.index().members) {
     // Which brick is damaged says more than that something is.
-    if (member.is_volume()) verify_volume(file, member, original, resources, all);
+    if (member.is_volume()) verify_volume(file, member, original, resources, all, against);
     file.check(member);
   }
   std::unique_ptr<VolumeSource> first;

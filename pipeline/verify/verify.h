@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -64,14 +65,20 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 /// The description of an original of a file with this header: all of its volumes, if the file has several.
 SourceDescription source_of_as_many(SourceDescription source, const TagHeader& header);
 
+struct VerifySetup;
+/// See setup_against() in pipeline/verify/verifier.h.
+using SetupAgainst =
+    std::function<VerifySetup(const std::string& name, const CodingParameters& parameters,
+                              std::unique_ptr<VolumeSource> original, const Resources& resources)>;
+
 /// Verifies the members of a file: checksums, and volumes and overviews as any file. With `original`, which has
 /// as many volumes and of which any slice can be read next, also compares volumes with its own, and overviews
 /// with the means of its blocks, which wait in temporary files in `resources.spool`. What was found of volumes
-/// is added to `all`, if it is not null. Throws as verify_file() does.
+/// is added to `all`, if it is not null. `against` is setup_against() if there is an original: the library, which
+/// has none, does not link what opens other formats. Throws as verify_file() does.
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
-                    VerifyResult* all = nullptr);
+                    VerifyResult* all = nullptr, const SetupAgainst& against = {});
 
-struct VerifySetup;
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
 

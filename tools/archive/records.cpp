@@ -14,7 +14,6 @@
 #include "io/formats/table/open_volume.h"
 #include "io/text/text.h"
 #include "tools/archive/manifest.h"
-#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -221,10 +220,6 @@ void KnownOutputs::note_failure(const ordered_json& record, const std::string& o
                                 const RecordTime& time) {
   const auto status = record.at("status").get<std::string>();
   if (status != "failed" && status != "skipped" && status != "ok") return;
-  // A wrong command, such as one that would overwrite the output, says nothing of the output.
-  if (const auto code = record.find("code");
-      status == "failed" && code != record.end() && *code == exit_usage)
-    return;
   const auto [last, is_first] = last_runs_.try_emplace(output);
   if (!is_first && time < last->second.time) return;
   const auto error = record.find("error");

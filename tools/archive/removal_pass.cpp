@@ -208,7 +208,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .progress = meter.progress()});
   if (may_lose_structure(found.header, found.index.total))
     throw usage_error(
-        "{}: its maximum error of {} is half of the range of the samples or more, so structure may be lost; "
+        "{}: its maximum error of {} is not below the range of the samples, so structure may be lost; "
         "it is kept",
         line.input, max_error);
   require_kept_files(line, *volume);

@@ -59,13 +59,15 @@ struct EncodeCommand {
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
 
+    const bool has_parity_beside =
+        output.overwrite && is_regular_output(path) && is_regular_input(parity_beside(path));
     const UnchangedFiles watched(removed_after);
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
     if (remove && may_lose_structure(result.header, result.index.total))
       throw usage_error(
-          "{}: a maximum error of {} is half of the range of the samples or more, so structure may be lost; "
+          "{}: a maximum error of {} is not below the range of the samples, so structure may be lost; "
           "leave out "
           "--rm",
           input, result.header.parameters.max_error);
@@ -74,7 +76,7 @@ struct EncodeCommand {
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
     warn_of_encoding(run, input, asked.options, result);
-    if (is_regular_output(path) && is_regular_input(parity_beside(path)))
+    if (has_parity_beside)
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.is_verbose()) {

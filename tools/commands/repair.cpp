@@ -34,11 +34,6 @@ void require_file(const std::string& path, const char* what) {
     throw usage_error("{}: {} must be a regular file", shown_output(path), what);
 }
 
-/// The file that a link names, so that parity comes to where the file is.
-std::string target_of(const std::string& path) {
-  return std::filesystem::is_symlink(path) ? std::filesystem::canonical(path).string() : path;
-}
-
 /// A repaired file, but for a stretch that is as it was in the damaged file.
 class WithStretch : public ByteSource {
  public:
@@ -59,6 +54,19 @@ class WithStretch : public ByteSource {
   std::uint64_t begin_ = 0, end_ = 0;
 };
 
+/// The checksum of the index and the footer, which include those of all blocks; nothing if the end of a file is damaged.
+std::vector<std::byte> end_of(const std::string& path) {
+  try {
+    const auto file = std::make_shared<FileSource>(path);
+    const TagSizes sizes = TagBricks(file).sizes();
+    std::vector<std::byte> end(8 + footer_size);
+    file->read_at(sizes.file - sizes.parity - end.size(), end);
+    return end;
+  } catch (const BrokenInput&) {
+    return {};
+  }
+}
+
 /// True if something in a damaged file is intact by its own checksums, but is not what was rebuilt: the parity is of another
 /// file. The checksum of a block includes those of all before it.
 bool contradicts(const std::string& damaged, const std::string& repaired) {
@@ -68,6 +76,7 @@ bool contradicts(const std::string& damaged, const std::string& repaired) {
   } catch (const BrokenInput&) {
     // The header is damaged.
   }
+  if (const auto end = end_of(damaged); !end.empty() && end != end_of(repaired)) return true;
   const FileSource before(damaged), after(repaired);
   const auto mixed = std::make_shared<WithStretch>(before, after);
   const TagBricks file(mixed);
@@ -126,8 +135,8 @@ struct RepairCommand {
     if (file.is_beside() && contradicts(input, repaired.temporary()))
       throw broken_input_error(
           "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
-          "this one "
-          "before it was written anew; remove it, or protect the file again",
+          "an "
+          "earlier one; remove it, or protect the file again",
           shown_input(input), parity_beside(input));
     prove(ranks, repaired.temporary());
     repaired.commit();
@@ -185,7 +194,7 @@ struct ProtectCommand {
     const auto asked = parity_option("--parity", share);
     if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
     require_file(input, "the file to protect");
-    const std::string target = target_of(input);
+    const std::string target = file_of_link(input);
     const std::string path = beside ? parity_beside(target) : target;
     remove_abandoned(run, {}, {path});
     const FileSource file(input);

@@ -184,7 +184,7 @@ struct VerifyCommand {
       if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
       if (parity && !parity->file.is_beside() && !parity->condition.is_file_intact() &&
           parity->condition.is_repairable())
-        throw BrokenInput(words_of(broken) + "; tagrid repair rebuilds what is damaged");
+        throw BrokenInput(tagrid::words_of(broken) + "; tagrid repair rebuilds what is damaged");
       throw;
     }
   }

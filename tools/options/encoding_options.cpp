@@ -203,7 +203,7 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 
 bool may_lose_structure(const TagHeader& header, const Statistics& total) {
   const double bound = header.parameters.max_error;
-  return total.max_error > 0 && 2 * bound >= total.high - total.low;
+  return total.max_error > 0 && bound >= total.high - total.low;
 }
 
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
@@ -214,7 +214,7 @@ void warn_of_encoding(const RunOptions& run, const std::string& input, const Enc
   warn_of_lossy_source(run, input, result);
   if (may_lose_structure(result.header, result.index.total))
     warn(run,
-         "{}: a maximum error of {} is half of the range of the samples or more: structure, such as that of "
+         "{}: a maximum error of {} is not below the range of the samples: structure, such as that of "
          "a mask, may be lost",
          shown_input(input), result.header.parameters.max_error);
 }

@@ -95,7 +95,7 @@ SampleType sample_type_option(const std::string& name);
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// True if the bound of an encoding is half of the range of the original samples or more, so that even a mask may be lost,
+/// True if the bound of an encoding is not below the range of the original samples, so that even a mask may be lost,
 /// and some sample has changed.
 bool may_lose_structure(const TagHeader& header, const Statistics& total);
 

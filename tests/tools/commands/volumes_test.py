@@ -322,7 +322,7 @@ class Volumes(unittest.TestCase):
         volumes = numpy.zeros((4, 10, 20, 30), "int16")
         (self.folder / "scan.nii.gz").write_bytes(gzip.compress(nifti(volumes)))
         told = subprocess.run([TAGRID, "encode", "scan.nii.gz", "-v"], cwd=self.folder, capture_output=True, check=True).stderr
-        self.assertIn(b"48 kB -> ", told)
+        self.assertIn(b"48.0 kB -> ", told)
         self.assertTrue((self.folder / "scan.tag").exists())
 
     def test_many_volumes(self):
