@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <map>
 #include <mutex>
-#include <ranges>
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
@@ -258,12 +257,11 @@ Overviews choose_panels(const TagBricks& file, const PreviewWishes& wishes, Prev
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
     panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
                      wishes.least);
-    for (const Member& member : std::views::reverse(file.index().members)) {
-      if (!member.is_overview() || !fits(member.factor, panel) || !can_open(file, member, overviews))
-        continue;
-      panel.across.block = panel.down.block = member.factor;
-      break;
-    }
+    const std::vector<Member>& members = file.index().members;
+    const auto shown = std::find_if(members.rbegin(), members.rend(), [&](const Member& member) {
+      return member.is_overview() && fits(member.factor, panel) && can_open(file, member, overviews);
+    });
+    if (shown != members.rend()) panel.across.block = panel.down.block = shown->factor;
   }
   return overviews;
 }

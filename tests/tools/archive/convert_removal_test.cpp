@@ -193,7 +193,7 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
 TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
   volume("a.raw", 1, {"--type", "uint8"});
   file("list.tsv", "a.raw\tdims=21,18,13\ttype=uint8\tmax-error=200\n");
-  expect_ok(convert());
+  EXPECT_EQ(convert().code, 0);  // with a warning of the bound
   std::string bytes = content("a.raw");
   // Two voxels with equal codes change places: every sum stays the same.
   std::swap(bytes[0], *std::find_if(bytes.begin(), bytes.end(), [&](char b) { return b != bytes[0]; }));
