@@ -1,4 +1,5 @@
 // The encoder of the library.
+#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -62,9 +63,11 @@ std::optional<double> unless_nan(double value) {
 std::vector<int> factors_of(const std::int64_t* factors) {
   std::vector<int> found;
   for (std::int64_t before = 0; *factors != 0; before = *factors++) {
-    const bool increases = *factors > before && *factors <= largest_factor;
-    found.push_back(increases ? static_cast<int>(*factors) : -1);
-    if (!increases) break;
+    const auto factor = static_cast<std::uint64_t>(*factors);
+    const bool is_power_of_4 = std::has_single_bit(factor) && std::countr_zero(factor) % 2 == 0;
+    const bool is_allowed = *factors > before && *factors > 1 && *factors <= largest_factor && is_power_of_4;
+    found.push_back(is_allowed ? static_cast<int>(*factors) : -1);
+    if (!is_allowed) break;
   }
   return found;
 }
