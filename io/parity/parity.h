@@ -31,7 +31,7 @@ std::uint64_t least_parity_memory(const ParityLayout& layout);
 std::uint64_t write_parity(const ByteSource& file, ParityShare share, std::uint64_t base,
                            const WriteAt& write, std::uint64_t memory = usual_parity_memory);
 
-/// The path of the file that a symbolic link names; `path` itself if it is none.
+/// The path of the file that a symbolic link names; `path` itself if it is not a link.
 std::string file_of_link(const std::string& path);
 /// The path of the parity beside a file: of that one which a link names.
 inline std::string parity_beside(const std::string& path) { return file_of_link(path) + ".parity"; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
@@ -201,20 +202,13 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 
 namespace {
 
-// Damage in an overview costs nothing else.
-std::optional<CodingParameters> parameters_if_intact(const TagBricks& file, const Member& member) {
+// What is read of a member; nothing if that is damaged, as the rest of the file may be intact.
+template <class Read>
+std::optional<std::invoke_result_t<Read>> if_intact(const Read& read) {
   try {
-    return file.parameters_of(member);
+    return read();
   } catch (const BrokenInput&) {
     return std::nullopt;
-  }
-}
-
-std::string name_if_intact(const TagBricks& file, const Member& member) {
-  try {
-    return file.name_of(member);
-  } catch (const BrokenInput&) {
-    return "";
   }
 }
 
@@ -227,8 +221,9 @@ TagSummary summary_of(const std::string& path) {
                           file.parity()};
     VolumeNames names(file.header());
     for (const Member& member : file.index().members) {
-      if (member.is_overview()) summary.overviews.push_back(parameters_if_intact(file, member));
-      if (member.is_volume()) names.add(name_if_intact(file, member));
+      if (member.is_overview())
+        summary.overviews.push_back(if_intact([&] { return file.parameters_of(member); }));
+      if (member.is_volume()) names.add(if_intact([&] { return file.name_of(member); }).value_or(""));
     }
     summary.volume_names = names.take();
     return summary;
