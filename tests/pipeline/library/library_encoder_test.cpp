@@ -9,6 +9,7 @@
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
