@@ -269,7 +269,27 @@ class Volumes(unittest.TestCase):
         same = numpy.fromfile(self.folder / "a.raw", "int16").reshape(70, 70, 70) == volumes[1]
         self.assertGreater(same.mean(), 0.02)
         self.assertLess(same.mean(), 1)
-        self.assertIn(b"volume 1", self.tagrid("verify", "scan.tag", code=65).stderr)
+        verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
+        self.assertIn(b"volume 1", verified.stderr)
+        self.assertRegex(verified.stdout, rb"^scan.tag: volume 1: brick \d is damaged or missing: region \S+\n"
+                                          rb"scan.tag: volume 1: 1 of 8 bricks is lost; decode --salvage --volume 1 decodes all others\n$")
+        damaged = json.loads((self.folder / "damaged.json").read_text())["damaged"]
+        self.assertEqual(damaged, [dict(lost[0], volume=1)])
+
+    def test_damage_of_several_volumes_is_listed(self):
+        self.write("scan.nii", nifti(moments("int16", (4, 70, 70, 70))))
+        self.tagrid("encode", "scan.nii", "-q", "--strip")
+        data = bytearray((self.folder / "scan.tag").read_bytes())
+        data[members(data)[0][2] // 2] ^= 1
+        data[members(data)[1][2] + 20 + 30] ^= 1  # in the header of volume 2
+        (self.folder / "scan.tag").write_bytes(data)
+        verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
+        lines = verified.stdout.decode().splitlines()
+        self.assertEqual([line.split(": ")[1] for line in lines], ["volume 0"] * 2 + ["volume 2"] * 2, lines)
+        self.assertEqual(lines[3], "scan.tag: volume 2: 8 of 8 bricks are lost")
+        damaged = json.loads((self.folder / "damaged.json").read_text())["damaged"]
+        self.assertEqual([box["volume"] for box in damaged], [0, 2])
+        self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
     def test_parity_repairs_a_volume(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
