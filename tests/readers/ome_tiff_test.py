@@ -3,6 +3,7 @@
     ome_tiff_test.py PROGRAM
 """
 
+import json
 import shutil
 import unittest
 import uuid
@@ -90,6 +91,7 @@ class OmeTiff(ReaderTest):
         for name in ("a", "b"):
             source = self.folder / f"set/{name}.ome.tif"
             self.ok("encode", source, "--series", "all", "-o", f"{name}.tag", "--json", f"{name}.json")
+            self.assertEqual(json.loads((self.folder / f"{name}.json").read_text())["bytes_in"], source.stat().st_size)
             for channel in range(3):
                 self.ok("decode", f"{name}.tag", "--volume", channel, "-o", "x.raw", "-f")
                 self.assertEqual((self.folder / "x.raw").read_bytes(), truth[channel].tobytes())
