@@ -72,6 +72,7 @@ struct EncodeCommand {
           "--rm",
           input, result.header.parameters.max_error);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.file_bytes);
+    figures.volumes = result.header.volumes;
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);

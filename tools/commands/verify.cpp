@@ -47,6 +47,7 @@ struct VerifyCommand {
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, 0);
+    figures.volumes = result.header.volumes;
     figures.settings["against"] = json_text_or_null(original);
     const std::vector<std::string>& differences = result.geometry.differences;
     // Where the geometry differs, the files do, too; but that says less.
@@ -230,6 +231,7 @@ struct VerifyCommand {
     const bool has_several = file->header().volumes > 1;
     RunFigures figures = {parameters.dims, parameters.type, settings_json(parameters), file->file_bytes(), 0,
                           nullptr};
+    figures.volumes = file->header().volumes;
     figures.settings["against"] = json_text_or_null(original);
     nlohmann::ordered_json& boxes = figures.more["damaged"] = nlohmann::ordered_json::array();
     for (const DamagedVolume& volume : damaged)

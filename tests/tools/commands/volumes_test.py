@@ -251,6 +251,18 @@ class Volumes(unittest.TestCase):
         self.write("fewer.nii", nifti(volumes[:2]))
         self.assertIn(b"2 volumes", self.tagrid("verify", "scan.tag", "--against", "fewer.nii", code=65).stderr)
 
+    def test_statistics_say_how_many_volumes_there_are(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        for command, expected in ((["encode", "scan.nii"], 3), (["verify", "scan.tag", "--against", "scan.nii"], 3),
+                                  (["restore", "scan.tag", "-o", "back"], 3), (["decode", "scan.tag", "-o", "all.nii"], 3),
+                                  (["decode", "scan.tag", "--volume", 0, "-o", "one.nii"], 1),
+                                  (["encode", "scan.nii", "--series", 2, "-o", "one.tag"], 1)):
+            figures = json.loads(self.tagrid(*command, "--json", "-", "-q").stdout)
+            self.assertEqual(figures["volumes"], expected, command)
+            self.assertEqual(figures["dims"], [70, 6, 5])
+            voxels = figures["voxels_per_second"] * figures["seconds"]
+            self.assertAlmostEqual(voxels, expected * 70 * 6 * 5, delta=1)
+
     def test_damage_costs_only_the_volume_that_has_it(self):
         volumes = moments("int16", (3, 70, 70, 70))
         self.write("scan.nii", nifti(volumes))
