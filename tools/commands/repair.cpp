@@ -177,6 +177,13 @@ struct RepairCommand {
     else if (condition.damaged_blocks == 0)
       what = "bytes after the end were left out";
     fmt::print("{}: {}; all checksums agree\n", printable(output.path), what);
+    std::fflush(stdout);  // a warning may follow on another stream
+    const std::uint64_t size = FileSource(input).size();
+    if (file.is_beside() && size > file.whole_size())
+      warn(run,
+           "{}: {} bytes after the end were left out; if they were parity, it was damaged beyond repair; "
+           "protect {} again",
+           shown_input(input), size - file.whole_size(), printable(output.path));
     if (damages_beside)
       warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
            printable(output.path));
@@ -252,8 +259,9 @@ std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOp
   const auto found = protected_file(path);
   if (!found) return std::nullopt;
   SurveyedParity parity = surveyed(*found);
-  if (!found->is_beside() || parity.condition.is_repairable()) return parity;
-  // Parity in the file, whose foot is damaged, may be of more help.
+  const bool has_more = FileSource(path).size() > found->whole_size();
+  if (!found->is_beside() || (parity.condition.is_repairable() && !has_more)) return parity;
+  // Parity in the file, whose foot is damaged, may be of more help, and is then rebuilt itself.
   if (const auto inside = ProtectedFile::find(std::make_shared<FileSource>(path)))
     if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
   return parity;

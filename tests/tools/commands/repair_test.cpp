@@ -99,6 +99,30 @@ TEST_F(RepairCommands, ParityInTheFileHelpsWhereThatBesideItDoesNot) {
   expect_repaired("b.tag", whole);
 }
 
+TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideItIsWhole) {
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "20%", "--beside"}));
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  const std::string whole = content("a.tag");
+  for (const std::size_t begin : {std::size_t{2000}, plain_.size() + 500}) {
+    file("a.tag", damaged(damaged(whole, begin, 1), whole.size() - 40, 30));
+    expect_repaired("a.tag", whole);
+  }
+  // More than parity in the file can repair, or all of it.
+  const std::size_t more = whole.size() - plain_.size();
+  for (const std::string& bytes :
+       {damaged(damaged(whole, plain_.size() - more / 2, more - 500), whole.size() - 40, 40),
+        damaged(whole, plain_.size(), more)}) {
+    file("a.tag", bytes);
+    const Ending ending = tagrid({"repair", "a.tag", "-fo", "whole.tag"});
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_TRUE(content("whole.tag") == plain_);
+    EXPECT_TRUE(has(ending.err, std::to_string(more) +
+                                    " bytes after the end were left out; if they were parity, it was damaged "
+                                    "beyond repair; protect whole.tag again"))
+        << ending.err;
+  }
+}
+
 TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
   for (const std::string& other : {std::string(), std::string(30000, 'x')}) {
     file("a.tag.parity", other);
