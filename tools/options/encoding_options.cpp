@@ -108,10 +108,10 @@ void warn_of_rounded_bounds(const RunOptions& run, const std::string& input, con
   for (const auto& [bound, given] : {std::pair(&setting::max_error, asked.max_error),
                                      {&setting::surface_error, asked.surface_error},
                                      {&setting::mesh_error, asked.mesh_error}}) {
-    if (!given || *given == std::floor(*given)) continue;
+    if (!given || *given == kept_bound(*given, p.type)) continue;
     const bool is_lossless = bound == &setting::max_error && p.is_exact();
     warn(run, "{}: --{} {}: samples are integers, so this is {}{}", shown_input(input), bound->name, *given,
-         std::floor(*given), is_lossless ? " (lossless)" : "");
+         kept_bound(*given, p.type), is_lossless ? " (lossless)" : "");
   }
 }
 
