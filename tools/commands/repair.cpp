@@ -29,9 +29,11 @@ WriteAt to_file(OutputFile& file) {
       [&file](std::uint64_t position, std::span<const std::byte> bytes) { file.write_at(position, bytes); };
 }
 
-void require_file(const std::string& path, const char* what) {
-  if (path == "-" || !is_regular_output(path))
-    throw usage_error("{}: {} must be a regular file", shown_output(path), what);
+/// `what` a file is: "the file to repair". Refuses pipes and devices, which cannot be read in any order.
+void require_input_file(const std::string& path, const char* what) {
+  require_tag_input(path);
+  if (path == "-" || (status_of(path) && !is_regular_input(path)))
+    throw usage_error("{}: {} must be a regular file; save it as one first", shown_input(path), what);
 }
 
 /// A repaired file, but for a stretch that is as it was in the damaged file.
@@ -113,9 +115,9 @@ struct RepairCommand {
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     if (output.path.empty()) throw UsageError("give -o OUT, a new file: repair does not change its input");
-    if (input == "-" || (status_of(input) && !is_regular_input(input)))
-      throw usage_error("{}: the file to repair must be a regular file", shown_input(input));
-    require_file(output.path, "the output");
+    require_input_file(input, "the file to repair");
+    if (output.path == "-" || !is_regular_output(output.path))
+      throw usage_error("{}: the output must be a regular file", shown_output(output.path));
     refuse_same_file(input, output.path);
     refuse_same_file(parity_beside(input), output.path);
     check_output(output.path, output.overwrite);
@@ -200,7 +202,7 @@ struct ProtectCommand {
     if (share.empty()) throw UsageError("give --parity P%, the size of the parity, such as 5%");
     const auto asked = parity_option("--parity", share);
     if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
-    require_file(input, "the file to protect");
+    require_input_file(input, "the file to protect");
     const std::string target = file_of_link(input);
     const std::string path = beside ? parity_beside(target) : target;
     remove_abandoned(run, {}, {path});

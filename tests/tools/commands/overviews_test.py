@@ -199,6 +199,11 @@ class Overviews(unittest.TestCase):
         (self.folder / "volume.raw").write_bytes(bytes(27))
         for factors in ("2", "4,4", "16,4", "8", "4096", "x", ""):
             self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o", "b.tag", code=64)
+        for factors in ("4,", ",4", "4,,16", "4, 16", "auto,4"):
+            refused = self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o", "b.tag",
+                                      code=64)
+            self.assertIn(f"--overviews: {factors}: must be auto, none, or factors with commas between them, such as 4,16",
+                          refused.stderr.decode())
         self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "--grid-only", "-o", "b.tag",
                         code=64)
         self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "-o", "a.tag")

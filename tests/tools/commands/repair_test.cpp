@@ -130,6 +130,22 @@ TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
   }
 }
 
+TEST_F(RepairCommands, WhatIsNoRegularFileIsRefused) {
+  for (const std::string& command : {std::string("protect"), std::string("repair")}) {
+    const auto refused = [&](const std::string& name) {
+      return tagrid(command == "repair" ? Arguments{"repair", name, "-o", "whole.tag"}
+                                        : Arguments{"protect", name, "--parity", "5%"});
+    };
+    for (const std::string& name : {std::string("/dev/null"), std::string("-")})
+      expect_error(refused(name), usage,
+                   (name == "-" ? "standard input" : name) + ": the file to " + command +
+                       " must be a regular file; save it as one first");
+    expect_error(refused("."), usage, ".: is a directory, not a .tag file");
+    expect_error(refused("missing.tag"), world, "missing.tag: cannot open");
+  }
+  expect_error(tagrid({"repair", "a.tag", "-o", "-"}), usage, "standard output: the output must be");
+}
+
 TEST_F(RepairCommands, ALinkStandsForTheFileThatItNames) {
   std::filesystem::rename(path("a.tag"), path("real.tag"));
   std::filesystem::create_symlink("real.tag", path("a.tag"));
