@@ -239,7 +239,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
         of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
         default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
-    overviews: factors of the averaged levels that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
+    overviews: factors of the overviews that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
         if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in
         $TMPDIR or /tmp if that is no path. For labels, give "none": a mean is the number of another label.
     memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;

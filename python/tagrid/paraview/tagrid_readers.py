@@ -58,9 +58,9 @@ def _resolution() -> Any:
     @smproperty.intvector(name="Resolution", default_values=0)
     @smdomain.xml(f'<EnumerationDomain name="enum">{entries}</EnumerationDomain>')
     def SetResolution(self: _Voxels, resolution: int) -> None:
-        """Read all samples ("full"), or an averaged level that the file has: "1/4" reads the means of blocks of 4 x 4 x 4
-        samples. If the file lacks it, the next finer level is read. "auto" reads the finest level of which the region
-        is not too large; it is read in full where the file has no averaged levels."""
+        """Read all samples ("full"), or an overview that the file has: "1/4" reads the means of blocks of 4 x 4 x 4
+        samples. If the file lacks it, the next finer one is read. "auto" reads the finest one of which the region
+        is not too large; it is read in full where the file has no overviews."""
         if resolution != self._resolution:
             self._resolution = resolution
             self.Modified()
@@ -154,7 +154,7 @@ class _Voxels(_Reader):
         return factors[-1]
 
     def level(self) -> tagrid.Volume:
-        """The volume, or the averaged level of it, that is read."""
+        """The volume, or the overview of it, that is read."""
         volume, factor = self.volume(), self.factor()
         if factor == 1:
             return volume
