@@ -201,9 +201,14 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
        input, other.x, other.y, other.z, given.x, given.y, given.z);
 }
 
-bool may_lose_structure(const TagHeader& header, const Statistics& total) {
+std::string lost_structure(const TagHeader& header, const Statistics& total) {
   const double bound = header.parameters.max_error;
-  return total.max_error > 0 && bound >= total.high - total.low;
+  if (!(total.max_error > 0 && bound >= total.high - total.low)) return "";
+  return fmt::format(
+      "a maximum error of {} is not below the range of the samples, so structure, such as that of a mask, "
+      "may "
+      "be lost",
+      bound);
 }
 
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
@@ -212,11 +217,8 @@ void warn_of_encoding(const RunOptions& run, const std::string& input, const Enc
   warn_of_rounded_bounds(run, input, asked, result);
   warn_of_range(run, input, asked, result);
   warn_of_lossy_source(run, input, result);
-  if (may_lose_structure(result.header, result.index.total))
-    warn(run,
-         "{}: a maximum error of {} is not below the range of the samples: structure, such as that of "
-         "a mask, may be lost",
-         shown_input(input), result.header.parameters.max_error);
+  if (const std::string lost = lost_structure(result.header, result.index.total); !lost.empty())
+    warn(run, "{}: {}", shown_input(input), lost);
 }
 
 }  // namespace tagrid
