@@ -5,29 +5,12 @@
 
 import gzip
 import json
-import os
-import shutil
 import struct
 import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-sys.dont_write_bytecode = True
-SOURCES = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCES / "tests/format"))
+from program import ProgramTest, decoder, numpy
 
-try:
-    import numpy
-except ImportError as missing:
-    print(f"skipped: {missing} (python3-numpy)")
-    sys.exit(0)
-
-import decoder  # noqa: E402
-
-TAGRID = None
-MEMBER = 2**32 - 1
 CODES = {"uint8": 2, "int16": 4, "float32": 16, "uint16": 512}
 
 
@@ -85,7 +68,7 @@ def forged(data, parts):
     body = bytearray(data[:first])
     at, table, before = first, b"", struct.unpack_from("<Q", data, first - 8)[0]
     for kind, factor, content in parts:
-        member = struct.pack("<IIIQ", MEMBER, kind, factor, len(content)) + content
+        member = struct.pack("<IIIQ", decoder.MEMBER, kind, factor, len(content)) + content
         before = decoder.chained(member, before)
         table += struct.pack("<IIQQ", kind, factor, len(body), len(content))
         body += member + struct.pack("<Q", before)
@@ -98,20 +81,7 @@ def forged(data, parts):
     return bytes(body) + directory + struct.pack("<Q", len(body)) + data[-16:]
 
 
-class Volumes(unittest.TestCase):
-    def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.folder = Path(self.temporary.name)
-        self.addCleanup(self.temporary.cleanup)
-
-    def tagrid(self, *arguments, code=0, **options):
-        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False, **options)
-        self.assertEqual(run.returncode, code, (arguments, run.stderr.decode()))
-        return run
-
-    def info(self, name):
-        return json.loads(self.tagrid("info", name, "--json", "--no-levels").stdout)
-
+class Volumes(ProgramTest):
     def decoded(self, name, number, type, shape, *options):
         self.tagrid("decode", name, "--volume", number, "-o", "one.raw", "-f", "-q", *options)
         return numpy.fromfile(self.folder / "one.raw", type).reshape(shape)
@@ -276,7 +246,7 @@ class Volumes(unittest.TestCase):
         refused = self.tagrid("decode", "scan.tag", "--volume", 1, "-o", "a.raw", code=65)
         self.assertIn(b"volume 1", refused.stderr)
         self.tagrid("decode", "scan.tag", "--volume", 1, "--salvage", "-o", "a.raw", "--json", "lost.json", code=65)
-        lost = json.loads((self.folder / "lost.json").read_text())["lost"]
+        lost = self.statistics("lost.json")["lost"]
         self.assertEqual(len(lost), 1)
         same = numpy.fromfile(self.folder / "a.raw", "int16").reshape(70, 70, 70) == volumes[1]
         self.assertGreater(same.mean(), 0.02)
@@ -285,7 +255,7 @@ class Volumes(unittest.TestCase):
         self.assertIn(b"volume 1", verified.stderr)
         self.assertRegex(verified.stdout, rb"^scan.tag: volume 1: brick \d is damaged or missing: region \S+\n"
                                           rb"scan.tag: volume 1: 1 of 8 bricks is lost; decode --salvage --volume 1 decodes all others\n$")
-        damaged = json.loads((self.folder / "damaged.json").read_text())["damaged"]
+        damaged = self.statistics("damaged.json")["damaged"]
         self.assertEqual(damaged, [dict(lost[0], volume=1)])
 
     def test_damage_of_several_volumes_is_listed(self):
@@ -299,7 +269,7 @@ class Volumes(unittest.TestCase):
         lines = verified.stdout.decode().splitlines()
         self.assertEqual([line.split(": ")[1] for line in lines], ["volume 0"] * 2 + ["volume 2"] * 2, lines)
         self.assertEqual(lines[3], "scan.tag: volume 2: 8 of 8 bricks are lost")
-        damaged = json.loads((self.folder / "damaged.json").read_text())["damaged"]
+        damaged = self.statistics("damaged.json")["damaged"]
         self.assertEqual([box["volume"] for box in damaged], [0, 2])
         self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
@@ -353,7 +323,7 @@ class Volumes(unittest.TestCase):
     def test_the_report_counts_all_volumes(self):
         volumes = numpy.zeros((4, 10, 20, 30), "int16")
         (self.folder / "scan.nii.gz").write_bytes(gzip.compress(nifti(volumes)))
-        told = subprocess.run([TAGRID, "encode", "scan.nii.gz", "-v"], cwd=self.folder, capture_output=True, check=True).stderr
+        told = self.tagrid("encode", "scan.nii.gz", "-v").stderr
         self.assertIn(b"48.0 kB -> ", told)
         self.assertTrue((self.folder / "scan.tag").exists())
 
@@ -412,5 +382,4 @@ class Volumes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    TAGRID = str(Path(sys.argv.pop(1)).resolve())
     unittest.main()
