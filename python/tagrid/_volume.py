@@ -384,8 +384,8 @@ class Volume:
             # Not id(), which another volume may get later.
             return "tagrid.Volume", self._name, uuid.uuid4().hex
         # The current status: later, the name may refer to another file.
-        return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns, status.st_size,
-                self._contents)
+        return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns,
+                status.st_size, self._contents)
 
     def _digest(self) -> str:
         """Distinguishes this file from others, without decoding it."""

@@ -54,7 +54,8 @@ class MetaImage(ReaderTest):
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
             self.encoded(name)
             self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True,
+                                 cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_slices_in_many_files(self):
@@ -118,7 +119,8 @@ class MetaImage(ReaderTest):
             self.assertNotIn("equal parts", message)
             self.assertNotIn("compressed", message)
         name = self.write("a.mhd", truth[0, :6], "MET_SHORT", file="t%d.raw 1 3 1", CompressedData=True)
-        self.assertNotIn("volumes", self.assert_refused(65, "several files with compressed samples are not supported", "encode", name))
+        self.assertNotIn("volumes", self.assert_refused(65, "several files with compressed samples are not supported",
+                                                        "encode", name))
 
     def test_what_is_no_volume_is_refused_by_name(self):
         truth = volume("int16")

@@ -87,7 +87,8 @@ class OmeTiff(ReaderTest):
         truth = self.volume((3, 5, 16, 24))
         self.write_set(truth, [("a.ome.tif", 3 * z + c, z, c) for z in range(5) for c in range(3)])
         # ZCYX, as many programs write it: one page follows another without gaps.
-        tifffile.imwrite(self.folder / "set/b.ome.tif", truth.swapaxes(0, 1), metadata={"axes": "ZCYX"}, photometric="minisblack")
+        tifffile.imwrite(self.folder / "set/b.ome.tif", truth.swapaxes(0, 1), metadata={"axes": "ZCYX"},
+                         photometric="minisblack")
         for name in ("a", "b"):
             source = self.folder / f"set/{name}.ome.tif"
             self.ok("encode", source, "--series", "all", "-o", f"{name}.tag", "--json", f"{name}.json")

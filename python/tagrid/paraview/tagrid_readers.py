@@ -180,7 +180,8 @@ class _Voxels(_Reader):
         return extent, values
 
 
-@smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag", file_description="tagrid: image of the voxels")
+@smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag",
+                file_description="tagrid: image of the voxels")
 class TagridImage(_Voxels):
     """The samples as image data, in the point array "value". Decodes only the requested region. Image data
     has even spacing and right angles; a warning reports if the volume does not."""
@@ -294,7 +295,8 @@ class TagridMesh(_Reader):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         info = outputs.GetInformationObject(0)
         grid = vtkUnstructuredGrid.GetData(outputs, 0)
-        layers = _layers(self.volume(), info.Get(Pipeline.UPDATE_PIECE_NUMBER()), info.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()))
+        layers = _layers(self.volume(), info.Get(Pipeline.UPDATE_PIECE_NUMBER()),
+                         info.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()))
         if layers is not None:
             _fill(grid, _mesh_of(self.volume(), min(self._level, self.volume().levels), layers))
         return 1

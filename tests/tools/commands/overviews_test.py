@@ -58,7 +58,8 @@ def with_member(data, kind, factor, content):
     size, packed = struct.unpack_from("<QQ", data, end + 4)
     # The table of members is the last section, with one entry.
     sections = decoder.unpack(data[end + 20:end + 20 + packed], size)[:-24] + struct.pack("<IIQQ", kind, factor, at, len(content))
-    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True,
+                           check=True).stdout
     directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
     directory += struct.pack("<Q", decoder.chained(directory, struct.unpack("<Q", member[-8:])[0]))
     return data[:at] + member + directory + struct.pack("<Q", at + len(member)) + data[-16:]
@@ -67,7 +68,8 @@ def with_member(data, kind, factor, content):
 class Overviews(ProgramTest):
     def volume(self, type, shape, seed=1):
         random = numpy.random.default_rng(seed)
-        smooth = numpy.add.outer(numpy.add.outer(numpy.arange(shape[0]), 2 * numpy.arange(shape[1])), 3 * numpy.arange(shape[2]))
+        smooth = numpy.add.outer(numpy.add.outer(numpy.arange(shape[0]), 2 * numpy.arange(shape[1])),
+                                 3 * numpy.arange(shape[2]))
         volume = (smooth + random.integers(0, 20, shape)).astype(type)
         if volume.dtype.kind == "f":
             volume = (volume * 0.37 - 5).astype(type)
@@ -80,7 +82,8 @@ class Overviews(ProgramTest):
         (self.folder / "volume.raw").write_bytes(volume.tobytes())
         dims = ",".join(map(str, volume.shape[::-1]))
         range_ = ("--range", "0:100")
-        self.tagrid("encode", "volume.raw", "--dims", dims, "--type", volume.dtype.name, *range_, "-q", "-f", "-o", name, *options, **run)
+        self.tagrid("encode", "volume.raw", "--dims", dims, "--type", volume.dtype.name, *range_, "-q", "-f", "-o",
+                    name, *options, **run)
         return (self.folder / name).read_bytes()
 
     def overview(self, name, factor, volume, *options):
@@ -91,7 +94,8 @@ class Overviews(ProgramTest):
     def verify(self, name, volume, code=0):
         (self.folder / "original.raw").write_bytes(volume.tobytes())
         dims = ",".join(map(str, volume.shape[::-1]))
-        self.tagrid("verify", name, "--against", "original.raw", "--dims", dims, "--type", volume.dtype.name, "-q", code=code)
+        self.tagrid("verify", name, "--against", "original.raw", "--dims", dims, "--type", volume.dtype.name, "-q",
+                    code=code)
 
     def require_means(self, name, factor, volume):
         bound = next(level["max_error"] for level in self.info(name)["overviews"] if level["factor"] == factor)
@@ -130,7 +134,8 @@ class Overviews(ProgramTest):
                 self.verify("c.tag", volume, code=65)
 
     def test_the_file_is_the_same_in_every_way_of_encoding(self):
-        volumes = [self.volume("uint16", (41, 131, 67)), self.volume("float32", (70, 133, 37)), self.volume("int32", (9, 300, 20))]
+        volumes = [self.volume("uint16", (41, 131, 67)), self.volume("float32", (70, 133, 37)),
+                   self.volume("int32", (9, 300, 20))]
         for volume in volumes:
             options = ["--cube", "8", "--brick", "2", "--overviews", "4,16,64"]
             whole = self.encode(volume, "a.tag", *options)
@@ -143,11 +148,13 @@ class Overviews(ProgramTest):
             derived = [*options, "--grid", "derived"]
             self.assertEqual(self.encode(volume, "c.tag", *derived), self.encode(volume, "d.tag", *derived, "--resume"))
             dims = ",".join(map(str, volume.shape[::-1]))
-            pipe = self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q", "-o", "-",
+            pipe = self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q",
+                               "-o", "-",
                                    *options, input=volume.tobytes())
             # A pipe has no source files to keep.
             self.assertEqual(self.encode(volume, "e.tag", *options, "--strip"),
-                             self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q",
+                             self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100",
+                                         "-q",
                                              "-o", "-", "--strip", *options, input=volume.tobytes()).stdout)
             self.assertGreater(len(pipe.stdout), 0)
 
@@ -159,7 +166,8 @@ class Overviews(ProgramTest):
         self.assertEqual(whole, small)
 
     def test_large_volumes_have_them_by_themselves(self):
-        for shape, factors in (((2, 2, 512), []), ((2, 2, 513), [4]), ((1, 1025, 3), [4, 16]), ((4097, 1, 2), [4, 16, 64])):
+        for shape, factors in (((2, 2, 512), []), ((2, 2, 513), [4]), ((1, 1025, 3), [4, 16]),
+                               ((4097, 1, 2), [4, 16, 64])):
             self.encode(self.volume("uint8", shape), "a.tag")
             levels = self.info("a.tag")["overviews"]
             self.assertEqual([level["factor"] for level in levels], factors)
@@ -171,13 +179,16 @@ class Overviews(ProgramTest):
     def test_factors_that_are_impossible_are_refused(self):
         (self.folder / "volume.raw").write_bytes(bytes(27))
         for factors in ("2", "4,4", "16,4", "8", "4096", "x", ""):
-            self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o", "b.tag", code=64)
+            self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o",
+                        "b.tag", code=64)
         for factors in ("4,", ",4", "4,,16", "4, 16", "auto,4"):
-            refused = self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o", "b.tag",
+            refused = self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors,
+                                  "-o", "b.tag",
                                       code=64)
             self.assertIn(f"--overviews: {factors}: must be auto, none, or factors with commas between them, such as 4,16",
                           refused.stderr.decode())
-        self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "--grid-only", "-o", "b.tag",
+        self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "--grid-only",
+                    "-o", "b.tag",
                         code=64)
         self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "-o", "a.tag")
         self.assertIn(b"it has 4", self.tagrid("decode", "a.tag", "--overview", "16", "-o", "c.raw", code=64).stderr)
@@ -266,7 +277,8 @@ class Overviews(ProgramTest):
         (self.folder / "b.tag").write_bytes(new)
         self.tagrid("verify", "b.tag", "-q")
         self.assertIn(b"kind 77", self.tagrid("info", "b.tag").stdout)
-        self.assertEqual(self.tagrid("decode", "-", "-q", "-o", "-", "--format", "raw", input=new).stdout, volume.tobytes())
+        self.assertEqual(self.tagrid("decode", "-", "-q", "-o", "-", "--format", "raw", input=new).stdout,
+                         volume.tobytes())
         self.assertEqual(self.info("b.tag")["overviews"], [])
 
 

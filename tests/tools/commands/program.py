@@ -32,7 +32,8 @@ class ProgramTest(unittest.TestCase):
 
     def tagrid(self, *arguments, code=0, **options):
         """Runs the program in the directory of the test. It must end with this code."""
-        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False, **options)
+        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False,
+                             **options)
         self.assertEqual(run.returncode, code, (arguments, run.stderr.decode()))
         return run
 

@@ -75,7 +75,8 @@ def forged(data, parts):
     size, packed = struct.unpack_from("<QQ", data, start + 4)
     sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
     sections = sections[:-24 * len(members(data)) - 12] + (struct.pack("<IQ", 3, len(table)) + table if table else b"")
-    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True,
+                           check=True).stdout
     directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
     directory += struct.pack("<Q", decoder.chained(directory, before))
     return bytes(body) + directory + struct.pack("<Q", len(body)) + data[-16:]
@@ -149,11 +150,13 @@ class Volumes(ProgramTest):
     def test_one_of_several_must_be_chosen(self):
         self.write("scan.nii", nifti(moments("int16", (3, 2, 6, 7))))
         self.tagrid("encode", "scan.nii", "-q")
-        for options in (["-o", "a.nrrd"], ["-o", "a.nii", "--region", ":,:,0:1"], ["-o", "a.nii", "--salvage"], ["-o", "-"]):
+        for options in (["-o", "a.nrrd"], ["-o", "a.nii", "--region", ":,:,0:1"], ["-o", "a.nii", "--salvage"],
+                        ["-o", "-"]):
             refused = self.tagrid("decode", "scan.tag", *options, code=64)
             self.assertIn(b"3 volumes", refused.stderr)
             self.assertIn(b"--volume", refused.stderr)
-        self.assertIn(b"no volume 3; the volumes are 0 to 2", self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
+        self.assertIn(b"no volume 3; the volumes are 0 to 2",
+                      self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
         self.assertIn(b"volume 3", self.tagrid("decode", "scan.tag", "-o", "a.nrrd", "--volume", 3, code=64).stderr)
         self.assertFalse((self.folder / "a.nrrd").exists())
 
@@ -162,7 +165,8 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(volumes))
         self.tagrid("encode", "scan.nii", "-q")
         self.tagrid("encode", "scan.nii", "--series", 2, "-o", "second.tag", "-q")
-        for command, options, name in (("mesh", [], "vtu"), ("surface", ["--iso", 150], "ply"), ("mesh", ["--region", "0:20,:,:"], "vtu")):
+        for command, options, name in (("mesh", [], "vtu"), ("surface", ["--iso", 150], "ply"),
+                                       ("mesh", ["--region", "0:20,:,:"], "vtu")):
             self.tagrid(command, "scan.tag", *options, "--volume", 1, "-o", f"a.{name}", "-q", "-f")
             self.tagrid(command, "second.tag", *options, "-o", f"b.{name}", "-q", "-f")
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes())
@@ -224,7 +228,8 @@ class Volumes(ProgramTest):
     def test_statistics_say_how_many_volumes_there_are(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         for command, expected in ((["encode", "scan.nii"], 3), (["verify", "scan.tag", "--against", "scan.nii"], 3),
-                                  (["restore", "scan.tag", "-o", "back"], 3), (["decode", "scan.tag", "-o", "all.nii"], 3),
+                                  (["restore", "scan.tag", "-o", "back"], 3),
+                                  (["decode", "scan.tag", "-o", "all.nii"], 3),
                                   (["decode", "scan.tag", "--volume", 0, "-o", "one.nii"], 1),
                                   (["encode", "scan.nii", "--series", 2, "-o", "one.tag"], 1)):
             figures = json.loads(self.tagrid(*command, "--json", "-", "-q").stdout)
@@ -293,7 +298,8 @@ class Volumes(ProgramTest):
         self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--json", "1.json")
         outputs = [path for path in (self.folder / "out").rglob("*.tag")]
         self.assertEqual(len(outputs), 1)
-        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--remove-verified", "--json", "2.json")
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--remove-verified", "--json",
+                    "2.json")
         self.assertFalse((self.folder / "archive/scan.nii").exists())
         self.tagrid("restore", outputs[0], "-o", "back", "-q")
         self.assertEqual(next((self.folder / "back").rglob("*.nii")).read_bytes(), data)
@@ -350,7 +356,8 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         self.tagrid("encode", "scan.nii", "-q")
         data = (self.folder / "scan.tag").read_bytes()
-        contents = [(kind, factor, data[offset + 20:offset + 20 + length]) for kind, factor, offset, length in members(data)]
+        contents = [(kind, factor, data[offset + 20:offset + 20 + length])
+                    for kind, factor, offset, length in members(data)]
         self.assertEqual([c[:2] for c in contents], [(2, 1), (2, 2)])
         (self.folder / "same.tag").write_bytes(forged(data, contents))
         self.tagrid("verify", "same.tag", "--against", "scan.nii")
