@@ -182,9 +182,7 @@ struct RepairCommand {
     std::fflush(stdout);  // a warning may follow on another stream
     const std::uint64_t size = FileSource(input).size();
     if (file.is_beside() && size > file.whole_size())
-      warn(run,
-           "{}: {} bytes after the end were left out; if they were parity, it was damaged beyond repair; "
-           "protect {} again",
+      warn(run, "{}: {} bytes after the end, such as parity, were left out; protect {} again",
            shown_input(input), size - file.whole_size(), printable(output.path));
     if (damages_beside)
       warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
@@ -261,11 +259,21 @@ std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOp
   const auto found = protected_file(path);
   if (!found) return std::nullopt;
   SurveyedParity parity = surveyed(*found);
-  const bool has_more = FileSource(path).size() > found->whole_size();
-  if (!found->is_beside() || (parity.condition.is_repairable() && !has_more)) return parity;
-  // Parity in the file, whose foot is damaged, may be of more help, and is then rebuilt itself.
-  if (const auto inside = ProtectedFile::find(std::make_shared<FileSource>(path)))
-    if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
+  const auto bytes = std::make_shared<FileSource>(path);
+  if (found->is_beside()) {
+    if (parity.condition.is_repairable() && bytes->size() <= found->whole_size()) return parity;
+    // Parity in the file, whose foot is damaged, may be of more help, and is then rebuilt itself.
+    if (const auto inside = ProtectedFile::find(bytes))
+      if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
+  } else if (!parity.condition.is_repairable() && is_regular_input(parity_beside(path))) {
+    // Parity beside the file may bring back what that in it cannot, though not that itself.
+    const auto file = beginning_of(bytes, std::min(found->layout().file_size, bytes->size()));
+    const auto beside = ProtectedFile::find(file, std::make_shared<FileSource>(parity_beside(path)));
+    if (beside && beside->is_beside())
+      if (SurveyedParity other = surveyed(*beside);
+          other.condition.is_repairable() && !other.condition.is_file_intact())
+        return other;
+  }
   return parity;
 }
 

@@ -111,14 +111,14 @@ TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideIt
   const std::size_t more = whole.size() - plain_.size();
   for (const std::string& bytes :
        {damaged(damaged(whole, plain_.size() - more / 2, more - 500), whole.size() - 40, 40),
-        damaged(whole, plain_.size(), more)}) {
+        damaged(whole, plain_.size(), more), damaged(whole, plain_.size() - 2 * more, 2 * more)}) {
     file("a.tag", bytes);
     const Ending ending = tagrid({"repair", "a.tag", "-fo", "whole.tag"});
     EXPECT_EQ(ending.code, 0) << ending.err;
     EXPECT_TRUE(content("whole.tag") == plain_);
-    EXPECT_TRUE(has(ending.err, std::to_string(more) +
-                                    " bytes after the end were left out; if they were parity, it was damaged "
-                                    "beyond repair; protect whole.tag again"))
+    EXPECT_TRUE(
+        has(ending.err, std::to_string(more) +
+                            " bytes after the end, such as parity, were left out; protect whole.tag again"))
         << ending.err;
   }
 }
