@@ -141,12 +141,6 @@ void read_to_end(VolumeSource& source, const std::function<void(std::span<std::b
 /// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.
 std::uint64_t checksum_of_samples(VolumeSource& source);
 
-/// The number, from 0 on, of the volume that `series` numbers from 1 on; without it, of the only one. `name`
-/// of the file, and what `each` volume is, are for messages. Throws UsageError if there are several and none
-/// is named, or if there is no such volume.
-std::int64_t number_of_volume(const std::string& name, const std::string& series, std::int64_t volumes,
-                              const std::string& each);
-
 /// A source of any rows. It reads the entire slice that contains them. If this is not the next slice, the
 /// source may have to read everything before it. So at most `kept` slices are kept, of which rows may be
 /// wanted later: those of the stretch that is being read, which is a sequence of slices that become later and

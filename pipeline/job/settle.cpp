@@ -175,7 +175,7 @@ FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, i
                                                 : by_psnr(options.parameters, source, value, progress);
   });
   found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
-  if (!is_float_type(source.info().type)) found.max_error = std::floor(found.max_error);
+  found.max_error = kept_bound(found.max_error, source.info().type);
   found.reason = kind == ErrorRule::Kind::psnr
                      ? fmt::format("maximum error set to {}, {}", found.max_error, found.reason)
                      : fmt::format("{}, so the maximum error is set to {}", found.reason, found.max_error);

@@ -71,7 +71,9 @@ struct DecodeCommand {
     const DecodeResult& result = decoded.result;
     const nlohmann::ordered_json facts =
         result.facts.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json::parse(result.facts);
-    report.write(figures_with(facts, result, chosen), decoded);
+    RunFigures figures = figures_with(facts, result, chosen);
+    figures.volumes = volume ? 1 : result.header.volumes;
+    report.write(figures, decoded);
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
