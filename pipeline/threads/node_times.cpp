@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <ctime>
+#include <utility>
 
 namespace tagrid {
 namespace {
@@ -11,6 +12,8 @@ struct Entry {
   bool is_serial;
 };
 constexpr std::array<Entry, static_cast<std::size_t>(Node::count)> entries = {{{"read slices", true},
+                                                                               {"read samples", false},
+                                                                               {"sum blocks", false},
                                                                                {"plan", true},
                                                                                {"curvature", false},
                                                                                {"subdivide", false},
@@ -20,9 +23,12 @@ constexpr std::array<Entry, static_cast<std::size_t>(Node::count)> entries = {{{
                                                                                {"write bricks", true},
                                                                                {"read bricks", true},
                                                                                {"decode", false},
-                                                                               {"write rows", true}}};
+                                                                               {"write rows", true},
+                                                                               {"write samples", false}}};
 
 std::array<std::atomic<std::uint64_t>, entries.size()> nanoseconds_of_nodes;
+
+thread_local TimeOfNode* innermost = nullptr;
 
 std::uint64_t nanoseconds_of_thread() {
   timespec now{};
@@ -39,11 +45,14 @@ std::array<NodeTime, entries.size()> node_times() {
   return times;
 }
 
-TimeOfNode::TimeOfNode(Node node) : node_(node), start_(nanoseconds_of_thread()) {}
+TimeOfNode::TimeOfNode(Node node)
+    : node_(node), outer_(std::exchange(innermost, this)), start_(nanoseconds_of_thread()) {}
 
 TimeOfNode::~TimeOfNode() {
-  nanoseconds_of_nodes[static_cast<std::size_t>(node_)].fetch_add(nanoseconds_of_thread() - start_,
-                                                                  std::memory_order_relaxed);
+  const std::uint64_t all = nanoseconds_of_thread() - start_;
+  nanoseconds_of_nodes[static_cast<std::size_t>(node_)].fetch_add(all - inner_, std::memory_order_relaxed);
+  if (outer_) outer_->inner_ += all;
+  innermost = outer_;
 }
 
 }  // namespace tagrid

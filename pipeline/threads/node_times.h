@@ -11,6 +11,8 @@ namespace tagrid {
 /// The nodes that work. Those of an encoding come before those of a decoding.
 enum class Node : std::uint8_t {
   read_slice,
+  read_samples,
+  sum_blocks,
   plan,
   curvature,
   subdivide,
@@ -21,6 +23,7 @@ enum class Node : std::uint8_t {
   read_brick,
   decode,
   write_rows,
+  write_samples,
   count
 };
 
@@ -34,8 +37,9 @@ struct NodeTime {
 /// The times of all nodes, in the order of Node.
 std::array<NodeTime, static_cast<std::size_t>(Node::count)> node_times();
 
-/// Adds the processor time of this thread from its construction to its destruction to a node. Not for anything
-/// smaller than a slice or a brick: it takes some hundred nanoseconds.
+/// Adds the processor time of this thread, from the construction of the object to its destruction, to a node. An
+/// object that is made meanwhile, on the same thread, takes its time from this one: a thread that waits for tasks
+/// does others. Not for anything smaller than a slice or a brick, as it costs some hundred nanoseconds.
 class TimeOfNode {
  public:
   explicit TimeOfNode(Node node);
@@ -45,7 +49,8 @@ class TimeOfNode {
 
  private:
   Node node_;
-  std::uint64_t start_;
+  TimeOfNode* outer_;  ///< of the same thread; null if there is none
+  std::uint64_t start_, inner_ = 0;
 };
 
 }  // namespace tagrid

@@ -1,5 +1,7 @@
 // Options on the command line, and the results of mistakes there.
 
+#include <sstream>
+
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 
