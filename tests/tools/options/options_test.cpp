@@ -346,10 +346,10 @@ TEST_F(Options, VerboseTwiceTellsWhereTheTimeWent) {
     EXPECT_TRUE(has(twice.err, "times as fast with 16 threads"));
     EXPECT_TRUE(has(twice.err, once.err.substr(0, once.err.find(" ->")))) << "the rest is as with one -v";
   };
-  expect_nodes({"encode", "volume.nrrd", "-f"},
-               {"read slices", "plan", "curvature", "subdivide", "encode", "write bricks", "all else"});
+  expect_nodes({"encode", "volume.nrrd", "-f"}, {"read slices", "read samples", "plan", "curvature",
+                                                 "subdivide", "encode", "write bricks", "all else"});
   expect_nodes({"decode", "volume.tag", "-f", "-o", "out.nrrd"},
-               {"read bricks", "decode", "write rows", "all else"});
+               {"read bricks", "decode", "write rows", "write samples", "all else"});
 }
 
 TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
