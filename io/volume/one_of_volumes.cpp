@@ -28,6 +28,10 @@ class OneOfVolumes final : public VolumeSource {
 
   std::uint64_t bytes_read() const override { return several_->bytes_read(); }
   void stop_when(const std::atomic<bool>& stop) override { several_->stop_when(stop); }
+  bool at_once() const override { return several_->at_once(); }
+  void read_at(std::byte* out, std::int64_t first, std::int64_t count) const override {
+    several_->read_at(out, first_slice_ * slice_samples() + first, count);
+  }
 
  private:
   void read(std::byte* out, std::int64_t first, std::int64_t count) override {

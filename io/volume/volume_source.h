@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -111,6 +112,12 @@ class VolumeSource {
   void read_rows(std::byte* out, const Box& rows);
   /// Reads `count` samples from number `first` on. REQUIRES: traits().any_rows, or these are the next ones.
   void read_from(std::byte* out, std::int64_t first, std::int64_t count);
+  /// True if several threads can read at once, with read_at(). Implies traits().any_rows.
+  virtual bool at_once() const { return false; }
+  /// As read_from(), but does not change which samples are next. REQUIRES: at_once().
+  virtual void read_at(std::byte* /*out*/, std::int64_t /*first*/, std::int64_t /*count*/) const {
+    throw std::logic_error("these samples cannot be read by several threads");
+  }
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }

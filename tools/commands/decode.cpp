@@ -129,6 +129,8 @@ struct DecodeCommand {
            printable(fmt::format("{}", fmt::join(doubts, "; "))));
     for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
     if (run.is_verbose()) {
+      if (run.shows_times())
+        for (const std::string& line : times_summary(result.header)) say_line(line);
       say_line(summary(result));
       say_line(memory_summary(result.memory));
       if (const std::string lost = lost_attributes(chosen, written); !lost.empty()) say("{}: {}", name, lost);

@@ -78,6 +78,8 @@ struct EncodeCommand {
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.is_verbose()) {
+      if (run.shows_times())
+        for (const std::string& line : times_summary(result.header)) say_line(line);
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
