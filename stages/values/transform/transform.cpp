@@ -1,7 +1,8 @@
 #include "stages/values/transform/transform.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <memory>
@@ -17,18 +18,17 @@
 
 namespace tagrid {
 
-/// What a row of coefficients costs with this step, in 2^-6 of the square of a step: the error of those that become
-/// 0, or else what their bits are worth. Only says which split is better.
-TAGRID_VECTOR_CODE std::int64_t cost_of_row(const std::int32_t* c, std::int64_t n, float per_step) {
-  std::int32_t sum = 0;
-  for (std::int64_t i = 0; i < n; ++i) {
-    const float a = static_cast<float>(c[i]) * per_step, square = a * a;
-    // The exponent and the mantissa are nearly the logarithm: 2 log2(a), in 2^-23.
-    const auto log = static_cast<float>(std::bit_cast<std::int32_t>(square) - (127 << 23));
-    const float coded = 0.73f + log * (0.075f / (1 << 23)), cost = square < coded ? square : coded;
-    sum += static_cast<std::int32_t>((cost > 0 ? cost : 0) * 64);
+/// Magnitudes in 2^-4 of a step, those that become 0 as 0; and the squares of the others, in 2^-6, added up.
+TAGRID_VECTOR_CODE std::int32_t magnitudes_of_row(const std::int32_t* c, std::size_t n, float per_step,
+                                                  std::int32_t* magnitudes) {
+  std::int32_t lost = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float a = std::min(std::fabs(static_cast<float>(c[i]) * per_step), 255.0f);
+    const bool kept = a >= 0.6f;
+    magnitudes[i] = kept ? static_cast<std::int32_t>(a * 16) : 0;
+    lost += static_cast<std::int32_t>(kept ? 5.0f : a * a * 64);
   }
-  return sum;
+  return lost;
 }
 
 namespace {
@@ -37,13 +37,42 @@ constexpr std::uint64_t most_events_per_sample = 8;
 
 std::uint64_t count_of(Index3 size) { return static_cast<std::uint64_t>(size.x * size.y * size.z); }
 
+/// The bits of four neighbouring coefficients, by the sum of their magnitudes in steps, as costs in 2^-6 of the square
+/// of a step. As if magnitudes had a geometric distribution with this mean.
+const std::array<std::int32_t, 1024> costs_of_four = [] {
+  std::array<std::int32_t, 1024> costs{};
+  for (std::size_t i = 1; i < costs.size(); ++i) {
+    // floor(i / 4 + 1) would be exact; a polygon through powers of two is near enough to the logarithm.
+    const auto log2 = [](double v) {
+      int whole = 0;
+      for (; v >= 2; v /= 2) ++whole;
+      for (; v < 1; v *= 2) --whole;
+      return whole + (v - 1) * (1.34 - 0.34 * (v - 1));
+    };
+    const double mean = static_cast<double>(i) / 4;
+    const double bits = (1 + mean) * log2(1 + mean) - mean * log2(mean) + mean / (1 + mean);
+    costs[i] = static_cast<std::int32_t>((4 * bits + 2) * 6.4);
+  }
+  return costs;
+}();
+
+/// What is lost and what the bits are worth, in 2^-6 of the square of a step. Only says which split is better.
 std::int64_t cost_of(std::span<const std::int32_t> coefficients, const TransformShape& shape) {
   std::int64_t sum = 0;
-  for (const Band& band : std::span(shape.bands).subspan(1))
+  std::array<std::int32_t, 512 + 4> magnitudes;
+  for (const Band& band : std::span(shape.bands).subspan(1)) {
+    const auto n = static_cast<std::size_t>(band.size.x);
     for (std::int64_t z = band.low.z; z < band.low.z + band.size.z; ++z)
-      for (std::int64_t y = band.low.y; y < band.low.y + band.size.y; ++y)
-        sum += cost_of_row(coefficients.data() + (z * shape.size.y + y) * shape.size.x + band.low.x, band.size.x,
-                           256.0f / static_cast<float>(band.step));
+      for (std::int64_t y = band.low.y; y < band.low.y + band.size.y; ++y) {
+        sum += magnitudes_of_row(coefficients.data() + (z * shape.size.y + y) * shape.size.x + band.low.x, n,
+                                 256.0f / static_cast<float>(band.step), magnitudes.data());
+        std::fill_n(magnitudes.data() + n, 4, 0);
+        for (std::size_t i = 0; i < n; i += 4) {
+          const std::int32_t four = magnitudes[i] + magnitudes[i + 1] + magnitudes[i + 2] + magnitudes[i + 3];
+          if (four > 0) sum += costs_of_four[static_cast<std::size_t>(std::min(four >> 4, 1023))];
+        }
+      }
+  }
   return sum;
 }
 
