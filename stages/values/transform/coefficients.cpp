@@ -29,6 +29,7 @@ CoefficientModel::CoefficientModel() {
       identity[i] = squash_table[std::min<std::size_t>(i * 128, 4095)];
     refined[event].fill(identity);
   }
+  sign_weights.fill({first_weight, first_weight});
   for (std::size_t i = 0; i < band_contexts; ++i) zero_band[i] = AdaptiveBit(band_start[i] * unit, seen_flags);
   for (std::size_t i = 0; i < block_contexts; ++i)
     active_block[i] = AdaptiveBit(block_start[i] * unit, seen_flags);
@@ -38,6 +39,8 @@ namespace {
 
 constexpr std::uint32_t forget_after = 255, forget_flags_after = 255;
 constexpr std::int32_t weight_limit = 1 << 18;
+constexpr int mix_shift = 14;  ///< how fast weights learn
+constexpr std::uint32_t least_probability = 32;
 constexpr std::int64_t block = 4;
 constexpr std::int32_t largest_magnitude = 1 << 24;
 
@@ -122,6 +125,7 @@ class CoefficientPass {
       bands_.push_back(m);
     }
     magnitudes_.resize(bytes);
+    signs_.resize(bytes, 1);
     sums_.resize(blocks);
     active_.resize(blocks);
   }
@@ -382,7 +386,7 @@ class CoefficientPass {
         magnitude = decode_magnitude(context);
       }
       if (magnitude > 0) {
-        negative = coder_.code_raw(negative, 1) != 0;
+        negative = code_sign(band, around, m, negative);
         sum += static_cast<std::uint32_t>(*m = static_cast<std::uint8_t>(std::min(magnitude, 255)));
       }
       *c = dequantized(negative ? -std::int64_t{magnitude} : magnitude, band.step);
@@ -395,44 +399,64 @@ class CoefficientPass {
   };
   /// One event, before it is known.
   struct Prediction {
-    AdaptiveBit *near, *expected;
+    std::array<AdaptiveBit*, 2> bits;
     CoefficientModel::Weights* weights;
-    std::uint16_t* between;
+    std::uint16_t* between;  ///< null: not refined
     std::uint32_t part;
-    std::int32_t near_input, expected_input;
+    std::array<std::int32_t, 2> inputs;
     std::uint32_t mixed, probability;
   };
 
-  Prediction predict(std::size_t event, const Context& context) {
+  static Prediction predict(AdaptiveBit& first, AdaptiveBit& second, CoefficientModel::Weights& weights,
+                            CoefficientModel::Refinement* refinement) {
     Prediction p;
-    p.near = &model_.near[event][context.near];
-    p.expected = &model_.expected[event][context.expected];
-    p.weights = &model_.weights[event][context.mixer];
-    p.near_input = p.near->stretched();
-    p.expected_input = p.expected->stretched();
-    const std::int32_t sum = p.near_input * ((*p.weights)[0] >> 4) + p.expected_input * ((*p.weights)[1] >> 4);
+    p.bits = {&first, &second};
+    p.inputs = {first.stretched(), second.stretched()};
+    p.weights = &weights;
+    const std::int32_t sum = p.inputs[0] * (weights[0] >> 4) + p.inputs[1] * (weights[1] >> 4);
     const auto mixed = static_cast<std::uint32_t>(std::clamp(sum >> 12, -2047, 2047) + 2048);
-    p.between = &model_.refined[event][context.refined][mixed >> 7];
-    p.part = mixed & 127;
-    const std::uint32_t refined = (p.between[0] * (128 - p.part) + p.between[1] * p.part) >> 7;
     p.mixed = squash_table[mixed];
-    p.probability = std::clamp<std::uint32_t>((p.mixed + refined) >> 1, 32, 65535 - 31);
+    p.between = nullptr;
+    std::uint32_t refined = p.mixed;
+    if (refinement != nullptr) {
+      p.between = refinement->data() + (mixed >> 7);
+      p.part = mixed & 127;
+      refined = (p.between[0] * (128 - p.part) + p.between[1] * p.part) >> 7;
+    }
+    p.probability = std::clamp<std::uint32_t>((p.mixed + refined) >> 1, least_probability, 65536 - least_probability);
     return p;
   }
-
-  void learn(Prediction& p, bool bit) {
-    const std::int32_t target = bit ? 65535 : 0, error = target - static_cast<std::int32_t>(p.mixed);
-    std::uint16_t& nearer = p.between[p.part > 64];
-    nearer = static_cast<std::uint16_t>(nearer + ((target - nearer) >> 6));
-    const auto moved = [&](std::int32_t& weight, std::int32_t input) {
-      weight = std::clamp(weight + ((input * error + (1 << (mix_shift - 1))) >> mix_shift), -weight_limit, weight_limit);
-    };
-    moved((*p.weights)[0], p.near_input);
-    moved((*p.weights)[1], p.expected_input);
-    p.near->learn(bit, forget_after);
-    p.expected->learn(bit, forget_after);
+  Prediction predict(std::size_t event, const Context& context) {
+    return predict(model_.near[event][context.near], model_.expected[event][context.expected],
+                   model_.weights[event][context.mixer], &model_.refined[event][context.refined]);
   }
-  static constexpr int mix_shift = 14;
+
+  static void learn(const Prediction& p, bool bit) {
+    const std::int32_t target = bit ? 65535 : 0, error = target - static_cast<std::int32_t>(p.mixed);
+    if (p.between != nullptr) {
+      std::uint16_t& nearer = p.between[p.part > 64];
+      nearer = static_cast<std::uint16_t>(nearer + ((target - nearer) >> 6));
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      std::int32_t& weight = (*p.weights)[i];
+      weight = std::clamp(weight + ((p.inputs[i] * error + (1 << (mix_shift - 1))) >> mix_shift), -weight_limit,
+                          weight_limit);
+      p.bits[i]->learn(bit, forget_after);
+    }
+  }
+
+  bool code_sign(const Band& band, const Around& around, const std::uint8_t* m, bool negative) {
+    std::uint8_t* const s = signs_.data() + (m - magnitudes_.data());
+    const auto of = [&](std::size_t neighbour) { return std::size_t{s[around.own[neighbour]]}; };
+    const auto orientation = static_cast<std::size_t>(band.orientation);
+    const std::size_t near = (orientation * 27 + of(0) * 9 + of(1) * 3 + of(2)) * 2 + (band.level == 1),
+                      far = orientation * 81 + of(9) * 27 + of(10) * 9 + of(11) * 3 + of(8);
+    const Prediction p = predict(model_.sign[near], model_.far_sign[far], model_.sign_weights[orientation], nullptr);
+    negative = coder_.code(negative, p.probability);
+    learn(p, negative);
+    *s = negative ? 0 : 2;
+    return negative;
+  }
 
   static float cost(const Prediction& p, bool bit) {
     return static_cast<float>(cost_table[(bit ? p.probability : 65536 - p.probability) >> 4]) *
@@ -467,7 +491,7 @@ class CoefficientPass {
     }
     const std::int32_t unary = std::min<std::int32_t>(chosen, magnitude_events);
     for (std::int32_t e = 0; e <= unary && e < static_cast<std::int32_t>(magnitude_events); ++e) {
-      Prediction& event = events[static_cast<std::size_t>(e)];
+      const Prediction& event = events[static_cast<std::size_t>(e)];
       coder_.code(chosen > e, event.probability);
       learn(event, chosen > e);
     }
@@ -478,7 +502,7 @@ class CoefficientPass {
 
   std::int32_t decode_magnitude(const Context& context) {
     for (std::size_t e = 0; e < magnitude_events; ++e) {
-      Prediction event = predict(e, context);
+      const Prediction event = predict(e, context);
       const bool more = coder_.code(false, event.probability);
       learn(event, more);
       if (!more) return static_cast<std::int32_t>(e);
@@ -493,6 +517,7 @@ class CoefficientPass {
   std::int32_t* coefficients_;
   std::vector<Magnitudes> bands_;
   std::vector<std::uint8_t> magnitudes_, active_;
+  std::vector<std::uint8_t> signs_;  ///< 0: negative, 1: the coefficient is 0, 2: positive
   std::vector<std::uint32_t> sums_;  ///< of the magnitudes of blocks
 };
 
@@ -504,8 +529,9 @@ std::uint64_t working_bytes_of_coefficients(Index3 size) {
     const TransformShape shape = transform_shape(size, static_cast<Split>(split), 1, 0);
     std::uint64_t bytes = shape.bands.size() * (sizeof(Band) + sizeof(Magnitudes));
     for (const Band& band : shape.bands) {
-      bytes += static_cast<std::uint64_t>((band.size.x + Magnitudes::before + Magnitudes::after_x) *
-                                          Magnitudes::padded(band.size.y) * Magnitudes::padded(band.size.z));
+      // Magnitudes and signs.
+      bytes += 2 * static_cast<std::uint64_t>((band.size.x + Magnitudes::before + Magnitudes::after_x) *
+                                              Magnitudes::padded(band.size.y) * Magnitudes::padded(band.size.z));
       std::uint64_t blocks = sizeof(std::uint32_t) + sizeof(std::uint8_t);
       for (int axis = 0; axis < 3; ++axis) blocks *= static_cast<std::uint64_t>((band.size[axis] + block - 1) / block);
       bytes += blocks;

@@ -1,7 +1,8 @@
 // Codes the quantized coefficients of a brick: bands in the order of their shape, flags for blocks of 4 x 4 x 4
 // zeros, and magnitudes as unary events. Each event is predicted in two contexts: the magnitudes around the
 // coefficient and of its parent; and the magnitude that is expected from all that is known, with the orientation. Both
-// are mixed, and the mean of the mixed and of an observed frequency is used, as in stages/values/best.
+// are mixed, and the mean of the mixed and of an observed frequency is used, as in stages/values/best. Signs are mixed
+// from two contexts of signs.
 #pragma once
 
 #include <array>
@@ -28,6 +29,9 @@ struct CoefficientModel {
   std::array<std::array<AdaptiveBit, expected_classes * orientations>, magnitude_events> expected;
   std::array<std::array<Weights, mixer_contexts>, magnitude_events> weights;
   std::array<std::array<Refinement, refinement_classes>, magnitude_events> refined;
+  std::array<AdaptiveBit, sign_contexts> sign;
+  std::array<AdaptiveBit, far_sign_contexts> far_sign;
+  std::array<Weights, orientations> sign_weights;
   std::array<AdaptiveBit, band_contexts> zero_band;
   std::array<AdaptiveBit, block_contexts> active_block;
   IntegerModel means, far;

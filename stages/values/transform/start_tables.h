@@ -14,6 +14,8 @@ inline constexpr std::size_t magnitude_events = 16;
 inline constexpr std::size_t near_classes = 12;
 inline constexpr std::size_t expected_classes = 32, orientations = 8;
 inline constexpr std::size_t band_contexts = 56, block_contexts = 288;
+/// Signs of three neighbours, with the orientation, in the finest level or not; and of others.
+inline constexpr std::size_t sign_contexts = orientations * 27 * 2, far_sign_contexts = orientations * 81;
 
 /// Magnitudes that an expected magnitude is a sum of: neighbours, parent, siblings.
 inline constexpr std::size_t own_features = 16, features = 26;
