@@ -100,6 +100,11 @@ const Case cases[] = {
      }},
     {"fast", [](CodingParameters& p) { p.effort = Effort::fast; }},
     {"best", [](CodingParameters& p) { p.effort = Effort::best; }},
+    {"transform",
+     [](CodingParameters& p) {
+       p.max_error = 100;
+       p.transform_step = is_wide_type(p.type) ? 0 : 64;
+     }},
     {"grid",
      [](CodingParameters& p) {
        p.mode = FileMode::grid;

@@ -16,7 +16,7 @@ constexpr std::int32_t first_weight = 1 << 15;  ///< of a context, in 2^-16
 }
 
 CoefficientModel::CoefficientModel() {
-  constexpr std::uint32_t seen_near = 6, seen_expected = 12, seen_flags = 12;
+  constexpr std::uint32_t seen_near = 12, seen_expected = 24, seen_flags = 20, seen_signs = 12;
   constexpr int unit = 16;
   for (std::size_t event = 0; event < magnitude_events; ++event) {
     for (std::size_t i = 0; i < near[event].size(); ++i)
@@ -29,8 +29,12 @@ CoefficientModel::CoefficientModel() {
       identity[i] = squash_table[std::min<std::size_t>(i * 128, 4095)];
     refined[event].fill(identity);
   }
+  for (std::size_t i = 0; i < sign_contexts; ++i) sign[i] = AdaptiveBit(sign_start[i] * unit, seen_signs);
+  for (std::size_t i = 0; i < far_sign_contexts; ++i)
+    far_sign[i] = AdaptiveBit(far_sign_start[i] * unit, seen_signs);
   sign_weights.fill({first_weight, first_weight});
-  for (std::size_t i = 0; i < band_contexts; ++i) zero_band[i] = AdaptiveBit(band_start[i] * unit, seen_flags);
+  for (std::size_t i = 0; i < band_contexts; ++i)
+    zero_band[i] = AdaptiveBit(band_start[i] * unit, seen_flags);
   for (std::size_t i = 0; i < block_contexts; ++i)
     active_block[i] = AdaptiveBit(block_start[i] * unit, seen_flags);
 }
@@ -45,9 +49,9 @@ constexpr std::int64_t block = 4;
 constexpr std::int32_t largest_magnitude = 1 << 24;
 
 // What an encoder weighs: a bit costs this part of the square of a step.
-constexpr float lambda = 0.1f;
+constexpr float lambda = 0.07f;
 // A block is coded if one of its coefficients is at least this part of a step.
-constexpr float least_active = 0.6f;
+constexpr float least_active = 0.8f;
 
 // Classes of a sum of magnitudes.
 constexpr std::array<std::uint8_t, 64> near_class = [] {
@@ -64,9 +68,7 @@ constexpr std::array<std::uint8_t, 64> near_class = [] {
                                                     : 11);
   return classes;
 }();
-std::size_t class_of_block(std::uint32_t sum) {
-  return sum < 3 ? sum : sum < 6 ? 3 : sum < 15 ? 4 : 5;
-}
+std::size_t class_of_block(std::uint32_t sum) { return sum < 3 ? sum : sum < 6 ? 3 : sum < 15 ? 4 : 5; }
 
 // -log2 of a probability in 2^-8, by its upper 12 bits.
 constexpr std::array<std::uint16_t, 4096> make_costs() {
@@ -164,11 +166,13 @@ class CoefficientPass {
           if (y > 0) sum += level[-row], ++count;
           if (z > 0) sum += level[-slice], ++count;
           // Rounded down, also below 0.
-          const std::int64_t predicted = count == 0 ? 0 : count == 1 ? sum : count == 2 ? sum >> 1 : (sum * 21846) >> 16;
+          const std::int64_t predicted = count == 0   ? 0
+                                         : count == 1 ? sum
+                                         : count == 2 ? sum >> 1
+                                                      : (sum * 21846) >> 16;
           std::int64_t difference = 0;
           if constexpr (Coder::encoding) {
-            const std::int64_t magnitude =
-                (std::abs(std::int64_t{c[x]}) * 256 + band.step / 2) / band.step;
+            const std::int64_t magnitude = (std::abs(std::int64_t{c[x]}) * 256 + band.step / 2) / band.step;
             const std::int64_t limited = std::min<std::int64_t>(magnitude, largest_magnitude);
             difference = (c[x] < 0 ? -limited : limited) - predicted;
           }
@@ -205,7 +209,8 @@ class CoefficientPass {
     for (std::int64_t z = 0; z < band.size.z; ++z) {
       for (std::int64_t y = 0; y < band.size.y; ++y) {
         std::int32_t* const c = row_of(band, y, z);
-        const std::size_t first = static_cast<std::size_t>(((z / block) * own.blocks.y + y / block) * own.blocks.x);
+        const std::size_t first =
+            static_cast<std::size_t>(((z / block) * own.blocks.y + y / block) * own.blocks.x);
         for (std::int64_t x = 0; x < band.size.x; x += block) {
           const std::int64_t n = std::min(block, band.size.x - x);
           const std::size_t at = first + static_cast<std::size_t>(x / block);
@@ -221,8 +226,8 @@ class CoefficientPass {
 
   // Of an encoder: which blocks have a coefficient that may not be 0. False if none has.
   bool find_active(const Band& band, const Magnitudes& own, std::span<std::uint8_t> active) {
-    const auto least = static_cast<std::int32_t>(
-        std::min(static_cast<float>(band.step) * (least_active / 256), 2e9f));
+    const auto least =
+        static_cast<std::int32_t>(std::min(static_cast<float>(band.step) * (least_active / 256), 2e9f));
     bool any = false;
     for (std::int64_t z = 0; z < band.size.z; ++z)
       for (std::int64_t y = 0; y < band.size.y; ++y) {
@@ -249,7 +254,8 @@ class CoefficientPass {
         for (std::int64_t x = 0; x < own.blocks.x; ++x, ++flag) {
           const int neighbours = (x > 0 && flag[-1]) + (y > 0 && flag[-row]) + (z > 0 && flag[-slice]);
           const std::size_t context =
-              ((static_cast<std::size_t>(neighbours) * 6 + class_of_block(parent_of_block(band, {x, y, z}))) * 6 +
+              ((static_cast<std::size_t>(neighbours) * 6 + class_of_block(parent_of_block(band, {x, y, z}))) *
+                   6 +
                class_of_block(siblings_of_block(band, {x, y, z}))) *
                   2 +
               (band.level == 1);
@@ -279,7 +285,8 @@ class CoefficientPass {
     for (std::size_t i = 0; i < 3 && band.siblings[i] != no_band; ++i) {
       const Magnitudes& sibling = bands_[static_cast<std::size_t>(band.siblings[i])];
       const std::int64_t z = at.z >> band.sibling_shift[i];
-      if (sibling.is_zero || at.x >= sibling.blocks.x || at.y >= sibling.blocks.y || z >= sibling.blocks.z) continue;
+      if (sibling.is_zero || at.x >= sibling.blocks.x || at.y >= sibling.blocks.y || z >= sibling.blocks.z)
+        continue;
       sum += sums_[sibling.blocks_offset +
                    static_cast<std::size_t>((z * sibling.blocks.y + at.y) * sibling.blocks.x + at.x)];
     }
@@ -303,8 +310,8 @@ class CoefficientPass {
     const std::int64_t r = own.row, s = own.slice;
     Around a;
     a.weights = feature_weights[static_cast<std::size_t>(band.orientation + 8 * (band.level > 1))].data();
-    a.own = {-1,     -r,         -s,          -1 - r,     1 - r,      -1 - s,      1 - s,      -r - s,
-             r - s,  -2,         -2 * r,      -2 * s,     -1 - r - s, 1 - r - s,   -1 + r - s, 1 + r - s};
+    a.own = {-1,    -r, -s,     -1 - r, 1 - r,      -1 - s,    1 - s,      -r - s,
+             r - s, -2, -2 * r, -2 * s, -1 - r - s, 1 - r - s, -1 + r - s, 1 + r - s};
     if (band.parent != no_band && !bands_[static_cast<std::size_t>(band.parent)].is_zero)
       a.parent = &bands_[static_cast<std::size_t>(band.parent)];
     for (std::size_t i = 0; i < 3 && band.siblings[i] != no_band; ++i) {
@@ -316,7 +323,8 @@ class CoefficientPass {
   }
 
   // All but what the coefficients of this group say of each other.
-  void look_around(const Band& band, const Magnitudes& own, const Around& around, Index3 at, Group& group) const {
+  void look_around(const Band& band, const Magnitudes& own, const Around& around, Index3 at,
+                   Group& group) const {
     const std::uint8_t* const here = at_of(own, at);
     const std::int16_t* const w = around.weights;
     std::array<std::int32_t, block> expected{}, near{}, parent{};
@@ -331,8 +339,8 @@ class CoefficientPass {
     for (const std::size_t i : {4, 6, 7, 8, 10, 11, 12, 13, 14, 15, 3, 5}) add(i, 1);
     if (around.parent != nullptr) {
       const Magnitudes& p = *around.parent;
-      const std::uint8_t* const first = at_of(p, {at.x >> band.parent_shift.x, at.y >> band.parent_shift.y,
-                                                  at.z >> band.parent_shift.z});
+      const std::uint8_t* const first =
+          at_of(p, {at.x >> band.parent_shift.x, at.y >> band.parent_shift.y, at.z >> band.parent_shift.z});
       for (std::size_t k = 0; k < block; ++k) {
         const std::uint8_t* const m = first + (k >> band.parent_shift.x);
         const std::int32_t along_x = m[-1] + m[1], along_y = m[-p.row] + m[p.row],
@@ -423,7 +431,8 @@ class CoefficientPass {
       p.part = mixed & 127;
       refined = (p.between[0] * (128 - p.part) + p.between[1] * p.part) >> 7;
     }
-    p.probability = std::clamp<std::uint32_t>((p.mixed + refined) >> 1, least_probability, 65536 - least_probability);
+    p.probability =
+        std::clamp<std::uint32_t>((p.mixed + refined) >> 1, least_probability, 65536 - least_probability);
     return p;
   }
   Prediction predict(std::size_t event, const Context& context) {
@@ -439,8 +448,8 @@ class CoefficientPass {
     }
     for (std::size_t i = 0; i < 2; ++i) {
       std::int32_t& weight = (*p.weights)[i];
-      weight = std::clamp(weight + ((p.inputs[i] * error + (1 << (mix_shift - 1))) >> mix_shift), -weight_limit,
-                          weight_limit);
+      weight = std::clamp(weight + ((p.inputs[i] * error + (1 << (mix_shift - 1))) >> mix_shift),
+                          -weight_limit, weight_limit);
       p.bits[i]->learn(bit, forget_after);
     }
   }
@@ -451,7 +460,8 @@ class CoefficientPass {
     const auto orientation = static_cast<std::size_t>(band.orientation);
     const std::size_t near = (orientation * 27 + of(0) * 9 + of(1) * 3 + of(2)) * 2 + (band.level == 1),
                       far = orientation * 81 + of(9) * 27 + of(10) * 9 + of(11) * 3 + of(8);
-    const Prediction p = predict(model_.sign[near], model_.far_sign[far], model_.sign_weights[orientation], nullptr);
+    const Prediction p =
+        predict(model_.sign[near], model_.far_sign[far], model_.sign_weights[orientation], nullptr);
     negative = coder_.code(negative, p.probability);
     learn(p, negative);
     *s = negative ? 0 : 2;
@@ -476,7 +486,8 @@ class CoefficientPass {
         // The costs of this magnitude and of the one below it, without the events that they share; at last 0.
         const auto n = static_cast<std::size_t>(nearest);
         const float off = a - static_cast<float>(nearest);
-        float best = off * off + cost(events[n], false) + cost(events[n - 1], true) + (nearest == 1 ? lambda : 0);
+        float best =
+            off * off + cost(events[n], false) + cost(events[n - 1], true) + (nearest == 1 ? lambda : 0);
         const float below = (off + 1) * (off + 1) + cost(events[n - 1], false);
         if (below < best) {
           best = below;
@@ -530,10 +541,12 @@ std::uint64_t working_bytes_of_coefficients(Index3 size) {
     std::uint64_t bytes = shape.bands.size() * (sizeof(Band) + sizeof(Magnitudes));
     for (const Band& band : shape.bands) {
       // Magnitudes and signs.
-      bytes += 2 * static_cast<std::uint64_t>((band.size.x + Magnitudes::before + Magnitudes::after_x) *
-                                              Magnitudes::padded(band.size.y) * Magnitudes::padded(band.size.z));
+      bytes +=
+          2 * static_cast<std::uint64_t>((band.size.x + Magnitudes::before + Magnitudes::after_x) *
+                                         Magnitudes::padded(band.size.y) * Magnitudes::padded(band.size.z));
       std::uint64_t blocks = sizeof(std::uint32_t) + sizeof(std::uint8_t);
-      for (int axis = 0; axis < 3; ++axis) blocks *= static_cast<std::uint64_t>((band.size[axis] + block - 1) / block);
+      for (int axis = 0; axis < 3; ++axis)
+        blocks *= static_cast<std::uint64_t>((band.size[axis] + block - 1) / block);
       bytes += blocks;
     }
     const Index3 means = shape.bands[0].size;
@@ -551,6 +564,7 @@ bool code_coefficients(Coder& coder, CoefficientModel& model, const TransformSha
 
 template bool code_coefficients(LimitedEncoder&, CoefficientModel&, const TransformShape&,
                                 std::span<std::int32_t>);
-template bool code_coefficients(RansDecoder&, CoefficientModel&, const TransformShape&, std::span<std::int32_t>);
+template bool code_coefficients(RansDecoder&, CoefficientModel&, const TransformShape&,
+                                std::span<std::int32_t>);
 
 }  // namespace tagrid

@@ -79,7 +79,8 @@ class Lines {
 
 /// Splits or joins the first `length` vectors of a line along y or z: vectors of `columns` numbers, `stride` apart.
 template <bool back>
-void lift_columns(std::int32_t* first, std::int64_t length, std::int64_t stride, std::int64_t columns, Lines& lines) {
+void lift_columns(std::int32_t* first, std::int64_t length, std::int64_t stride, std::int64_t columns,
+                  Lines& lines) {
   const std::int64_t low = (length + 1) / 2;
   for (std::int64_t begin = 0; begin < columns; begin += columns_at_once) {
     const std::int64_t n = std::min(columns_at_once, columns - begin);
@@ -131,8 +132,7 @@ void lift_axis(std::span<std::int32_t> coefficients, Index3 size, Index3 part, i
   const std::int64_t row = size.x, slice = size.x * size.y;
   std::int32_t* const all = coefficients.data();
   if (axis == 2)
-    for (std::int64_t y = 0; y < part.y; ++y)
-      lift_columns<back>(all + y * row, part.z, slice, part.x, lines);
+    for (std::int64_t y = 0; y < part.y; ++y) lift_columns<back>(all + y * row, part.z, slice, part.x, lines);
   else
     for (std::int64_t z = 0; z < part.z; ++z) {
       if (axis == 1) lift_columns<back>(all + z * slice, part.y, row, part.x, lines);
@@ -143,8 +143,8 @@ void lift_axis(std::span<std::int32_t> coefficients, Index3 size, Index3 part, i
 
 /// What is left of an axis after some levels.
 std::int64_t length_after(const TransformShape& shape, int axis, int levels) {
-  return shape.lengths[static_cast<std::size_t>(axis)][static_cast<std::size_t>(
-      std::min(levels, shape.levels(axis)))];
+  return shape.lengths[static_cast<std::size_t>(axis)]
+                      [static_cast<std::size_t>(std::min(levels, shape.levels(axis)))];
 }
 
 /// Level `level` along the axes 0 .. axes - 1 that have it. The other axes are whole.

@@ -22,9 +22,6 @@ inline constexpr int split_count = 4;
 /// The most levels along an axis. An axis is split while it has at least four samples.
 inline constexpr int most_levels = 6;
 
-/// Steps in the header are in 2^-6 of a sample, 1 .. largest_step.
-inline constexpr std::uint32_t largest_step = (1u << 23) - 1;
-
 /// The bits after the point of coefficients: samples of 8 bits have more than samples of 16 bits, so that 32 bits
 /// hold the coefficients.
 constexpr int fraction_bits(std::size_t bytes_of_sample) { return bytes_of_sample == 1 ? 6 : 4; }
@@ -32,9 +29,9 @@ constexpr int fraction_bits(std::size_t bytes_of_sample) { return bytes_of_sampl
 inline constexpr int no_band = -1;
 
 struct Band {
-  Index3 low, size;     ///< its box in the array of coefficients
-  int level = 0;        ///< of its finest split along x and y, in a dyadic split also z; 1 is the finest
-  int orientation = 0;  ///< 1, 2, 4: high along x, y, z
+  Index3 low, size;        ///< its box in the array of coefficients
+  int level = 0;           ///< of its finest split along x and y, in a dyadic split also z; 1 is the finest
+  int orientation = 0;     ///< 1, 2, 4: high along x, y, z
   bool is_mean = false;    ///< low along all axes
   std::uint32_t step = 1;  ///< of its coefficients, in 2^-8 of their unit
   int parent = no_band;    ///< the band of the next level with the same orientation
@@ -55,7 +52,7 @@ struct TransformShape {
   int levels(int axis) const { return static_cast<int>(lengths[static_cast<std::size_t>(axis)].size()) - 1; }
 };
 
-/// REQUIRES: size >= 1 along each axis, 1 <= step <= largest_step.
+/// REQUIRES: size >= 1 along each axis, 1 <= step <= largest_transform_step.
 TransformShape transform_shape(Index3 size, Split split, std::uint32_t step, int fraction_bits);
 
 }  // namespace tagrid

@@ -25,6 +25,8 @@ extern const std::array<std::array<std::int8_t, near_classes * near_classes>, ma
 extern const std::array<std::array<std::int8_t, expected_classes>, magnitude_events> expected_start;
 extern const std::array<std::int8_t, band_contexts> band_start;
 extern const std::array<std::int8_t, block_contexts> block_start;
+extern const std::array<std::int8_t, sign_contexts> sign_start;
+extern const std::array<std::int8_t, far_sign_contexts> far_sign_start;
 
 /// In 2^-10, by orientation; from 8 on, of coefficients that are not of the finest level.
 extern const std::array<std::array<std::int16_t, features>, 16> feature_weights;

@@ -87,8 +87,8 @@ void store(std::span<const std::int32_t> coefficients, std::span<T> samples) {
   constexpr int bits = fraction_bits(sizeof(T));
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::int32_t rounded = (coefficients[i] >> bits) + (coefficients[i] >> (bits - 1) & 1);
-    samples[i] = static_cast<T>(std::clamp<std::int32_t>(rounded, std::numeric_limits<T>::min(),
-                                                         std::numeric_limits<T>::max()));
+    samples[i] = static_cast<T>(
+        std::clamp<std::int32_t>(rounded, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
   }
 }
 
@@ -126,7 +126,8 @@ TransformShape split_best(std::span<const T> samples, const TransformBrick& bric
 /// Corrects samples beyond the bound E by multiples of 2E + 1: their number, and for each the samples since the one
 /// before, and the multiple. Returns false if a decoder finds a place that does not exist.
 template <class T, class Coder>
-bool code_corrections(Coder& coder, std::span<const T> original, std::int64_t max_error, std::span<T> samples) {
+bool code_corrections(Coder& coder, std::span<const T> original, std::int64_t max_error,
+                      std::span<T> samples) {
   const Quantizer quantizer(std::clamp<std::int64_t>(max_error, 0, 65535));
   IntegerModel number, gap, multiple;
   std::uint64_t left = 0;
@@ -150,8 +151,8 @@ bool code_corrections(Coder& coder, std::span<const T> original, std::int64_t ma
     q = multiple.code_signed(coder, q > 0 ? q - 1 : q);
     q += q >= 0;
     const std::int64_t corrected = samples[at] + std::clamp<std::int64_t>(q, -65536, 65536) * quantizer.step;
-    samples[at] = static_cast<T>(std::clamp<std::int64_t>(corrected, std::numeric_limits<T>::min(),
-                                                          std::numeric_limits<T>::max()));
+    samples[at] = static_cast<T>(
+        std::clamp<std::int64_t>(corrected, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
     if (coder.exhausted()) return false;
   }
   return true;
@@ -178,7 +179,8 @@ bool encode_transform(std::span<const T> samples, const TransformBrick& brick, s
 }
 
 template <class T>
-Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBrick& brick, std::span<T> samples) {
+Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBrick& brick,
+                        std::span<T> samples) {
   RansDecoder coder(bytes);
   const auto split = static_cast<Split>(coder.code_raw(0, 2));
   const TransformShape shape = transform_shape(brick.size, split, brick.step, fraction_bits(sizeof(T)));
@@ -202,7 +204,8 @@ Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBric
 std::uint64_t working_bytes_of_encoding_transform(Index3 size) {
   const std::uint64_t samples = count_of(size);
   // A row may exceed the limit.
-  const std::uint64_t events = most_events_per_sample * samples + 4096 + 72 * static_cast<std::uint64_t>(size.x);
+  const std::uint64_t events =
+      most_events_per_sample * samples + 4096 + 72 * static_cast<std::uint64_t>(size.x);
   return samples * sizeof(std::int32_t) + sizeof(CoefficientModel) +
          std::max(samples * sizeof(std::int32_t),
                   working_bytes_of_coefficients(size) + RansEncoder::working_bytes(events));
@@ -214,9 +217,9 @@ std::uint64_t working_bytes_of_decoding_transform(Index3 size) {
          working_bytes_of_coefficients(size);
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                    \
-  template bool encode_transform(std::span<const T>, const TransformBrick&, std::span<T>,        \
-                                 std::vector<std::uint8_t>&);                                    \
+#define TAGRID_INSTANTIATE(T)                                                             \
+  template bool encode_transform(std::span<const T>, const TransformBrick&, std::span<T>, \
+                                 std::vector<std::uint8_t>&);                             \
   template Status decode_transform(std::span<const std::uint8_t>, const TransformBrick&, std::span<T>);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE

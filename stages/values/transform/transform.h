@@ -15,7 +15,7 @@ namespace tagrid {
 /// What the encoder and the decoder of a brick both know.
 struct TransformBrick {
   Index3 size;
-  std::uint32_t step = 1;      ///< of quantization, in 2^-6 of a sample; see shape.h
+  std::uint32_t step = 1;      ///< of quantization, in 2^-6 of a sample, 1 .. largest_transform_step
   std::int64_t max_error = 0;  ///< of any sample
 };
 
@@ -29,7 +29,8 @@ bool encode_transform(std::span<const T> samples, const TransformBrick& brick, s
 /// The inverse. Safe on any bytes; returns an error if they end too soon or are not used up. `samples` may have room
 /// for the first slices only.
 template <class T>
-Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBrick& brick, std::span<T> samples);
+Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBrick& brick,
+                        std::span<T> samples);
 
 /// The peak of the heap, including the bytes that are appended. Noise takes up to 57 events a sample, but the encoder
 /// gives up after 8.
