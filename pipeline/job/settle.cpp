@@ -192,8 +192,9 @@ FoundStep step_if_better(Trials& trials, double wanted, double peak, double max_
   if (found.step == 0) return {};
   const double bound = std::min(std::floor(likely_bound(wanted, peak)), max_error);
   const Tried bounded = trials.of(bound, 0, true);
-  // A bit is worth 6 dB.
-  const double bits_at_psnr = bounded.bits - (bound > 0 ? (bounded.psnr - wanted) / 6.02 : 0);
+  // A bit is worth 6 dB, but at low rates, which are those of few voxels, half of the bits are.
+  const double excess = bound > 0 ? (bounded.psnr - wanted) / 6 : 0;
+  const double bits_at_psnr = std::max(bounded.bits - excess, bounded.bits * std::exp2(-excess));
   if (found.tried.bits >= bits_at_psnr) return {};
   if (!trials.sample_is_whole()) found = largest_step(trials, wanted, peak, max_error, found.step, false);
   return found.tried.max_error > 0 ? found : FoundStep();
