@@ -379,7 +379,7 @@ typedef enum tagrid_error_rule TAGRID_INT {
   TAGRID_RULE_NONE = 0,     /* it does not: max_error */
   TAGRID_RULE_NOISE = 1,    /* a multiple of the standard deviation of the noise */
   TAGRID_RULE_RELATIVE = 2, /* a fraction of the range of the samples: max - min */
-  TAGRID_RULE_PSNR = 3      /* the loosest bound that reaches this many dB */
+  TAGRID_RULE_PSNR = 3      /* the smallest file that reaches this many dB; with a max_error, both hold */
 } tagrid_error_rule;
 
 /* Reads `count` samples of the volume to encode, from number `first` on, x fastest. Returns 0, or any other value

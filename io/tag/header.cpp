@@ -106,6 +106,10 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("a grid that is not stored has a mode or a bound that needs it");
   if (p.grid == GridOrigin::implied && !p.implies_grid())
     return Status::broken("the grid is implied, but the samples are not exact");
+  if (p.transform_step > 0 && (p.mode == FileMode::grid || is_wide_type(p.type) || p.surface_error >= 0))
+    return Status::broken("a transform is not for this mode, type or bounds");
+  if (p.transform_step > largest_transform_step)
+    return Status::broken("the step of the transform is too large");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -115,7 +119,7 @@ bool are_same(const CodingParameters& a, const CodingParameters& b) {
   FieldWriter of_a, of_b;
   parameter_fields(of_a, a);
   parameter_fields(of_b, b);
-  return of_a.bytes() == of_b.bytes();
+  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step;
 }
 
 Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
@@ -149,6 +153,8 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   fields.put(static_cast<std::uint32_t>(text.size()));
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
+  // At the end and only if there is one, so that other files keep their bytes.
+  if (header.parameters.transform_step > 0) fields.put(header.parameters.transform_step);
 
   FieldWriter whole;
   whole.put_bytes(std::as_bytes(std::span(magic)));
@@ -193,6 +199,10 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
+  const bool transformed = reader.left() > 0;
+  header.parameters.transform_step = transformed ? reader.get<std::uint32_t>() : 0;
+  if (transformed && header.parameters.transform_step == 0)
+    return Status::broken("the step of the transform is 0");
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
   std::vector<std::byte> text;

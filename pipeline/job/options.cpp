@@ -28,7 +28,8 @@ void validate_rule(const EncodeOptions& options) {
                        : kind == Kind::relative ? set::relative_error
                                                 : set::max_error;
   require(std::isfinite(value) && value > 0, {"{} must be a positive number", {own}});
-  require(!options.max_error, {"{} and {} both set the maximum error; give only one", {set::max_error, own}});
+  require(!options.max_error || kind == Kind::psnr,
+          {"{} and {} both set the maximum error; give only one", {set::max_error, own}});
   require(kind != Kind::psnr || !options.grid_only,
           {"{} is found by coding voxels; it cannot be combined with {}", {set::psnr, set::grid_only}});
   require(

@@ -37,7 +37,7 @@ struct ErrorRule {
   enum class Kind {
     noise,     ///< a multiple of the standard deviation of the noise
     relative,  ///< a fraction of the range of the samples: max - min
-    psnr,      ///< the loosest with which the PSNR is at least this, in dB
+    psnr,      ///< the loosest with which the PSNR is at least this, in dB; with max_error, both hold
   };
   Kind kind = Kind::noise;
   double value = 0;
@@ -58,15 +58,16 @@ struct EncodeOptions {
   bool grid_only = false;
   GridOrigin grid = GridOrigin::stored;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
-  std::optional<ErrorRule> error_rule;  ///< instead of max_error; see settle()
+  std::optional<ErrorRule> error_rule;  ///< instead of max_error, or a PSNR besides it; see settle()
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
   int accuracy = 20;                    ///< m
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< for a limited run
-  std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) if not given
-  int lead = 1;                         ///< planes of padding before the first sample, 0 or 1; see Domain
-  Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
+  std::optional<int>
+      brick_edge;  ///< in root cubes; if not given, max(2, 64 / S), with a PSNR max(2, 128 / S)
+  int lead = 1;    ///< planes of padding before the first sample, 0 or 1; see Domain
+  Effort effort = Effort::normal;  ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
   bool range_from_data = false;         ///< needs a separate pass over the volume; files only
   std::optional<double> field_scale;    ///< lambda itself, instead of a range

@@ -130,6 +130,15 @@ std::string turn_into_samples(const Rescale& rescale, SampleType type, EncodeOpt
   return reason;
 }
 
+// At low rates, what each brick takes in any case would matter.
+constexpr int length_of_transformed_bricks = 128;
+
+// True if a PSNR may be reached by a transform, which knows one bound of the voxels of narrow types.
+bool may_be_transformed(const EncodeOptions& options, SampleType type) {
+  return options.error_rule && options.error_rule->kind == ErrorRule::Kind::psnr && !is_wide_type(type) &&
+         !options.grid_only && !options.surface_error && !options.mesh_error;
+}
+
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
   CodingParameters p;
   p.dims = info.dims;
@@ -137,7 +146,10 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.effort = options.effort;
   p.cube_size = options.cube_size;
-  p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
+  // Until the PSNR has given a step, any that is not 0 stands for it.
+  p.transform_step = may_be_transformed(options, p.type) ? 1 : 0;
+  const int usual_length = p.transform_step > 0 ? length_of_transformed_bricks : 64;
+  p.brick_edge = options.brick_edge.value_or(std::max(2, usual_length / options.cube_size));
   p.lead = options.lead;
   p.max_level = options.max_level.value_or(max_level(options.cube_size));
   p.accuracy = options.accuracy;
@@ -206,11 +218,13 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
   return all;
 }
 
-ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error) {
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
+                           std::uint32_t transform_step) {
   options.options.max_error = max_error;
   options.options.error_rule.reset();
   options.options.validate();
   set_bounds(options.options, options.parameters);
+  options.parameters.transform_step = transform_step;
   require_valid(options);
   return options;
 }

@@ -33,7 +33,9 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
 std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& parameters);
 
 /// The options with this largest error of samples. Throws UsageError if the other options do not allow it.
-ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error);
+/// `transform_step`: see CodingParameters.
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
+                           std::uint32_t transform_step = 0);
 
 /// The parameters for this range of the samples. Throws UsageError if the volume does not allow it.
 CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range);

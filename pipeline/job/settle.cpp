@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -22,53 +23,68 @@ struct FoundBound {
   double max_error = 0;    ///< of samples; an integer if they are integers
   std::string reason;      ///< how it follows from the samples
   std::string doubt = {};  ///< why it may not be what is wanted; "" if nothing says that
+  std::uint32_t step = 0;  ///< of a transform; 0: none
 };
 
 double width(const std::optional<std::pair<double, double>>& range) {
   return range ? range->second - range->first : 0;
 }
 
-// The PSNR of encodings of a volume.
-class Psnr {
+struct Tried {
+  double psnr = 0;  ///< in dB; infinite if nothing is lost
+  double max_error = 0;
+  double bits = 0;  ///< of a sample, without the grid
+};
+
+// Encodings of a volume, or of a part of the rows of bricks, spread over the volume.
+class Trials {
  public:
-  Psnr(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
+  Trials(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
       : source_(source), parameters_(parameters), peak_(peak), progress_(progress) {
     // Of the voxels alone: a grid changes no decoded sample.
     parameters_.mesh_error = -1;
     parameters_.grid = GridOrigin::derived;
+    const BrickGrid bricks = parameters_.bricks();
+    rows_ = bricks.bricks(1) * bricks.bricks(2);
+    per_row_ = std::max<std::int64_t>(parameters_.domain().volume().count() / rows_, 1);
+    all_rows_ = rows_ * source_.info().volumes;
+    constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
+    some_rows_ = std::clamp<std::int64_t>(most_sampled / per_row_, 1, all_rows_);
   }
 
-  /// In dB; infinite if nothing is lost. `sampled`: of a part of the rows of bricks, spread over the volume.
-  double of(double max_error, bool sampled) {
-    constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
+  bool sample_is_whole() const { return some_rows_ == all_rows_; }
+
+  /// `step`: of a transform; 0: none.
+  Tried of(double max_error, std::uint32_t step, bool sampled) {
     parameters_.max_error = max_error;
+    parameters_.transform_step = step;
     const BrickGrid bricks = parameters_.bricks();
-    const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
-                       per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
-                       all_rows = rows * source_.info().volumes,
-                       wanted =
-                           sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, all_rows) : all_rows;
-    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
+    const std::int64_t wanted = sampled ? some_rows_ : all_rows_;
+    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row_) * size_of(parameters_.type);
     const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
     Statistics all;
+    std::atomic<std::uint64_t> bytes = 0;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-      const std::int64_t row = spread_row(i, wanted, all_rows);
-      const auto volume = one_of_volumes(source_, row / rows);
-      for_each_brick_of_row(*volume, bricks, row % rows, [&](std::int64_t id, const BrickSamples& samples) {
+      const std::int64_t row = spread_row(i, wanted, all_rows_);
+      const auto volume = one_of_volumes(source_, row / rows_);
+      for_each_brick_of_row(*volume, bricks, row % rows_, [&](std::int64_t id, const BrickSamples& samples) {
         const Index3 position = bricks.position(id);
         BrickCode code;
         encode_brick(samples, {}, parameters_, position, code);
         of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
+        bytes += code.values.size();
       });
       // In the order of bricks: sums of floats depend on it.
       for (const Statistics& s : of_brick) all.add(s);
       watch.done(bytes_per_row);
     }
-    if (all.finite == 0 || all.max_error == 0) return INFINITY;
+    Tried tried{INFINITY, all.max_error, 8 * static_cast<double>(bytes) / static_cast<double>(all.samples)};
+    if (all.finite == 0 || all.max_error == 0) return tried;
     const double rmse = achieved_of(all).rmse;
     // Squares of very small errors are 0.
-    return 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
+    tried.psnr = 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
+    return tried;
   }
 
  private:
@@ -76,6 +92,7 @@ class Psnr {
   CodingParameters parameters_;
   double peak_;
   const Progress& progress_;
+  std::int64_t rows_ = 0, per_row_ = 0, all_rows_ = 0, some_rows_ = 0;
 };
 
 // Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
@@ -104,9 +121,12 @@ std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64
   return low;
 }
 
-double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
-  // Errors that are spread evenly within a bound have a root mean square of its part 1 / sqrt(3).
-  const double guess = std::sqrt(3.0) * peak * std::pow(10, -wanted / 20);
+// The bound whose errors have this PSNR if they are spread evenly within it: their root mean square is its part
+// 1 / sqrt(3).
+double likely_bound(double wanted, double peak) { return std::sqrt(3.0) * peak * std::pow(10, -wanted / 20); }
+
+double loosest(Trials& trials, double wanted, double peak, bool whole) {
+  const double guess = likely_bound(wanted, peak);
   if (!(guess > 0)) return 0;
   // Bounds of floats are tried in steps of half a percent, from 1e-8 of the guess on.
   constexpr double step = 1.005;
@@ -121,11 +141,63 @@ double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
                                       static_cast<std::int64_t>(std::log(peak / guess) / std::log(step)), 0);
   const auto search = [&](std::int64_t from, std::int64_t first_step, bool sampled) {
     return last_that_reaches(from, first_step, least, most,
-                             [&](std::int64_t n) { return psnr.of(bound(n), sampled) >= wanted; });
+                             [&](std::int64_t n) { return trials.of(bound(n), 0, sampled).psnr >= wanted; });
   };
   // A sample tells nearly where it is; all of the volume, where exactly.
   const std::int64_t nearly = search(start, whole ? std::max<std::int64_t>(start / 2, 1) : 64, true);
   return bound(search(nearly, 1, false));
+}
+
+struct FoundStep {
+  std::uint32_t step = 0;  ///< 0: none
+  Tried tried;
+};
+
+// The largest step of a transform with which the PSNR is reached, nearly: it is at most 0.02 dB more, or the next
+// larger step does not reach it. The PSNR falls by some 5 dB as the step doubles, steadily but not strictly. Searches
+// from `first`; 0: a guess.
+FoundStep largest_step(Trials& trials, double wanted, double peak, double max_error, std::uint32_t first,
+                       bool sampled) {
+  constexpr double enough = 0.02, slope = 5;
+  constexpr int most_tries = 12;
+  const double guess = 64 * 8 * peak * std::pow(10, -wanted / 20);
+  const auto limited = [](double step) {
+    return static_cast<std::uint32_t>(std::clamp(std::round(step), 1.0, double{largest_transform_step}));
+  };
+  std::uint32_t step = first > 0 ? first : limited(guess), too_large = 0;
+  FoundStep best;
+  for (int i = 0; i < most_tries; ++i) {
+    const Tried tried = trials.of(max_error, step, sampled);
+    if (tried.psnr >= wanted) {
+      if (step > best.step) best = {step, tried};
+      if (tried.psnr <= wanted + enough) break;
+    } else if (too_large == 0 || step < too_large) {
+      too_large = step;
+    }
+    if (too_large > 0 && best.step + 1 >= too_large) break;
+    // A little more than what is wanted, so that the next try is more likely to be the last one.
+    const double excess = std::isfinite(tried.psnr) ? tried.psnr - wanted - enough / 2 : slope;
+    std::uint32_t next = limited(static_cast<double>(step) * std::exp2(excess / slope));
+    if (next <= best.step && best.step > 0) next = best.step + 1;
+    if (too_large > 0 && next >= too_large) next = too_large - 1;
+    if (next == step || next == 0) break;
+    step = next;
+  }
+  return best;
+}
+
+// Of a transform, if it takes fewer bits than a bound: that is found out from a sample.
+FoundStep step_if_better(Trials& trials, double wanted, double peak, double max_error) {
+  FoundStep found = largest_step(trials, wanted, peak, max_error, 0, true);
+  if (found.step == 0) return {};
+  const double bound = std::min(std::floor(likely_bound(wanted, peak)), max_error);
+  const Tried bounded = trials.of(bound, 0, true);
+  // A bit is worth 6 dB, but at low rates, which are those of few voxels, half of the bits are.
+  const double excess = bound > 0 ? (bounded.psnr - wanted) / 6 : 0;
+  const double bits_at_psnr = std::max(bounded.bits - excess, bounded.bits * std::exp2(-excess));
+  if (found.tried.bits >= bits_at_psnr) return {};
+  if (!trials.sample_is_whole()) found = largest_step(trials, wanted, peak, max_error, found.step, false);
+  return found.tried.max_error > 0 ? found : FoundStep();
 }
 
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
@@ -149,16 +221,31 @@ FoundBound by_range(VolumeSource& source, double part) {
                 : "no sample is finite"};
 }
 
-FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, double wanted,
+FoundBound by_psnr(const ResolvedOptions& options, VolumeSource& source, double wanted,
                    const Progress& progress) {
   if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
   const double peak = width(range_of_data(source));
   require(std::isfinite(peak),
           {"{}: {} is undefined for samples whose range is not finite", {source.name(), setting::psnr}});
-  Psnr psnr(parameters, source, peak, progress);
-  const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
+  Trials trials(options.parameters, source, peak, progress);
+  const std::optional<double>& given = options.options.max_error;
+  FoundBound found;
+  found.reason = fmt::format("to reach {} dB", wanted);
+  if (options.parameters.transform_step > 0) {
+    // No error is larger than the range.
+    const double most = std::min(std::floor(given.value_or(HUGE_VAL)), std::max(peak, 0.0));
+    if (const FoundStep best = most > 0 ? step_if_better(trials, wanted, peak, most) : FoundStep();
+        best.step > 0) {
+      found.step = best.step;
+      found.max_error = given ? most : best.tried.max_error;
+    }
+  }
+  if (found.step == 0) {
+    found.max_error = loosest(trials, wanted, peak, !is_float_type(source.info().type));
+    if (given) found.max_error = std::min(found.max_error, *given);
+  }
   source.rewind();
-  return {bound, fmt::format("to reach {} dB", wanted)};
+  return found;
 }
 
 // The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
@@ -172,11 +259,13 @@ FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, i
   Threads(std::max(threads, 1)).run([&, kind = kind, value = value] {
     found = kind == ErrorRule::Kind::noise      ? by_noise(source, value)
             : kind == ErrorRule::Kind::relative ? by_range(source, value)
-                                                : by_psnr(options.parameters, source, value, progress);
+                                                : by_psnr(options, source, value, progress);
   });
   found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
   found.max_error = kept_bound(found.max_error, source.info().type);
-  found.reason = kind == ErrorRule::Kind::psnr
+  found.reason = found.step > 0 ? fmt::format("a wavelet with a step of {:.4g}, {}; no error is above {}",
+                                              found.step / 64.0, found.reason, found.max_error)
+                 : kind == ErrorRule::Kind::psnr
                      ? fmt::format("maximum error set to {}, {}", found.max_error, found.reason)
                      : fmt::format("{}, so the maximum error is set to {}", found.reason, found.max_error);
   return found;
@@ -208,9 +297,9 @@ EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeS
   EncodeJob job = job_of(options, plan);
   ResolvedOptions settled = options;
   if (options.options.error_rule) {
-    FoundBound found = {earlier.max_error.value_or(0), earlier.reason_of_bound};
+    FoundBound found = {earlier.max_error.value_or(0), earlier.reason_of_bound, {}, earlier.transform_step};
     if (!earlier.max_error) found = bound_of_rule(options, source, plan.budget.threads, searching);
-    settled = with_bound(options, found.max_error);
+    settled = with_bound(options, found.max_error, found.step);
     job.reason_of_bound = found.reason;
     job.doubt_of_bound = found.doubt;
   }

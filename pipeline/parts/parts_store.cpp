@@ -78,7 +78,11 @@ class PartsStore : public BrickStore {
                    {source.name(), source.info().volumes, Setting{"series", "its number"}}});
     for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
     record_.program = run_.program;
-    if (options.options.error_rule) record_.error_rule = text_of(*options.options.error_rule);
+    if (options.options.error_rule) {
+      record_.error_rule = text_of(*options.options.error_rule);
+      if (options.options.max_error)
+        record_.error_rule += fmt::format(", within {}", *options.options.max_error);
+    }
     folder_ = std::make_unique<PartFolder>(run_.output, run_.resume);
     goes_on_ = run_.resume && read_earlier_record();
     if (!goes_on_) check_output(run_.output, run_.overwrite);
@@ -185,6 +189,7 @@ class PartsStore : public BrickStore {
       findings.range = {found.range_low, found.range_high};
     if (!record_.error_rule.empty() && record_.error_rule == earlier_.error_rule && found.max_error >= 0) {
       findings.max_error = found.max_error;
+      findings.transform_step = found.transform_step;
       findings.reason_of_bound = earlier_.reason_of_bound;
     }
     return findings;

@@ -102,10 +102,11 @@ def error_rule(max_error: Any, relative_error: Any, psnr: Any) -> dict[str, Any]
             rules.append(("noise", float(max_error.removeprefix("noise:"))))
         except ValueError:
             raise ArgumentError(f'max_error must be a number, or "noise:K" for K times the noise, not {max_error!r}') from None
-    elif rules and max_error:
+    elif relative_error is not None and max_error:
         rules.append(("max_error", max_error))
     if len(rules) > 1:
-        raise ArgumentError("max_error, relative_error and psnr each give the bound; give one of them")
+        raise ArgumentError("max_error, relative_error and psnr each give the bound; give one of them, or psnr and a "
+                            "number as max_error")
     if not rules:
         return {}
     (name, value), = rules

@@ -76,9 +76,10 @@ class Writer:
         if rule and samples is None:
             raise ArgumentError("the bound follows from the samples; give samples=, a function that reads them, or a number")
         options.update(rule)
+        both_hold = psnr is not None and max_error  # 0 is what is given if nothing is
         options.update(encoder_settings(
-            {"max_error": None if rule else max_error, "surface_error": surface_error, "mesh_error": mesh_error,
-             "field_scale": field_scale},
+            {"max_error": max_error if not rule or both_hold else None, "surface_error": surface_error,
+             "mesh_error": mesh_error, "field_scale": field_scale},
             {"max_level": max_level, "cube": cube, "brick": brick, "lead": lead, "accuracy": accuracy}, value_range))
         chosen = factors(overviews)
         if chosen is not None:
@@ -224,9 +225,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         replaces an existing one.
     max_error: no sample is off by more than this, in units of the samples; 0: lossless. "noise:K": K times
         the standard deviation of the noise. None, with grid_only: no bound.
-    relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the
-        loosest bound that reaches this many dB. They and "noise:K" read the samples before encoding;
-        Volume.max_error is the resulting bound.
+    relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the smallest
+        file that reaches this many dB; with a positive number as max_error, both hold. They and "noise:K" read
+        the samples before encoding; Volume.max_error is the resulting bound.
     spacing: the distances between samples along z, y and x, usually in mm.
     affine: 4 x 4: from voxels (x, y, z, 1) to world coordinates, as in Volume.affine.
     metadata: names and strings to keep, as in Volume.metadata; or lines of an NRRD header, as in

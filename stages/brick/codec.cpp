@@ -31,7 +31,8 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
     return VoxelBrick{owned,
                       &active,
                       {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
-                      parameters.effort};
+                      parameters.effort,
+                      parameters.transform_step};
 }
 
 // The values of `box` that lie in `owned`.

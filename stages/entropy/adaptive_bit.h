@@ -21,11 +21,11 @@ struct AdaptiveBit {
   std::uint32_t state = std::uint32_t{1} << 31;
 
   AdaptiveBit() = default;
-  /// As if two events had been seen, with the probability of a one at `logit` / 256, within +-2047.
-  explicit AdaptiveBit(int logit)
+  /// As if `seen` events had been seen, with the probability of a one at `logit` / 256, within +-2047.
+  explicit AdaptiveBit(int logit, std::uint32_t seen = 2)
       : state((std::uint32_t{squash_table[static_cast<std::size_t>(std::clamp(logit, -2047, 2047) + 2048)]}
                << 16) |
-              2) {}
+              seen) {}
 
   std::uint32_t probability() const { return std::clamp<std::uint32_t>(state >> 16, 1, 65535); }
   int stretched() const { return stretch_table[state >> 20]; }

@@ -39,6 +39,9 @@ inline std::string_view name_of(Effort effort) { return effort_names[static_cast
 
 inline constexpr int max_accuracy = 1'000'000;
 
+/// The largest step of a transform; see CodingParameters.
+inline constexpr std::uint32_t largest_transform_step = (1u << 23) - 1;
+
 /// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
 /// number of bytes fits for every type.
 constexpr bool is_volume_size(const Index3& dims) {
@@ -77,6 +80,9 @@ struct CodingParameters {
   double mesh_error = -1;
   /// E_n: largest error of a stored point value in grid mode.
   double point_error = 0;
+  /// The step of quantization of a wavelet, in 2^-6 of a sample, for low rates; 0: there is none. Only for voxels of
+  /// 8 and 16 bits with one bound. See stages/values/transform.
+  std::uint32_t transform_step = 0;
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }

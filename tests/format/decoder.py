@@ -18,6 +18,7 @@ from second_decoder.few import decode_few, is_few
 from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
 from second_decoder.lanes import FastDecoder, LanesDecoder
+from second_decoder.transform import TRANSFORMED, decode_transform
 from second_decoder.voxels import decode_voxels
 from second_decoder.wide import (decode_wide_as_narrow, decode_wide_points, decode_wide_voxels,
                                  interpolate_floats)
@@ -63,7 +64,11 @@ class Header:
          self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
-        require(packed_size == self.size - 132 and text_size <= 1 << 24, "fields do not fit")
+        require(self.size - 132 - packed_size in (0, 4) and text_size <= 1 << 24, "fields do not fit")
+        self.step = None
+        if self.size == 136 + packed_size:
+            (self.step,) = struct.unpack_from("<I", data, 124 + packed_size)
+            require(1 <= self.step < 1 << 23, "an impossible step")
         require(1 <= volumes <= 10000, "an impossible number of volumes")
         require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58),
                 "impossible sizes")
@@ -75,6 +80,8 @@ class Header:
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0),
                 "impossible grid")
+        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0),
+                "a transform of what has none")
         self.grid = grid
         self.stores_grid = grid == 0
         require(lead in (0, 1), "impossible lead")
@@ -182,7 +189,11 @@ def decode_samples(header, closed, owned, active, values):
         return decode_as_it_is(data, sample_type, bounds)
 
     bounds = header.max_error, header.surface_error if two else header.max_error
-    if not header.type.is_wide:
+    if header.step is not None and values[:1] == TRANSFORMED:
+        samples = decode_transform(values[1:], size, header.type, header.step, header.max_error)
+    elif header.step is not None:
+        samples = decode_narrow(values, header.type, (0, 0))
+    elif not header.type.is_wide:
         samples = decode_narrow(values, header.type, bounds)
     elif values[:1] == b"\2":
         samples = decode_wide_as_narrow(values[1:], header.type, bounds,

@@ -18,6 +18,7 @@ import sys
 import tempfile
 
 import decoder
+from second_decoder import transform_tables
 from second_decoder.forecast import SHARES, Criterion, f32
 from second_decoder.grid import add, along, base_edge, new_bit
 from second_decoder.xxh3 import xxh3
@@ -382,6 +383,20 @@ def made_of_golden_files(program):
     return {"golden": "\n".join(rows) + "\n"}
 
 
+def made_of_transform():
+    """The tables of section 13.6, as the second decoder has them."""
+    lines = []
+    for name, table in (("near", sum(transform_tables.NEAR, [])), ("expected", sum(transform_tables.EXPECTED, [])),
+                        ("zero_band", transform_tables.BAND), ("active_block", transform_tables.BLOCK),
+                        ("sign", transform_tables.SIGN), ("far_sign", transform_tables.FAR_SIGN)):
+        data = bytes(v % 256 for v in table)
+        rows = [data[i:i + 56].hex().upper() for i in range(0, len(data), 56)]
+        lines += [f"`{name}`, {len(data)} bytes:\n", block(rows), ""]
+    weights = [f"{i:2}  " + " ".join(f"{w:3}" for w in row) for i, row in enumerate(transform_tables.WEIGHTS)]
+    lines += ["`weight[orientation + 8·(level of the band > 1)]`:\n", block(weights)]
+    return {"transform": "\n".join(lines) + "\n"}
+
+
 def made_of_checksums():
     seed = 0x0123456789ABCDEF
     rows = ["| n | seed 0 | seed 0123456789ABCDEF |", "|---|---|---|"]
@@ -412,7 +427,7 @@ def main():
     assert EXAMPLE.read_bytes() == written, f"{EXAMPLE} is no longer what is written: {again}"
     document = DOCUMENT.read_text()
     check_constants(document)
-    made = {**made_of_example(document), **made_of_golden_files(program), **made_of_checksums()}
+    made = {**made_of_example(document), **made_of_transform(), **made_of_golden_files(program), **made_of_checksums()}
     found = [match[1] for match in MARK.findall(document)]
     assert sorted(found) == sorted(made), f"{DOCUMENT} has the parts {found} instead of {sorted(made)}"
     right = MARK.sub(lambda match: match[1] + "\n" + made[match[2]] + "\n" + match[3], document)

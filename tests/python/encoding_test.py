@@ -56,12 +56,12 @@ class Encoding(unittest.TestCase):
                 self.assertAlmostEqual(by_noise.max_error, 20, delta=2)
             with tagrid.open(tagrid.encode(source, relative_error=0.05)) as relative:
                 self.assertEqual(relative.max_error, span // 20)
-            found = tagrid.open(tagrid.encode(source, psnr=50))
-            squares = [np.square(np.asarray(tagrid.open(tagrid.encode(noisy, max_error=found.max_error + more))).astype(float)
-                                 - noisy).mean() for more in (0, 1)]
-            reached, next_one = 20 * np.log10(span / np.sqrt(squares))
-            self.assertGreaterEqual(reached, 50)
-            self.assertLess(next_one, 50)
+            for bound in (0, 6):
+                found = np.asarray(tagrid.open(tagrid.encode(source, psnr=50, max_error=bound))).astype(float)
+                reached = 20 * np.log10(span / np.sqrt(np.square(found - noisy).mean()))
+                self.assertGreaterEqual(reached, 50)
+                self.assertLess(reached, 50.5 if bound == 0 else 60)
+                self.assertLessEqual(np.abs(found - noisy).max(), bound if bound > 0 else span)
         self.assertEqual(tagrid.encode(noisy, psnr=50), tagrid.encode(Loaded(noisy), psnr=50))
 
     def test_a_bound_that_follows_from_the_samples_does_not_change_missing_samples(self):
@@ -76,7 +76,7 @@ class Encoding(unittest.TestCase):
         for settings in ({"max_error": "noise:2"}, {"relative_error": 0.1}, {"psnr": 40}):
             with self.assertRaisesRegex(tagrid.ArgumentError, "samples="):
                 tagrid.Writer(self.folder / "a.tag", shape=SHAPE, dtype="int16", **settings)
-        for settings in ({"max_error": "noise"}, {"max_error": 3, "psnr": 40}, {"relative_error": 1, "psnr": 40}, {"psnr": -1}):
+        for settings in ({"max_error": "noise"}, {"max_error": "noise:1", "psnr": 40}, {"relative_error": 1, "psnr": 40}, {"psnr": -1}):
             with self.assertRaises(tagrid.ArgumentError):
                 tagrid.encode(samples, self.folder / "a.tag", **settings)
         self.assertEqual(self.left(), [])

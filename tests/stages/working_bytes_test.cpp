@@ -100,6 +100,13 @@ const Case cases[] = {
      }},
     {"fast", [](CodingParameters& p) { p.effort = Effort::fast; }},
     {"best", [](CodingParameters& p) { p.effort = Effort::best; }},
+    {"transform",
+     [](CodingParameters& p) {
+       if (is_wide_type(p.type)) return;
+       // So small that noise takes nearly as many events as the encoder allows.
+       p.max_error = p.type == SampleType::uint8 ? 50 : 10000;
+       p.transform_step = 64 * (p.type == SampleType::uint8 ? 12 : 3000);
+     }},
     {"grid",
      [](CodingParameters& p) {
        p.mode = FileMode::grid;
@@ -180,10 +187,12 @@ TEST_F(WorkingBytes, OfEncodingAndDecodingAreWhatNoiseTakes) {
           samples_peak = std::max(samples_peak, decoding.bytes());
         }
         expect_stated("encoding " + text(p, c.name), working_bytes_of_encoding(p, brick), encode_peak, 3);
+        // What bands take depends on the split, and noise has only one.
+        const double slack = p.transform_step > 0 ? 1.35 : 1.1;
         expect_stated("decoding " + text(p, c.name),
-                      working_bytes_of_decoding(p, brick, Wanted::samples_and_grid), decode_peak, 1.1);
+                      working_bytes_of_decoding(p, brick, Wanted::samples_and_grid), decode_peak, slack);
         expect_stated("decoding samples of " + text(p, c.name),
-                      working_bytes_of_decoding(p, brick, Wanted::samples), samples_peak, 1.1);
+                      working_bytes_of_decoding(p, brick, Wanted::samples), samples_peak, slack);
       }
 }
 

@@ -164,8 +164,11 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
       throw usage_error("--range {}: must be lo:hi or auto{}", range,
                         hint_of_decimal_comma(range, [](auto given) { return value_range(given); }));
   }
-  require(rules.size() + options.max_error.has_value() <= 1,
-          "--max-error, --relative-error and --psnr all set the maximum error; give only one");
+  const bool both_hold = options.max_error && rules.contains(ErrorRule::Kind::psnr);
+  require(rules.size() + options.max_error.has_value() - both_hold <= 1,
+          "--max-error, --relative-error and --psnr all set the maximum error; give only one, or --psnr with "
+          "a number "
+          "as --max-error");
   for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
   encoding.options.validate();
   return encoding;

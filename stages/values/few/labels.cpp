@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "stages/entropy/adaptive_bit.h"
+#include "stages/entropy/limited_encoder.h"
 #include "stages/entropy/rans_coder.h"
 
 namespace tagrid {
@@ -207,31 +208,6 @@ class LabelPass {
 };
 
 std::uint64_t most_events(Index3 size) { return static_cast<std::uint64_t>(size.x * size.y * size.z) + 4096; }
-
-// Stops when labels are too dear.
-class LimitedEncoder {
- public:
-  static constexpr bool encoding = true;
-  LimitedEncoder(std::vector<std::uint8_t>& out, std::uint64_t most) : coder_(out), left_(most) {}
-
-  bool code(bool bit, std::uint32_t p) {
-    count();
-    return coder_.code(bit, p);
-  }
-  std::uint32_t code_raw(std::uint32_t value, int bits) {
-    count();
-    return coder_.code_raw(value, bits);
-  }
-  // A row is coded before this is asked.
-  bool exhausted() const { return left_ == 0; }
-  void finish() { coder_.finish(); }
-
- private:
-  void count() { left_ -= left_ > 0; }
-
-  RansEncoder coder_;
-  std::uint64_t left_;
-};
 
 std::uint64_t working_bytes_of_pass(Index3 size) {
   const auto slice = static_cast<std::uint64_t>(((size.x + 63) / 64 * 64 + 4) * (size.y + 3));

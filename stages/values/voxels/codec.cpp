@@ -6,6 +6,7 @@
 #include "stages/sample/sample_type.h"
 #include "stages/values/best/pass.h"
 #include "stages/values/prediction/parameters.h"
+#include "stages/values/transform/transform.h"
 #include "stages/values/voxels/constant_brick.h"
 #include "stages/values/voxels/few_brick.h"
 #include "stages/values/wavefront/code.h"
@@ -109,6 +110,38 @@ PendingVoxels<T> encode_narrow_voxels(std::span<const T> samples, const VoxelBri
   return {begin_in_lanes(samples, brick, parameters, reconstruction), samples, reconstruction, out};
 }
 
+/// In a file with a transform, bricks that are not transformed are exact.
+VoxelBrick exact(VoxelBrick brick) {
+  if (brick.transform_step > 0) brick.bounds = {};
+  return brick;
+}
+
+/// Transforms a brick, unless the values are few and then take less room, or unless that would be long.
+template <class T>
+PendingVoxels<T> encode_transformed(std::span<const T> samples, const VoxelBrick& brick,
+                                    std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+  const std::size_t begin = out.size();
+  out.push_back(transformed_brick);
+  const TransformBrick transform{brick.owned.size(), brick.transform_step, brick.bounds.max_error};
+  if (*low == *high || !encode_transform(samples, transform, reconstruction, out) ||
+      out.size() - begin > samples.size_bytes()) {
+    out.resize(begin);
+    return encode_narrow_voxels(samples, exact(brick), true, reconstruction, out);
+  }
+  std::vector<T> same(samples.size());
+  std::vector<std::uint8_t> bytes;
+  if (auto few = encode_few(samples, exact(brick), *low, *high, std::span(same), bytes)) {
+    few->finish();
+    if (bytes.size() < out.size() - begin) {
+      out.resize(begin);
+      out.insert(out.end(), bytes.begin(), bytes.end());
+      std::copy(same.begin(), same.end(), reconstruction.begin());
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 template <class T>
@@ -125,6 +158,7 @@ std::optional<std::size_t> PendingVoxels<T>::finish(std::span<const std::uint8_t
 template <class T>
 PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& brick,
                                std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  if (brick.transform_step > 0) return encode_transformed(samples, brick, reconstruction, out);
   return encode_narrow_voxels(samples, brick, true, reconstruction, out);
 }
 
@@ -137,8 +171,11 @@ PendingVoxels<T> encode_as_it_is(std::span<const T> samples, const VoxelBrick& b
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
-  if (is_few_brick(bytes)) return decode_few(bytes, brick, samples, carried);
-  return decode_as_it_is(bytes, brick, samples, carried);
+  if (brick.transform_step > 0 && !bytes.empty() && bytes[0] == transformed_brick)
+    return decode_transform<T>(bytes.subspan(1),
+                               {brick.owned.size(), brick.transform_step, brick.bounds.max_error}, samples);
+  if (is_few_brick(bytes)) return decode_few(bytes, exact(brick), samples, carried);
+  return decode_as_it_is(bytes, exact(brick), samples, carried);
 }
 
 template <class T>
@@ -170,7 +207,8 @@ std::uint64_t working_bytes_of_decoding_as_it_is(Index3 size, Effort effort) {
          MixedResidualModel::working_bytes();
 }
 
-std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
+std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort,
+                                               bool transformed) {
   const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
   // New models code residuals in more bits; parameters come first.
   constexpr std::uint64_t learning = 32768;
@@ -178,7 +216,10 @@ std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Eff
                                      ? working_bytes_of_encoding_wave(type, size)
                                      : working_bytes_of_decoding_as_it_is(size, effort) +
                                            RansEncoder::working_bytes(17 * bytes + learning);
-  return working_bytes_of_encoding_few(type, size, as_it_is);
+  const std::uint64_t exactly = working_bytes_of_encoding_few(type, size, as_it_is);
+  if (!transformed) return exactly;
+  // The code of the transform and a copy of the samples, while the same values are coded in another way.
+  return std::max(working_bytes_of_encoding_transform(size), 2 * bytes + exactly);
 }
 
 std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort) {
@@ -187,8 +228,11 @@ std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effo
              : working_bytes_of_numbers(type, size) + working_bytes_of_pending_wave(type, size);
 }
 
-std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort) {
-  return working_bytes_of_decoding_few(type, size, working_bytes_of_decoding_as_it_is(size, effort));
+std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort,
+                                               bool transformed) {
+  const std::uint64_t exactly =
+      working_bytes_of_decoding_few(type, size, working_bytes_of_decoding_as_it_is(size, effort));
+  return transformed ? std::max(exactly, working_bytes_of_decoding_transform(size)) : exactly;
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                     \

@@ -1,4 +1,5 @@
-// Codes the values of all voxels of one brick, each within a bound of the original, as bytes and back.
+// Codes the values of all voxels of one brick, each within a bound of the original, as bytes and back. With a
+// transform, they are usually far closer: see stages/values/transform.
 #pragma once
 
 #include <cstddef>
@@ -81,13 +82,15 @@ Status decode_as_it_is(std::span<const std::uint8_t> bytes, const VoxelBrick& br
 /// The peak of the heap that encode_voxels() takes for a box of `size` voxels, including the bytes that it
 /// appends: the window, the model, and the events of noise, which is the worst case. The number of events was
 /// measured: up to 4.1 for each byte of samples, for which 4.25 are counted. With Effort::best, a residual is
-/// a few binary events; the number is then 8.8, for which 17 are counted.
-std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort);
+/// a few binary events; the number is then 8.8, for which 17 are counted. `transformed`: if there is a transform_step.
+std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort,
+                                               bool transformed = false);
 /// The heap that a PendingVoxels has.
 std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort);
 /// The same for decode_as_it_is(): the window and the model; and for decode_voxels(), which may need numbers
 /// that stand for samples, too.
 std::uint64_t working_bytes_of_decoding_as_it_is(Index3 size, Effort effort);
-std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort);
+std::uint64_t working_bytes_of_decoding_voxels(SampleType type, Index3 size, Effort effort,
+                                               bool transformed = false);
 
 }  // namespace tagrid

@@ -18,7 +18,7 @@
 
 namespace tagrid {
 
-inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1, raw_brick = 3;
+inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1, raw_brick = 3, transformed_brick = 9;
 
 /// The number of slices that `samples` values, the first ones of a brick, fill.
 /// REQUIRES: at least one slice; complete ones; not more than the brick has.

@@ -98,6 +98,7 @@ TEST_F(SettledVolume, TakesWhatAnEarlierRunFound) {
   EXPECT_EQ(job.parameters().max_error, 7);
   EXPECT_EQ(job.parameters().range_high, 2);
   EXPECT_EQ(job.reason_of_bound, "found before");
+  EXPECT_EQ(job.parameters().transform_step, 0);
   EXPECT_EQ(job.times_read, 0);
 }
 

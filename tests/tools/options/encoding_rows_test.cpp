@@ -66,8 +66,10 @@ TEST(EncodingRows, AMultipleOfTheNoiseReplacesANumberAndTheOtherWayRound) {
   EXPECT_EQ(last.checked().options.max_error, std::nullopt);
   for (const char* text : {"noise", "noise:", "noise:x", "noise:-1", "noise:0", "Noise:1", "noise:nan"})
     EXPECT_THROW(encoding_of({{"max-error", text}}), UsageError) << text;
-  for (const OptionTexts& two : {OptionTexts{{"max-error", "1"}, {"psnr", "50"}},
-                                 {{"max-error", "noise:1"}, {"psnr", "50"}},
+  const EncodeOptions both = encoding_of({{"max-error", "1"}, {"psnr", "50"}}).options;
+  EXPECT_EQ(both.error_rule, (ErrorRule{ErrorRule::Kind::psnr, 50}));
+  EXPECT_EQ(both.max_error, 1);
+  for (const OptionTexts& two : {OptionTexts{{"max-error", "noise:1"}, {"psnr", "50"}},
                                  {{"relative-error", "1"}, {"psnr", "50"}},
                                  {{"relative-error", "1"}, {"max-error", "0"}}})
     EXPECT_THROW(encoding_of(two), UsageError);

@@ -1,0 +1,312 @@
+// The wavelet is undone exactly, its bands tile the brick, and a coded brick comes back as the encoder said.
+#include "stages/values/transform/transform.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "stages/sample/coding_parameters.h"
+#include "stages/values/transform/lifting.h"
+#include "stages/values/transform/shape.h"
+#include "stages/values/voxels/codec.h"
+#include "tests/support/points.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::array<Split, 4> splits = {Split::dyadic, Split::z1, Split::z2, Split::z4};
+constexpr std::array<Index3, 12> sizes = {{{1, 1, 1},
+                                           {2, 3, 1},
+                                           {4, 1, 1},
+                                           {1, 1, 9},
+                                           {3, 4, 5},
+                                           {7, 6, 4},
+                                           {16, 16, 16},
+                                           {17, 33, 2},
+                                           {5, 64, 30},
+                                           {129, 3, 8},
+                                           {65, 10, 63},
+                                           {512, 2, 5}}};
+
+std::size_t count_of(Index3 size) { return static_cast<std::size_t>(size.x * size.y * size.z); }
+
+TEST(Transform, IsUndoneExactlyForAnyCoefficients) {
+  std::mt19937 random(1);
+  for (const Index3& size : sizes)
+    for (const Split split : splits) {
+      const TransformShape shape = transform_shape(size, split, 64, 6);
+      std::vector<std::int32_t> original(count_of(size));
+      for (std::int32_t& c : original) c = static_cast<std::int32_t>(random());
+      auto coefficients = original;
+      transform_forward(coefficients, shape);
+      transform_back(coefficients, shape);
+      EXPECT_EQ(coefficients, original) << size.x << ' ' << size.y << ' ' << size.z;
+    }
+}
+
+TEST(Transform, BandsTileTheBrick) {
+  for (const Index3& size : sizes)
+    for (const Split split : splits) {
+      const TransformShape shape = transform_shape(size, split, 64, 6);
+      std::vector<int> covered(count_of(size));
+      for (const Band& band : shape.bands)
+        for (const Index3 at : points_of(Box{band.low, band.low + band.size - Index3{1, 1, 1}}))
+          ++covered[static_cast<std::size_t>(Box::of_size(size).offset(at))];
+      EXPECT_EQ(std::ranges::count(covered, 1), static_cast<std::ptrdiff_t>(covered.size()));
+      EXPECT_TRUE(shape.bands[0].is_mean);
+      EXPECT_EQ(shape.bands[0].orientation, 0);
+    }
+}
+
+TEST(Transform, BandsLookOnlyAtBandsBeforeThem) {
+  for (const Index3& size : sizes)
+    for (const Split split : splits) {
+      const TransformShape shape = transform_shape(size, split, 64, 6);
+      for (int i = 0; i < static_cast<int>(shape.bands.size()); ++i) {
+        const Band& band = shape.bands[static_cast<std::size_t>(i)];
+        EXPECT_LT(band.parent, i);
+        // What lies at the same place is there, or at most one step beyond the last coefficient.
+        const auto near = [&](int other, Index3 shift) {
+          if (other == no_band) return;
+          for (int axis = 0; axis < 3; ++axis)
+            EXPECT_LE((band.size[axis] - 1) >> shift[axis],
+                      shape.bands[static_cast<std::size_t>(other)].size[axis]);
+        };
+        near(band.parent, band.parent_shift);
+        for (std::size_t s = 0; s < 3; ++s) {
+          EXPECT_LT(band.siblings[s], i);
+          near(band.siblings[s], {0, 0, band.sibling_shift[s]});
+        }
+      }
+    }
+}
+
+// An oracle: the steps of the wavelet as they are written, on real numbers, for a line.
+std::vector<double> undone(const std::vector<double>& low, const std::vector<double>& high) {
+  std::vector<double> x(low.size() + high.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = i % 2 == 0 ? low[i / 2] : high[i / 2];
+  const auto n = static_cast<std::int64_t>(x.size());
+  const auto step = [&](std::int64_t first, double factor) {
+    for (std::int64_t i = first; i < n; i += 2) {
+      const std::int64_t left = i > 0 ? i - 1 : i + 1, right = i + 1 < n ? i + 1 : i - 1;
+      x[static_cast<std::size_t>(i)] -=
+          factor * (x[static_cast<std::size_t>(left)] + x[static_cast<std::size_t>(right)]);
+    }
+  };
+  step(0, 0.443506852043971);
+  step(1, 0.882911075530934);
+  step(0, -0.052980118572961);
+  step(1, -1.586134342059924);
+  return x;
+}
+
+TEST(Transform, IsTheWaveletOfTheBooks) {
+  std::mt19937 random(2);
+  for (const std::int64_t n : {4, 5, 17, 64, 301, 512})
+    for (int axis = 0; axis < 3; ++axis) {
+      Index3 size{1, 1, 1};
+      size[axis] = n;
+      const TransformShape shape = transform_shape(size, Split::dyadic, 64, 6);
+      std::vector<std::int32_t> coefficients(static_cast<std::size_t>(n));
+      for (std::int32_t& c : coefficients) c = static_cast<std::int32_t>(random() % 65536) - 32768;
+      std::vector<double> expected(coefficients.begin(), coefficients.end());
+      const auto& lengths = shape.lengths[static_cast<std::size_t>(axis)];
+      for (std::size_t level = lengths.size() - 1; level > 0; --level) {
+        const auto low = static_cast<std::ptrdiff_t>(lengths[level]),
+                   all = static_cast<std::ptrdiff_t>(lengths[level - 1]);
+        const auto joined = undone({expected.begin(), expected.begin() + low},
+                                   {expected.begin() + low, expected.begin() + all});
+        std::ranges::copy(joined, expected.begin());
+      }
+      transform_back(coefficients, shape);
+      for (std::size_t i = 0; i < coefficients.size(); ++i) EXPECT_NEAR(coefficients[i], expected[i], 12);
+    }
+}
+
+TEST(Transform, StepsAreInverseToTheNormsOfTheBasisFunctions) {
+  const Index3 size{256, 256, 1};
+  for (const Split split : {Split::dyadic, Split::z2}) {
+    const TransformShape shape = transform_shape(size, split, 64 * 100, 6);
+    for (const Band& band : shape.bands) {
+      std::vector<std::int32_t> coefficients(count_of(size));
+      Index3 middle = band.low;
+      for (int axis = 0; axis < 3; ++axis) middle[axis] += band.size[axis] / 2;
+      constexpr std::int32_t one = 1 << 22;
+      coefficients[static_cast<std::size_t>(Box::of_size(size).offset(middle))] = one;
+      transform_back(coefficients, shape);
+      double squares = 0;
+      for (const std::int32_t c : coefficients) squares += static_cast<double>(c) * c;
+      const double norm = std::sqrt(squares) / one;
+      // Steps of 100 samples in 2^-6 of a sample, in 2^-8 of that. The coarsest functions meet the faces.
+      EXPECT_NEAR(band.step * norm / (100 * 64 * 256), 1, band.level > 4 ? 0.2 : 0.01) << band.level;
+    }
+  }
+}
+
+template <class T>
+std::vector<T> any_samples(Index3 size, std::mt19937& random) {
+  const auto low = std::int64_t{std::numeric_limits<T>::min()},
+             high = std::int64_t{std::numeric_limits<T>::max()};
+  const int kind = *rc::gen::inRange(0, 5);
+  const std::int64_t amplitude = *rc::gen::element<std::int64_t>(1, 5, 40, high - low);
+  std::vector<T> samples;
+  for (const auto [x, y, z] : points_of(size)) {
+    const auto noise = static_cast<std::int64_t>(random() % static_cast<std::uint32_t>(amplitude + 1));
+    std::int64_t v = low + noise;
+    if (kind == 1) v = (x + y + z) % 2 ? low : high;
+    if (kind == 2)
+      v = static_cast<std::int64_t>(60 * std::sin(0.2 * static_cast<double>(x + 2 * y)) *
+                                    std::cos(0.1 * static_cast<double>(z))) +
+          noise / 8;
+    if (kind == 3) v = (x - 5) * (x - 5) + (y - 7) * (y - 7) + z * z < 40 ? 100 : 3;
+    if (kind == 4) v = random() % 50 ? 17 : noise;
+    samples.push_back(static_cast<T>(std::clamp(v, low, high)));
+  }
+  return samples;
+}
+
+// What a decoder returns is what the encoder said, within the bound; also of the first slices.
+template <class T>
+void comes_back() {
+  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
+  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(sizes.begin(), sizes.end() - 1));
+  const auto samples = any_samples<T>(size, random);
+  VoxelBrick brick{Box::of_size(size), nullptr, {*rc::gen::element<std::int64_t>(0, 1, 7, 100, 65535), -1}};
+  brick.transform_step =
+      *rc::gen::element<std::uint32_t>(1, 17, 64, 200, 3000, 100000, largest_transform_step);
+  brick.effort = *rc::gen::element(Effort::normal, Effort::best);
+  std::vector<T> decoded(samples.size()), back(samples.size());
+  std::vector<std::uint8_t> bytes, carried;
+  encode_voxels<T>(samples, brick, decoded, bytes).finish();
+  RC_ASSERT(decode_voxels<T>(bytes, brick, back, carried).ok());
+  RC_ASSERT(back == decoded);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    RC_ASSERT(std::abs(std::int64_t{back[i]} - samples[i]) <= brick.bounds.max_error);
+  std::vector<T> first(static_cast<std::size_t>(size.x * size.y * ((size.z + 1) / 2)));
+  RC_ASSERT(decode_voxels<T>(bytes, brick, first, carried).ok());
+  RC_ASSERT(std::equal(first.begin(), first.end(), back.begin()));
+}
+RC_GTEST_PROP(Transform, BricksComeBack_uint8, ()) { comes_back<std::uint8_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_int8, ()) { comes_back<std::int8_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_uint16, ()) { comes_back<std::uint16_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_int16, ()) { comes_back<std::int16_t>(); }
+
+// Soft tissue, bone and air, with noise.
+std::vector<std::int16_t> body(Index3 size) {
+  std::mt19937 random(5);
+  std::vector<std::int16_t> samples;
+  for (const auto [x, y, z] : points_of(size)) {
+    const auto dx = static_cast<double>(x - size.x / 2), dy = static_cast<double>(y - size.y / 2);
+    const double r = std::sqrt(dx * dx + dy * dy) + static_cast<double>(z) / 5;
+    const int value = r > 20 ? -1000 : r > 8 && r < 10 ? 1200 : 40;
+    samples.push_back(static_cast<std::int16_t>(value + static_cast<int>(random() % 31) - 15));
+  }
+  return samples;
+}
+constexpr Index3 body_size{48, 45, 32};
+
+TEST(Transform, ErrorsFallWithTheStepAndBytesRise) {
+  const auto samples = body(body_size);
+  double last_rmse = INFINITY;
+  std::size_t last_bytes = 0;
+  for (const std::uint32_t step : {64 * 600, 64 * 300, 64 * 150, 64 * 70, 64 * 30}) {
+    std::vector<std::int16_t> decoded(samples.size());
+    std::vector<std::uint8_t> bytes;
+    ASSERT_TRUE(encode_transform<std::int16_t>(samples, {body_size, step, 65535}, decoded, bytes));
+    double squares = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) squares += std::pow(decoded[i] - samples[i], 2);
+    const double rmse = std::sqrt(squares / static_cast<double>(samples.size()));
+    EXPECT_LT(rmse, last_rmse);
+    EXPECT_LT(rmse, step / 64.0 / 2);
+    EXPECT_GT(bytes.size(), last_bytes);
+    last_rmse = rmse;
+    last_bytes = bytes.size();
+  }
+}
+
+TEST(Transform, ABoundIsKeptByCorrections) {
+  const auto samples = body(body_size);
+  std::size_t unbounded = 0;
+  for (const std::int64_t bound : {65535, 200, 60, 20}) {
+    std::vector<std::int16_t> decoded(samples.size());
+    std::vector<std::uint8_t> bytes;
+    ASSERT_TRUE(encode_transform<std::int16_t>(samples, {body_size, 64 * 60, bound}, decoded, bytes));
+    std::int64_t most = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      most = std::max<std::int64_t>(most, std::abs(decoded[i] - samples[i]));
+    EXPECT_LE(most, bound);
+    if (bound == 65535) unbounded = bytes.size();
+    EXPECT_GE(bytes.size(), unbounded);
+  }
+}
+
+TEST(Transform, ValuesThatAreFewOrOneTakeTheirOwnCode) {
+  VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
+  brick.transform_step = 64 * 50;
+  std::vector<std::int16_t> samples(count_of(body_size), 7), decoded(samples.size());
+  std::vector<std::uint8_t> bytes;
+  encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
+  EXPECT_EQ(bytes.size(), 3);
+  // Labels are exact, though errors of 100 are allowed.
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] = static_cast<std::int16_t>(i % static_cast<std::size_t>(body_size.x) > 20 ? 900 : 0);
+  bytes.clear();
+  encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
+  EXPECT_LT(bytes.size(), 200);
+  EXPECT_EQ(decoded, samples);
+}
+
+TEST(Transform, NoiseBelowWhichTheStepLiesIsExact) {
+  std::mt19937 random(3);
+  VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
+  brick.transform_step = 1;
+  std::vector<std::uint16_t> samples(count_of(body_size)), decoded(samples.size());
+  for (std::uint16_t& s : samples) s = static_cast<std::uint16_t>(random());
+  std::vector<std::uint8_t> bytes;
+  EXPECT_FALSE(encode_transform<std::uint16_t>(samples, {body_size, 1, 100}, decoded, bytes));
+  EXPECT_TRUE(bytes.empty());
+  encode_voxels<std::uint16_t>(samples, brick, decoded, bytes).finish();
+  EXPECT_EQ(decoded, samples);
+  EXPECT_LE(bytes.size(), 1 + 2 * samples.size());
+}
+
+TEST(Transform, DamagedBytesAreDecodedOrRefusedWithoutHarm) {
+  std::mt19937 random(4);
+  const auto samples = body(body_size);
+  const TransformBrick brick{body_size, 64 * 40, 90};
+  std::vector<std::int16_t> decoded(samples.size());
+  std::vector<std::uint8_t> bytes;
+  ASSERT_TRUE(encode_transform<std::int16_t>(samples, brick, decoded, bytes));
+  for (std::size_t cut = 0; cut < bytes.size(); cut += 1 + cut / 4)
+    EXPECT_FALSE(decode_transform<std::int16_t>(std::span(bytes).first(cut), brick, decoded).ok());
+  for (int i = 0; i < 60; ++i) {
+    auto damaged = bytes;
+    const std::size_t at = random() % (i % 2 ? bytes.size() : 24);
+    damaged[at] ^= static_cast<std::uint8_t>(1 + random() % 255);
+    (void)decode_transform<std::int16_t>(damaged, brick, decoded).ok();
+    for (std::uint8_t& byte : damaged) byte = static_cast<std::uint8_t>(random() % 256 | random() % 256);
+    (void)decode_transform<std::int16_t>(damaged, brick, decoded).ok();
+  }
+  bytes.push_back(0);
+  EXPECT_FALSE(decode_transform<std::int16_t>(bytes, brick, decoded).ok());
+}
+
+TEST(Transform, ATransformedBrickNeedsAStep) {
+  const auto samples = body(body_size);
+  VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
+  brick.transform_step = 64 * 40;
+  std::vector<std::int16_t> decoded(samples.size());
+  std::vector<std::uint8_t> bytes, carried;
+  encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
+  ASSERT_EQ(bytes[0], 9);
+  brick.transform_step = 0;
+  EXPECT_FALSE(decode_voxels<std::int16_t>(bytes, brick, decoded, carried).ok());
+}
+
+}  // namespace
+}  // namespace tagrid
