@@ -106,7 +106,8 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("a grid that is not stored has a mode or a bound that needs it");
   if (p.grid == GridOrigin::implied && !p.implies_grid())
     return Status::broken("the grid is implied, but the samples are not exact");
-  if (p.transform_step > 0 && (p.mode == FileMode::grid || is_wide_type(p.type) || p.surface_error >= 0))
+  if (p.transform_step > 0 &&
+      (p.mode == FileMode::grid || is_wide_type(p.type) || p.surface_error >= 0 || p.max_error < 1))
     return Status::broken("a transform is not for this mode, type or bounds");
   if (p.transform_step > largest_transform_step)
     return Status::broken("the step of the transform is too large");
@@ -201,10 +202,10 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   const auto packed = reader.get_bytes(packed_size);
   const bool transformed = reader.left() > 0;
   header.parameters.transform_step = transformed ? reader.get<std::uint32_t>() : 0;
-  if (transformed && header.parameters.transform_step == 0)
-    return Status::broken("the step of the transform is 0");
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
+  if (transformed && header.parameters.transform_step == 0)
+    return Status::broken("the step of the transform is 0");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());

@@ -148,8 +148,9 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.cube_size = options.cube_size;
   // Until the PSNR has given a step, any that is not 0 stands for it.
   p.transform_step = may_be_transformed(options, p.type) ? 1 : 0;
-  const int usual_length = p.transform_step > 0 ? length_of_transformed_bricks : 64;
-  p.brick_edge = options.brick_edge.value_or(std::max(2, usual_length / options.cube_size));
+  p.brick_edge = options.brick_edge.value_or(
+      p.transform_step > 0 ? std::max(2, length_of_transformed_bricks / options.cube_size)
+                           : usual_brick_edge(options.cube_size));
   p.lead = options.lead;
   p.max_level = options.max_level.value_or(max_level(options.cube_size));
   p.accuracy = options.accuracy;
@@ -225,6 +226,8 @@ ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_er
   options.options.validate();
   set_bounds(options.options, options.parameters);
   options.parameters.transform_step = transform_step;
+  if (transform_step == 0 && !options.options.brick_edge)
+    options.parameters.brick_edge = usual_brick_edge(options.parameters.cube_size);
   require_valid(options);
   return options;
 }

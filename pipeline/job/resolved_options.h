@@ -1,6 +1,7 @@
 // The settings of an encoding of one volume, in the units of its samples, as far as its header gives them.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,11 +30,14 @@ struct ResolvedOptions {
 /// Throws UsageError if the volume does not allow the options, or if the scale of bounded values is unknown.
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
 
+/// The edge of bricks in root cubes of this size, if none is given and nothing is transformed.
+constexpr int usual_brick_edge(int cube_size) { return std::max(2, 64 / cube_size); }
+
 /// The settings of an encoding by name, as text, for messages and to compare two runs.
 std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& parameters);
 
 /// The options with this largest error of samples. Throws UsageError if the other options do not allow it.
-/// `transform_step`: see CodingParameters.
+/// `transform_step`: see CodingParameters; if it is 0, bricks are of the usual size, unless their size was given.
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
                            std::uint32_t transform_step = 0);
 

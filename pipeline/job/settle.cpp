@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "io/errors/errors.h"
@@ -32,11 +33,12 @@ double width(const std::optional<std::pair<double, double>>& range) {
 
 struct Tried {
   double psnr = 0;  ///< in dB; infinite if nothing is lost
-  double max_error = 0;
+  double rmse = 0, max_error = 0;
   double bits = 0;  ///< of a sample, without the grid
 };
 
-// Encodings of a volume, or of a part of the rows of bricks, spread over the volume.
+// Encodings of a volume, or of a part of the rows of bricks, spread over the volume. The part has bricks of the usual
+// size, so that its rows are many.
 class Trials {
  public:
   Trials(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
@@ -44,34 +46,33 @@ class Trials {
     // Of the voxels alone: a grid changes no decoded sample.
     parameters_.mesh_error = -1;
     parameters_.grid = GridOrigin::derived;
-    const BrickGrid bricks = parameters_.bricks();
-    rows_ = bricks.bricks(1) * bricks.bricks(2);
-    per_row_ = std::max<std::int64_t>(parameters_.domain().volume().count() / rows_, 1);
-    all_rows_ = rows_ * source_.info().volumes;
-    constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
-    some_rows_ = std::clamp<std::int64_t>(most_sampled / per_row_, 1, all_rows_);
+    of_sample_ = parameters_;
+    of_sample_.brick_edge = std::min(parameters_.brick_edge, usual_brick_edge(parameters_.cube_size));
   }
-
-  bool sample_is_whole() const { return some_rows_ == all_rows_; }
 
   /// `step`: of a transform; 0: none.
   Tried of(double max_error, std::uint32_t step, bool sampled) {
-    parameters_.max_error = max_error;
-    parameters_.transform_step = step;
-    const BrickGrid bricks = parameters_.bricks();
-    const std::int64_t wanted = sampled ? some_rows_ : all_rows_;
-    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row_) * size_of(parameters_.type);
+    CodingParameters parameters = sampled ? of_sample_ : parameters_;
+    parameters.max_error = max_error;
+    parameters.transform_step = step;
+    const BrickGrid bricks = parameters.bricks();
+    const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2), all_rows = rows * source_.info().volumes;
+    const std::int64_t per_row = std::max<std::int64_t>(parameters.domain().volume().count() / rows, 1);
+    constexpr std::int64_t most_sampled = std::int64_t{1} << 24, least_rows = 8;
+    const std::int64_t wanted =
+        sampled ? std::min(std::max(most_sampled / per_row, least_rows), all_rows) : all_rows;
+    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters.type);
     const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
     Statistics all;
     std::atomic<std::uint64_t> bytes = 0;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-      const std::int64_t row = spread_row(i, wanted, all_rows_);
-      const auto volume = one_of_volumes(source_, row / rows_);
-      for_each_brick_of_row(*volume, bricks, row % rows_, [&](std::int64_t id, const BrickSamples& samples) {
+      const std::int64_t row = spread_row(i, wanted, all_rows);
+      const auto volume = one_of_volumes(source_, row / rows);
+      for_each_brick_of_row(*volume, bricks, row % rows, [&](std::int64_t id, const BrickSamples& samples) {
         const Index3 position = bricks.position(id);
         BrickCode code;
-        encode_brick(samples, {}, parameters_, position, code);
+        encode_brick(samples, {}, parameters, position, code);
         of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
         bytes += code.values.size();
       });
@@ -79,20 +80,21 @@ class Trials {
       for (const Statistics& s : of_brick) all.add(s);
       watch.done(bytes_per_row);
     }
-    Tried tried{INFINITY, all.max_error, 8 * static_cast<double>(bytes) / static_cast<double>(all.samples)};
+    Tried tried{INFINITY, 0, all.max_error,
+                8 * static_cast<double>(bytes) / static_cast<double>(all.samples)};
     if (all.finite == 0 || all.max_error == 0) return tried;
-    const double rmse = achieved_of(all).rmse;
+    tried.rmse = achieved_of(all).rmse;
     // Squares of very small errors are 0.
-    tried.psnr = 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
+    if (tried.rmse == 0) tried.rmse = all.max_error;
+    tried.psnr = 20 * std::log10(peak_ / tried.rmse);
     return tried;
   }
 
  private:
   VolumeSource& source_;
-  CodingParameters parameters_;
+  CodingParameters parameters_, of_sample_;
   double peak_;
   const Progress& progress_;
-  std::int64_t rows_ = 0, per_row_ = 0, all_rows_ = 0, some_rows_ = 0;
 };
 
 // Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
@@ -125,59 +127,84 @@ std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64
 // 1 / sqrt(3).
 double likely_bound(double wanted, double peak) { return std::sqrt(3.0) * peak * std::pow(10, -wanted / 20); }
 
-double loosest(Trials& trials, double wanted, double peak, bool whole) {
-  const double guess = likely_bound(wanted, peak);
-  if (!(guess > 0)) return 0;
-  // Bounds of floats are tried in steps of half a percent, from 1e-8 of the guess on.
-  constexpr double step = 1.005;
-  const std::int64_t tiny = -3700;
-  const auto bound = [&](std::int64_t n) {
-    return whole ? static_cast<double>(n) : n == tiny ? 0 : guess * std::pow(step, static_cast<double>(n));
-  };
-  const std::int64_t least = whole ? 0 : tiny, start = whole ? static_cast<std::int64_t>(guess) : 0,
-                     most = whole
-                                ? static_cast<std::int64_t>(std::max(peak, 1.0))
-                                : std::max<std::int64_t>(
-                                      static_cast<std::int64_t>(std::log(peak / guess) / std::log(step)), 0);
-  const auto search = [&](std::int64_t from, std::int64_t first_step, bool sampled) {
-    return last_that_reaches(from, first_step, least, most,
-                             [&](std::int64_t n) { return trials.of(bound(n), 0, sampled).psnr >= wanted; });
-  };
-  // A sample tells nearly where it is; all of the volume, where exactly.
-  const std::int64_t nearly = search(start, whole ? std::max<std::int64_t>(start / 2, 1) : 64, true);
-  return bound(search(nearly, 1, false));
-}
+// The loosest bounds that reach a PSNR: whole numbers for integers, and steps of half a percent for floats.
+class Bounds {
+ public:
+  Bounds(Trials& trials, double wanted, double peak, bool whole)
+      : trials_(trials), wanted_(wanted), guess_(likely_bound(wanted, peak)), whole_(whole) {
+    if (!(guess_ > 0)) return;
+    most_ = whole ? static_cast<std::int64_t>(std::max(peak, 1.0))
+                  : std::max<std::int64_t>(
+                        static_cast<std::int64_t>(std::log(peak / guess_) / std::log(step)), 0);
+  }
+
+  // The bound for a sample of the volume, which is nearly that for all of it.
+  double of_sample() {
+    if (!(guess_ > 0)) return 0;
+    const std::int64_t start = whole_ ? static_cast<std::int64_t>(guess_) : 0;
+    if (!nearly_) nearly_ = search(start, whole_ ? std::max<std::int64_t>(start / 2, 1) : 64, true);
+    return bound(*nearly_);
+  }
+  double of_all() {
+    if (!(guess_ > 0)) return 0;
+    of_sample();
+    return bound(search(*nearly_, 1, false));
+  }
+
+ private:
+  static constexpr double step = 1.005;
+  static constexpr std::int64_t tiny = -3700;  // 1e-8 of the guess
+
+  double bound(std::int64_t n) const {
+    return whole_ ? static_cast<double>(n) : n == tiny ? 0 : guess_ * std::pow(step, static_cast<double>(n));
+  }
+  std::int64_t search(std::int64_t from, std::int64_t first_step, bool sampled) {
+    return last_that_reaches(from, first_step, whole_ ? 0 : tiny, most_, [&](std::int64_t n) {
+      return trials_.of(bound(n), 0, sampled).psnr >= wanted_;
+    });
+  }
+
+  Trials& trials_;
+  double wanted_, guess_;
+  bool whole_;
+  std::int64_t most_ = 0;
+  std::optional<std::int64_t> nearly_;
+};
 
 struct FoundStep {
   std::uint32_t step = 0;  ///< 0: none
   Tried tried;
 };
 
-// The largest step of a transform with which the PSNR is reached, nearly: it is at most 0.02 dB more, or the next
-// larger step does not reach it. The PSNR falls by some 5 dB as the step doubles, steadily but not strictly. Searches
-// from `first`; 0: a guess.
+// The largest step of a transform with which the PSNR is reached, nearly: the mean squared error is at least 0.995 of
+// what is allowed, or the next larger step does not reach it. The error grows with a power of the step of about 5 / 3,
+// steadily but not strictly. Searches from `first`; 0: a guess. If some step loses nothing, that is the result: its
+// bricks are not transformed.
 FoundStep largest_step(Trials& trials, double wanted, double peak, double max_error, std::uint32_t first,
                        bool sampled) {
-  constexpr double enough = 0.02, slope = 5;
+  constexpr double enough = 0.995;
   constexpr int most_tries = 12;
-  const double guess = 64 * 8 * peak * std::pow(10, -wanted / 20);
+  const double rmse = peak * std::pow(10, -wanted / 20), allowed = rmse * rmse;
   const auto limited = [](double step) {
     return static_cast<std::uint32_t>(std::clamp(std::round(step), 1.0, double{largest_transform_step}));
   };
-  std::uint32_t step = first > 0 ? first : limited(guess), too_large = 0;
+  std::uint32_t step = first > 0 ? first : limited(64 * 8 * rmse), too_large = 0;
   FoundStep best;
   for (int i = 0; i < most_tries; ++i) {
     const Tried tried = trials.of(max_error, step, sampled);
-    if (tried.psnr >= wanted) {
+    if (tried.max_error == 0) return {step, tried};
+    const double part = tried.rmse * tried.rmse / allowed;
+    if (part <= 1) {
       if (step > best.step) best = {step, tried};
-      if (tried.psnr <= wanted + enough) break;
+      if (part >= enough || best.step == largest_transform_step) break;
     } else if (too_large == 0 || step < too_large) {
       too_large = step;
     }
     if (too_large > 0 && best.step + 1 >= too_large) break;
-    // A little more than what is wanted, so that the next try is more likely to be the last one.
-    const double excess = std::isfinite(tried.psnr) ? tried.psnr - wanted - enough / 2 : slope;
-    std::uint32_t next = limited(static_cast<double>(step) * std::exp2(excess / slope));
+    // A little less than what is allowed, so that the next try is more likely to be the last one. Roots are exact on
+    // every machine: the power is 5 / 8.
+    const double more = (1 + enough) / 2 / part, root = std::sqrt(more);
+    std::uint32_t next = limited(static_cast<double>(step) * root * std::sqrt(std::sqrt(root)));
     if (next <= best.step && best.step > 0) next = best.step + 1;
     if (too_large > 0 && next >= too_large) next = too_large - 1;
     if (next == step || next == 0) break;
@@ -186,17 +213,13 @@ FoundStep largest_step(Trials& trials, double wanted, double peak, double max_er
   return best;
 }
 
-// Of a transform, if it takes fewer bits than a bound: that is found out from a sample.
-FoundStep step_if_better(Trials& trials, double wanted, double peak, double max_error) {
+// Of a transform, if it takes fewer bits than the loosest bound: that is found out from a sample.
+FoundStep step_if_better(Trials& trials, Bounds& bounds, double wanted, double peak, double max_error) {
   FoundStep found = largest_step(trials, wanted, peak, max_error, 0, true);
-  if (found.step == 0) return {};
-  const double bound = std::min(std::floor(likely_bound(wanted, peak)), max_error);
-  const Tried bounded = trials.of(bound, 0, true);
-  // A bit is worth 6 dB, but at low rates, which are those of few voxels, half of the bits are.
-  const double excess = bound > 0 ? (bounded.psnr - wanted) / 6 : 0;
-  const double bits_at_psnr = std::max(bounded.bits - excess, bounded.bits * std::exp2(-excess));
-  if (found.tried.bits >= bits_at_psnr) return {};
-  if (!trials.sample_is_whole()) found = largest_step(trials, wanted, peak, max_error, found.step, false);
+  if (found.step == 0 || found.tried.max_error == 0) return {};
+  const double bound = std::min(bounds.of_sample(), max_error);
+  if (found.tried.bits >= trials.of(bound, 0, true).bits) return {};
+  found = largest_step(trials, wanted, peak, max_error, found.step, false);
   return found.tried.max_error > 0 ? found : FoundStep();
 }
 
@@ -228,21 +251,29 @@ FoundBound by_psnr(const ResolvedOptions& options, VolumeSource& source, double 
   require(std::isfinite(peak),
           {"{}: {} is undefined for samples whose range is not finite", {source.name(), setting::psnr}});
   Trials trials(options.parameters, source, peak, progress);
+  const bool whole = !is_float_type(source.info().type);
+  Bounds bounds(trials, wanted, peak, whole);
   const std::optional<double>& given = options.options.max_error;
   FoundBound found;
   found.reason = fmt::format("to reach {} dB", wanted);
-  if (options.parameters.transform_step > 0) {
-    // No error is larger than the range.
-    const double most = std::min(std::floor(given.value_or(HUGE_VAL)), std::max(peak, 0.0));
-    if (const FoundStep best = most > 0 ? step_if_better(trials, wanted, peak, most) : FoundStep();
-        best.step > 0) {
-      found.step = best.step;
-      found.max_error = given ? most : best.tried.max_error;
+  // Below a step of samples, a bound is 0.
+  if (given && (*given == 0 || (whole && *given < 1))) {
+    found.reason = fmt::format("which reaches {} dB", wanted);
+  } else {
+    FoundStep best;
+    // Without a bound, nothing is corrected.
+    if (options.parameters.transform_step > 0 && peak > 0)
+      best = step_if_better(trials, bounds, wanted, peak, given ? std::floor(*given) : 65535);
+    found.step = best.step;
+    if (best.step > 0) {
+      found.max_error = given ? std::floor(*given) : best.tried.max_error;
+    } else {
+      found.max_error = bounds.of_all();
+      if (given && *given < found.max_error) {
+        found.max_error = *given;
+        found.reason = fmt::format("with which the PSNR is more than {} dB", wanted);
+      }
     }
-  }
-  if (found.step == 0) {
-    found.max_error = loosest(trials, wanted, peak, !is_float_type(source.info().type));
-    if (given) found.max_error = std::min(found.max_error, *given);
   }
   source.rewind();
   return found;

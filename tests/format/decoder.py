@@ -80,7 +80,7 @@ class Header:
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0),
                 "impossible grid")
-        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0),
+        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0 and max_error >= 1),
                 "a transform of what has none")
         self.grid = grid
         self.stores_grid = grid == 0

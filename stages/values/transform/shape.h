@@ -10,6 +10,9 @@
 
 namespace tagrid {
 
+/// Bricks have at most 512 samples along an axis, and the first one 513 without a lead.
+inline constexpr std::int64_t longest_line = 513;
+
 /// Numbers are part of the file format: never renumber.
 enum class Split : std::uint8_t {
   dyadic = 0,  ///< each level splits the low band of the level before along all axes

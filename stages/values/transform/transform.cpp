@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "stages/bound/bounds.h"
@@ -59,7 +60,7 @@ const std::array<std::int32_t, 1024> costs_of_four = [] {
 /// What is lost and what the bits are worth, in 2^-6 of the square of a step. Only says which split is better.
 std::int64_t cost_of(std::span<const std::int32_t> coefficients, const TransformShape& shape) {
   std::int64_t sum = 0;
-  std::array<std::int32_t, 512 + 4> magnitudes;
+  std::array<std::int32_t, longest_line + 4> magnitudes;
   for (const Band& band : std::span(shape.bands).subspan(1)) {
     const auto n = static_cast<std::size_t>(band.size.x);
     for (std::int64_t z = band.low.z; z < band.low.z + band.size.z; ++z)
@@ -76,17 +77,24 @@ std::int64_t cost_of(std::span<const std::int32_t> coefficients, const Transform
   return sum;
 }
 
+/// The mean of the samples. Coefficients are of differences to it: high bands of a constant are not quite 0.
 template <class T>
-void load(std::span<const T> samples, std::span<std::int32_t> coefficients) {
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    coefficients[i] = std::int32_t{samples[i]} * (1 << fraction_bits(sizeof(T)));
+std::int32_t center_of(std::span<const T> samples) {
+  const auto sum = std::accumulate(samples.begin(), samples.end(), std::int64_t{0});
+  return static_cast<std::int32_t>(sum / static_cast<std::int64_t>(samples.size()));
 }
 
 template <class T>
-void store(std::span<const std::int32_t> coefficients, std::span<T> samples) {
+void load(std::span<const T> samples, std::int32_t center, std::span<std::int32_t> coefficients) {
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    coefficients[i] = (samples[i] - center) * (1 << fraction_bits(sizeof(T)));
+}
+
+template <class T>
+void store(std::span<const std::int32_t> coefficients, std::int32_t center, std::span<T> samples) {
   constexpr int bits = fraction_bits(sizeof(T));
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::int32_t rounded = (coefficients[i] >> bits) + (coefficients[i] >> (bits - 1) & 1);
+    const std::int32_t rounded = (coefficients[i] >> bits) + (coefficients[i] >> (bits - 1) & 1) + center;
     samples[i] = static_cast<T>(
         std::clamp<std::int32_t>(rounded, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
   }
@@ -94,17 +102,17 @@ void store(std::span<const std::int32_t> coefficients, std::span<T> samples) {
 
 /// The best split, and the coefficients with it.
 template <class T>
-TransformShape split_best(std::span<const T> samples, const TransformBrick& brick,
+TransformShape split_best(std::span<const T> samples, std::int32_t center, const TransformBrick& brick,
                           std::vector<std::int32_t>& coefficients) {
   const auto shape_of = [&](Split split) {
     return transform_shape(brick.size, split, brick.step, fraction_bits(sizeof(T)));
   };
   TransformShape best = shape_of(Split::dyadic);
-  load(samples, std::span(coefficients));
+  load(samples, center, std::span(coefficients));
   transform_forward(coefficients, best);
   if (best.levels(2) == 0) return best;
   std::vector<std::int32_t> others(coefficients.size());
-  load(samples, std::span(others));
+  load(samples, center, std::span(others));
   std::int64_t least = cost_of(coefficients, best);
   int levels = 0;
   for (const Split split : {Split::z1, Split::z2, Split::z4}) {
@@ -164,15 +172,17 @@ template <class T>
 bool encode_transform(std::span<const T> samples, const TransformBrick& brick, std::span<T> reconstruction,
                       std::vector<std::uint8_t>& out) {
   std::vector<std::int32_t> coefficients(samples.size());
-  const TransformShape shape = split_best(samples, brick, coefficients);
+  const std::int32_t center = center_of(samples);
+  const TransformShape shape = split_best(samples, center, brick, coefficients);
   LimitedEncoder coder(out, most_events_per_sample * count_of(brick.size) + 4096);
   coder.code_raw(static_cast<std::uint32_t>(shape.split), 2);
+  coder.code_raw(static_cast<std::uint32_t>(center - std::numeric_limits<T>::min()), 8 * sizeof(T));
   {
     const auto model = std::make_unique<CoefficientModel>();
     if (!code_coefficients(coder, *model, shape, coefficients)) return false;
   }
   transform_back(coefficients, shape);
-  store<T>(coefficients, reconstruction);
+  store<T>(coefficients, center, reconstruction);
   if (!code_corrections(coder, samples, brick.max_error, reconstruction)) return false;
   coder.finish();
   return true;
@@ -183,6 +193,8 @@ Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBric
                         std::span<T> samples) {
   RansDecoder coder(bytes);
   const auto split = static_cast<Split>(coder.code_raw(0, 2));
+  const std::int32_t center =
+      std::numeric_limits<T>::min() + static_cast<std::int32_t>(coder.code_raw(0, 8 * sizeof(T)));
   const TransformShape shape = transform_shape(brick.size, split, brick.step, fraction_bits(sizeof(T)));
   std::vector<std::int32_t> coefficients(count_of(brick.size));
   {
@@ -193,7 +205,7 @@ Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBric
   const bool whole = samples.size() == coefficients.size();
   std::vector<T> all(whole ? 0 : coefficients.size());
   const std::span<T> corrected = whole ? samples : std::span<T>(all);
-  store<T>(coefficients, corrected);
+  store<T>(coefficients, center, corrected);
   if (!code_corrections<T>(coder, {}, brick.max_error, corrected))
     return Status::broken("values have a correction where no sample is, or end too soon");
   if (!coder.finished()) return Status::broken("values are followed by other bytes, or end too soon");

@@ -6,7 +6,7 @@ from .voxels import log_scale
 
 TRANSFORMED = b"\x09"
 NORM = ((1024, 1167, 1374, 1596, 1840, 2117, 2434), (1024, 909, 1007, 1200, 1403, 1621, 1866))
-LIFTING = ((1, -103949), (0, -3472), (1, 57862), (0, 29066))
+LIFTING = ((1, -103949), (0, -3472), (1, 57863), (0, 29066))
 LARGEST = 1 << 24
 NEAR_CLASS = [0, 1, 2, 3, 4, 4, 5, 5, 6, 6, 6] + [7] * 4 + [8] * 7 + [9] * 12 + [10] * 26 + [11] * 4
 OWN = ((-1, 0, 0), (0, -1, 0), (0, 0, -1), (-1, -1, 0), (1, -1, 0), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1),
@@ -302,13 +302,14 @@ def decode_transform(data, size, sample_type, step, bound):
     """13. Samples by their place in the brick."""
     coder = Decoder(data)
     split = coder.raw(2)
+    low, high = sample_type.limits
+    center = low + coder.raw(8 * sample_type.size)
     fraction = 6 if sample_type.size == 1 else 4
     lengths, bands = make_bands(size, split, step, fraction)
     values = Coefficients(coder, bands).run()
     transform_back(values, size, lengths, split)
-    low, high = sample_type.limits
     places = [(x, y, z) for z in range(size[2]) for y in range(size[1]) for x in range(size[0])]
-    samples = {p: clamp(values.get(p, 0) + (1 << fraction - 1) >> fraction, low, high) for p in places}
+    samples = {p: clamp(center + (values.get(p, 0) + (1 << fraction - 1) >> fraction), low, high) for p in places}
     number, gap, multiple = IntegerModel(), IntegerModel(), IntegerModel()
     left, at = coder.integer(number), 0
     while left > 0:
