@@ -7,7 +7,8 @@ from setuptools import Extension, setup
 
 
 def pkg_config(*arguments):
-    return subprocess.run(["pkg-config", *arguments, "tagrid"], check=True, stdout=subprocess.PIPE, text=True).stdout.split()
+    return subprocess.run(["pkg-config", *arguments, "tagrid"], check=True, stdout=subprocess.PIPE,
+                          text=True).stdout.split()
 
 
 def pybind11_folders():

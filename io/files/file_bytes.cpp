@@ -36,6 +36,21 @@ std::optional<Extent> extent_of(int descriptor, const std::string& name) {
                 static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0))};
 }
 
+/// Reads `size` bytes, or fewer at the end of the file; returns their number.
+std::size_t read_from(int descriptor, const std::string& name, std::uint64_t position, std::byte* out,
+                      std::size_t size) {
+  std::size_t done = 0;
+  while (done < size) {
+    const std::size_t most = std::min(size - done, std::size_t{1} << 30);
+    const ssize_t count = uninterrupted(
+        [&] { return pread(descriptor, out + done, most, static_cast<off_t>(position + done)); });
+    if (count < 0) throw world_error("cannot read", name, errno);
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
 }  // namespace
 
 FileBytes::FileBytes(const std::string& path) : name_(shown_input(path)), buffer_(peek_limit) {
@@ -137,6 +152,11 @@ bool FileBytes::read_line(std::string& line, std::size_t limit) {
   }
 }
 
+std::size_t FileBytes::read_at(std::uint64_t position, std::byte* out, std::size_t size) const {
+  assert(size_);
+  return read_from(descriptor_, name_, base_ + position, out, size);
+}
+
 void FileBytes::seek(std::uint64_t position) {
   assert(size_);
   if (lseek(descriptor_, static_cast<off_t>(base_ + position), SEEK_SET) < 0)
@@ -161,16 +181,8 @@ FileSource::FileSource(const std::string& path) : name_(shown_input(path)) {
 }
 
 void FileSource::read_at(std::uint64_t position, std::span<std::byte> to) const {
-  position += base_;
-  while (!to.empty()) {
-    const std::size_t most = std::min(to.size(), std::size_t{1} << 30);
-    const ssize_t count =
-        uninterrupted([&] { return pread(descriptor_, to.data(), most, static_cast<off_t>(position)); });
-    if (count < 0) throw world_error("cannot read", name_, errno);
-    if (count == 0) throw WorldError(name_ + ": became shorter while it was being read");
-    to = to.subspan(static_cast<std::size_t>(count));
-    position += static_cast<std::uint64_t>(count);
-  }
+  if (read_from(descriptor_, name_, base_ + position, to.data(), to.size()) != to.size())
+    throw WorldError(name_ + ": became shorter while it was being read");
 }
 
 std::uint64_t checksum_of_file(const std::string& path) {

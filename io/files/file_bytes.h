@@ -125,6 +125,9 @@ class FileBytes : public ByteStream {
   std::optional<std::uint64_t> size() const override { return size_; }
   /// Bytes read so far.
   std::uint64_t position() const override { return position_; }
+  /// Reads `size` bytes from byte `position` on, or fewer at the end, and does not move; returns their number.
+  /// Several threads may do so at once. REQUIRES: size().
+  std::size_t read_at(std::uint64_t position, std::byte* out, std::size_t size) const;
   /// Moves to byte `position`. REQUIRES: size().
   void seek(std::uint64_t position);
   /// From now on, a read that waits for a pipe ends with a WorldError once `stop` is true, for callers that

@@ -89,6 +89,12 @@ class FileSamples : public VolumeSource {
  public:
   std::uint64_t bytes_read() const override { return place_.header_bytes + file_->position(); }
   void stop_when(const std::atomic<bool>& stop) override { file_->stop_when(stop); }
+  bool at_once() const override { return traits().any_rows; }
+  void read_at(std::byte* out, std::int64_t first, std::int64_t count) const override {
+    const std::uint64_t position = static_cast<std::uint64_t>(first) * size_of(info().type);
+    take(out, first, count,
+         [&](std::size_t size) { return file_->read_at(place_.start + position, out, size); });
+  }
 
  protected:
   /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
@@ -119,14 +125,20 @@ class FileSamples : public VolumeSource {
 
  private:
   void read(std::byte* out, std::int64_t first, std::int64_t count) final {
-    const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
-    const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
+    const std::uint64_t position = static_cast<std::uint64_t>(first) * size_of(info().type);
     if (traits().any_rows && file_->position() != place_.start + position)
       file_->seek(place_.start + position);
-    const std::size_t present = read_bytes(out, size);
+    take(out, first, count, [&](std::size_t size) { return read_bytes(out, size); });
+  }
+
+  /// Samples in the order of memory, from bytes that `read` gives: it takes their number, and returns how many are there.
+  template <class Read>
+  void take(std::byte* out, std::int64_t first, std::int64_t count, Read read) const {
+    const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
+    const std::size_t present = read(size);
     if (present != size)
-      throw BrokenInput(
-          fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
+      throw BrokenInput(fmt::format("{}: {}, but it ends after {}", file_->name(), expected(),
+                                    static_cast<std::uint64_t>(first) * sample + present));
     swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
   }
 

@@ -76,11 +76,10 @@ void AttachedSink::write(std::int64_t first, std::span<const std::byte> samples)
   const std::size_t size = size_of(info().type);
   std::vector<std::byte> swapped;
   samples = little_endian_samples(samples, size, swapped);
-  const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size;
-  if (place == file_->position())
-    file_->write(samples);
+  if (file_->can_seek())
+    file_->write_at(start_ + static_cast<std::uint64_t>(first) * size, samples);
   else
-    file_->write_at(place, samples);
+    file_->write(samples);
 }
 
 std::uint64_t AttachedSink::bytes_written() const {
@@ -89,11 +88,11 @@ std::uint64_t AttachedSink::bytes_written() const {
 
 void AttachedSink::publish() {
   assert(bytes_left() == 0);
-  const std::uint64_t end = start_ + sample_bytes(info().dims, info().type).value();
-  if (!trailer_.empty() && file_->position() == end)
-    file_->write(trailer_);
+  if (!trailer_.empty() && file_->can_seek())
+    file_->write_at(start_ + sample_bytes(info().dims, info().type).value(),
+                    std::as_bytes(std::span(trailer_)));
   else if (!trailer_.empty())
-    file_->write_at(end, std::as_bytes(std::span(trailer_)));
+    file_->write(trailer_);
   file_->publish();
 }
 

@@ -19,6 +19,7 @@ class AttachedSink : public VolumeSink {
                std::string trailer = "");
 
   bool any_order() const override { return file_->can_seek(); }
+  bool at_once() const override { return any_order(); }
   Place place() const override { return {file_->temporary(), file_->name(), start_}; }
   void publish() override;
   void keep() override { file_->keep(); }

@@ -91,6 +91,11 @@ bool IndexedTag::is_bound(const Member& member) const {
   return checksums_agree(checksum_before(member.end()), own.chained(checksum_before(member.offset)));
 }
 
+std::shared_ptr<const ByteSource> IndexedTag::bytes_of(const Member& member) const {
+  return std::make_shared<PartOfSource>(source_, member.content(), member.length,
+                                        name() + ": " + member.name());
+}
+
 TagBricks::TagBricks(std::shared_ptr<const ByteSource> source)
     : IndexedTag(std::move(source)),
       end_(read_end()),
@@ -151,11 +156,6 @@ std::vector<std::byte> TagBricks::beginning_of_envelope() const {
   std::vector<std::byte> content;
   envelope()(content);
   return content;
-}
-
-std::shared_ptr<const ByteSource> TagBricks::bytes_of(const Member& member) const {
-  return std::make_shared<PartOfSource>(source_, member.content(), member.length,
-                                        name() + ": " + member.name());
 }
 
 std::shared_ptr<const TagBricks> TagBricks::nested(const Member& member) const {

@@ -24,6 +24,8 @@ class IndexedTag {
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
   const std::string& name() const { return source_->name(); }
+  /// The bytes of a member of the index.
+  std::shared_ptr<const ByteSource> bytes_of(const Member& member) const;
 
  protected:
   /// The directory of the index, and the footer.
@@ -82,15 +84,13 @@ class TagBricks : public IndexedTag {
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The content of the first of these blocks; none without an envelope.
   std::vector<std::byte> beginning_of_envelope() const;
-  /// The overview or volume of a member of the index: a file of its own. Throws BrokenInput, also if it is not
-  /// one of this file. REQUIRES: member.is_overview() or member.is_volume().
+  /// The overview or volume of a member of the index: a file of its own, with the bytes of bytes_of(). Throws
+  /// BrokenInput, also if it is not one of this file. REQUIRES: member.is_overview() or member.is_volume().
   std::shared_ptr<const TagBricks> nested(const Member& member) const;
   /// Its parameters, for which only its header is read. Throws as nested() does.
   CodingParameters parameters_of(const Member& member) const;
   /// Its name, from its header: "" if it has none.
   std::string name_of(const Member& member) const;
-  /// The bytes of that file.
-  std::shared_ptr<const ByteSource> bytes_of(const Member& member) const;
   /// Throws BrokenInput if the checksum of a member does not match.
   void check(const Member& member) const;
   /// The bricks from `first` on. This object must outlive the stream.

@@ -159,7 +159,7 @@ void WholeBricks::look_at_bricks() {
   while (walk.position < end && look_at_packed(walk, envelope_marker, envelope_content, end)) {
   }
   for (const Member& member : index_->members)
-    if (!is_bound(member)) is_damaged_elsewhere_ = true;
+    if (!is_bound(member)) damaged_members_.push_back(member);
 }
 
 std::vector<BrickRun> WholeBricks::lost() const {

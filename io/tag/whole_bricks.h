@@ -45,9 +45,11 @@ class WholeBricks : public IndexedTag {
   const std::optional<TagIndex>& index() const { return index_; }
   /// The statistics of a brick; nothing if they are damaged or missing.
   std::optional<IndexEntry> statistics(std::int64_t brick) const;
+  /// The members whose checksum, or the one before it, is damaged. None if the directory is damaged.
+  const std::vector<Member>& damaged_members() const { return damaged_members_; }
   /// True if something besides bricks is damaged: a stored checksum, the envelope, a member, the index, the
   /// footer.
-  bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
+  bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_ || !damaged_members_.empty(); }
 
   /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer intact.
   BrickBytes read(std::int64_t brick) const;
@@ -80,6 +82,7 @@ class WholeBricks : public IndexedTag {
   std::optional<TagPages> pages_;
   std::uint64_t index_start_ = 0;
   bool is_damaged_elsewhere_ = false;
+  std::vector<Member> damaged_members_;
   std::vector<Place> places_;
 };
 

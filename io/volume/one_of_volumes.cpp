@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "io/errors/errors.h"
+#include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -26,6 +28,10 @@ class OneOfVolumes final : public VolumeSource {
 
   std::uint64_t bytes_read() const override { return several_->bytes_read(); }
   void stop_when(const std::atomic<bool>& stop) override { several_->stop_when(stop); }
+  bool at_once() const override { return several_->at_once(); }
+  void read_at(std::byte* out, std::int64_t first, std::int64_t count) const override {
+    several_->read_at(out, first_slice_ * slice_samples() + first, count);
+  }
 
  private:
   void read(std::byte* out, std::int64_t first, std::int64_t count) override {
@@ -43,12 +49,39 @@ class OneOfVolumes final : public VolumeSource {
   std::int64_t first_slice_;
 };
 
-}  // namespace
-
 bool are_all_wanted(const SourceDescription& source, const Index3& dims, std::int64_t volumes) {
   return source.all_volumes && source.series.empty() && volumes > 1 && volumes <= most_volumes &&
          dims.z <= std::numeric_limits<std::int64_t>::max() / volumes &&
          is_volume_size({dims.x, dims.y, dims.z * volumes});
+}
+
+std::int64_t number_of_volume(const std::string& name, const std::string& series, std::int64_t volumes,
+                              const std::string& each) {
+  // A header that claims more has no choices, as they would take memory.
+  constexpr std::int64_t most_choices = 65536;
+  if (series.empty() && volumes == 1) return 0;
+  const Setting setting{"series", "the number of one"};
+  if (series.empty()) {
+    std::vector<Choice> choices;
+    for (std::int64_t i = 1; i <= volumes && volumes <= most_choices; ++i)
+      choices.push_back({std::to_string(i), each});
+    throw UsageError(Sentence{"{}: holds {} volumes of {}; choose one with {}, by its number from 1 on",
+                              {name, volumes, each, setting}},
+                     std::move(choices));
+  }
+  const auto number = whole_number_of(series);
+  if (!number || *number < 1 || *number > volumes)
+    throw UsageError(Sentence{"{}: holds {} volumes; {} must be a number from 1 to {}, not {}",
+                              {name, volumes, setting, volumes, series}});
+  return *number - 1;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> wanted_volume(const SourceDescription& source, const std::string& name,
+                                          const VolumeInfo& one, std::int64_t volumes) {
+  if (are_all_wanted(source, one.dims, volumes)) return std::nullopt;
+  return number_of_volume(name, source.series, volumes, described(one.dims, one.type));
 }
 
 void take_all_volumes(VolumeInfo& one, std::int64_t volumes) {

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "io/volume/volume_source.h"
@@ -15,9 +17,11 @@ inline constexpr std::string_view volume_name_key = "volume_name";
 /// The description of volume `number`, from 0 on, of a source of info.volumes: with its name, if it has one.
 VolumeInfo info_of_volume(const SourceFacts& several, std::int64_t number);
 
-/// True if `source` asks for all volumes of a file, which then has several that are not too many for a .tag
-/// file: otherwise one must be chosen.
-bool are_all_wanted(const SourceDescription& source, const Index3& dims, std::int64_t volumes);
+/// The number, from 0 on, of the volume that `source` asks for in the file `name` of `volumes` like `one`, which
+/// source.series numbers from 1 on; without it, of the only one. Nothing if `source` asks for all, and they are
+/// not too many for a .tag file. Throws UsageError if one of several must be chosen, or if there is no such one.
+std::optional<std::int64_t> wanted_volume(const SourceDescription& source, const std::string& name,
+                                          const VolumeInfo& one, std::int64_t volumes);
 /// The description of so many volumes like this one.
 void take_all_volumes(VolumeInfo& one, std::int64_t volumes);
 

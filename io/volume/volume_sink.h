@@ -1,6 +1,7 @@
 // Destinations of samples: files of any format, or a pipe.
 #pragma once
 
+#include <atomic>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -40,7 +41,8 @@ class VolumeSink {
 
   /// Writes the next samples. Each call may pass any whole number of samples.
   void write_slices(std::span<const std::byte> samples) { write_samples(next_, samples); }
-  /// Writes samples from number `first` on. REQUIRES: the next ones, or any_order(); none twice.
+  /// Writes samples from number `first` on, perhaps from several threads. REQUIRES: the next ones, or any_order();
+  /// one thread at a time, or at_once(); none twice.
   void write_samples(std::int64_t first, std::span<const std::byte> samples) {
     const std::size_t size = size_of(info_.type);
     assert(samples.size() <= bytes_left_ && samples.size() % size == 0);
@@ -51,6 +53,8 @@ class VolumeSink {
 
   /// True if samples can be written in any order.
   virtual bool any_order() const { return false; }
+  /// True if several threads can write samples at once. Implies any_order().
+  virtual bool at_once() const { return false; }
   /// The place of all samples in a file, little endian.
   struct Place {
     std::string file;  ///< a temporary file, until publish()
@@ -90,8 +94,8 @@ class VolumeSink {
   virtual void write(std::int64_t first, std::span<const std::byte> samples) = 0;
 
   VolumeInfo info_;
-  std::int64_t next_ = 0;
-  std::uint64_t bytes_left_;
+  std::atomic<std::int64_t> next_ = 0;
+  std::atomic<std::uint64_t> bytes_left_;
 };
 
 }  // namespace tagrid

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -111,6 +112,12 @@ class VolumeSource {
   void read_rows(std::byte* out, const Box& rows);
   /// Reads `count` samples from number `first` on. REQUIRES: traits().any_rows, or these are the next ones.
   void read_from(std::byte* out, std::int64_t first, std::int64_t count);
+  /// True if several threads can read at once, with read_at(). Implies traits().any_rows.
+  virtual bool at_once() const { return false; }
+  /// As read_from(), but does not change which samples are next. REQUIRES: at_once().
+  virtual void read_at(std::byte* /*out*/, std::int64_t /*first*/, std::int64_t /*count*/) const {
+    throw std::logic_error("these samples cannot be read by several threads");
+  }
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
@@ -140,12 +147,6 @@ void read_to_end(VolumeSource& source, const std::function<void(std::span<std::b
 /// The checksum of all samples of a volume, in raster order and the byte order of memory. It does not depend
 /// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.
 std::uint64_t checksum_of_samples(VolumeSource& source);
-
-/// The number, from 0 on, of the volume that `series` numbers from 1 on; without it, of the only one. `name`
-/// of the file, and what `each` volume is, are for messages. Throws UsageError if there are several and none
-/// is named, or if there is no such volume.
-std::int64_t number_of_volume(const std::string& name, const std::string& series, std::int64_t volumes,
-                              const std::string& each);
 
 /// A source of any rows. It reads the entire slice that contains them. If this is not the next slice, the
 /// source may have to read everything before it. So at most `kept` slices are kept, of which rows may be

@@ -56,9 +56,11 @@ RowOutput::RowOutput(VolumeSink& sink, const std::string& spool_folder, const st
 
 void RowOutput::write(const DecodedRows& rows) {
   if (spool_) return through_spool(rows, *spool_);
-  rows.for_each_part([&](std::int64_t at, std::span<const std::byte> samples) {
+  const auto write = [&](std::int64_t at, std::span<const std::byte> samples) {
     sink_.write_samples(first_ + at, samples);
-  });
+  };
+  if (!sink_.at_once()) return rows.for_each_part(write);
+  rows.for_each_part_at_once(write);
 }
 
 void RowOutput::through_spool(const DecodedRows& rows, SpoolFile& spool) {

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "pipeline/grid/slices.h"
+#include "pipeline/threads/node_times.h"
+#include "pipeline/threads/threads.h"
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
@@ -74,22 +76,38 @@ class DecodedRows {
   /// samples of the volume at a time. `first` is the number of its first sample, in raster order.
   template <class Use>
   void for_each_part(Use use) const {
-    constexpr std::size_t enough = std::size_t{1} << 20;  // enough bytes for a write to be efficient
+    for_each_part(box_.low.z, box_.high.z, use);
+  }
+  /// The same in any order, on as many threads as have nothing else to do. An exception ends it.
+  template <class Use>
+  void for_each_part_at_once(Use use) const {
+    share_rows(box_.size().z, slice_bytes(), 1, [&](std::int64_t first, std::int64_t count) {
+      const TimeOfNode time(Node::write_samples);
+      for_each_part(box_.low.z + first, box_.low.z + first + count - 1, use);
+    });
+  }
+  /// Enough bytes for a write to be efficient. Parts have no more, or one row.
+  static constexpr std::size_t part_bytes = bytes_of_task;
+
+ private:
+  template <class Use>
+  void for_each_part(std::int64_t z_low, std::int64_t z_high, const Use& use) const {
     const Box volume = bricks_.domain.volume();
     const std::size_t row = static_cast<std::size_t>(volume.size().x) * size_;
-    const auto step = static_cast<std::int64_t>(std::max(enough / row, std::size_t{1}));
+    const auto step = static_cast<std::int64_t>(std::max(part_bytes / row, std::size_t{1}));
     std::vector<std::byte> part;
+    part.reserve(std::max(part_bytes, row));
     std::int64_t first = 0, next = 0;
     const auto hand_out = [&] {
       if (!part.empty()) use(first, std::span<const std::byte>(part));
       part.clear();
     };
-    for (std::int64_t z = box_.low.z; z <= box_.high.z; ++z)
+    for (std::int64_t z = z_low; z <= z_high; ++z)
       for (std::int64_t y = box_.low.y; y <= box_.high.y; y += step) {
         const std::int64_t last = std::min(y + step - 1, box_.high.y),
                            start = volume.offset({volume.low.x, y, z});
         const std::size_t size = static_cast<std::size_t>(last - y + 1) * row;
-        if (start != next || part.size() + size > enough) hand_out();
+        if (start != next || part.size() + size > part_bytes) hand_out();
         if (part.empty()) first = start;
         next = start + (last - y + 1) * volume.size().x;
         part.resize(part.size() + size);
@@ -98,7 +116,6 @@ class DecodedRows {
     hand_out();
   }
 
- private:
   Box owned(std::int64_t in_rows) const {
     const std::int64_t nx = bricks_.bricks(0);
     return bricks_.owned_box({in_rows % nx, rows_.y_low + in_rows / nx, rows_.z_low});

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "io/errors/errors.h"
+#include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -27,6 +28,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::graph graph;
   flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
     if (streams.before_reading && bricks_left > 0) streams.before_reading();
+    const TimeOfNode time(Node::read_brick);
     auto bytes = std::make_shared<BrickBytes>();
     if (bricks_left == 0 || !streams.bricks.next(*bytes))
       control.stop();
@@ -37,6 +39,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::limiter_node<CodedBrick, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
   flow::function_node<CodedBrick, Brick> decode(
       graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
+        const TimeOfNode time(Node::decode);
         auto decoded = std::make_shared<DecodedBrick>(decode_block(
             *brick, parameters, streams.bricks.name, keep ? Wanted::samples_and_grid : Wanted::samples));
         if (streams.change_samples) streams.change_samples(*decoded);
@@ -46,6 +49,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::sequencer_node<Brick> in_order(
       graph, [&](const Brick& brick) { return static_cast<std::size_t>(brick->id - first_brick); });
   Write write(graph, flow::serial, [&](const Brick& brick, Write::output_ports_type& out) {
+    const TimeOfNode time(Node::write_rows);
     if (keep) streams.inspect_brick(*brick);
     gathered.add(std::move(brick->samples));
     std::get<0>(out).try_put(1);

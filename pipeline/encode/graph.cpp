@@ -7,6 +7,7 @@
 #include <optional>
 #include <variant>
 
+#include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/criterion/marking.h"
@@ -78,6 +79,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       return {};
     }
     if (streams.before_reading) streams.before_reading();
+    const TimeOfNode time(Node::read_slice);
     const Box box = parameters.domain().samples_at(next_rows);
     SliceSamples slice = streams.read_slice(box);
     if (streams.see_slice) streams.see_slice(box, slice.get());
@@ -87,19 +89,25 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::limiter_node<Arrival, int> slices(
       graph, static_cast<std::size_t>(schedule.slices_needed() + budget.slices_ahead));
   Schedule plan(graph, flow::serial, [&](const Arrival& arrival, Schedule::output_ports_type& out) {
+    const TimeOfNode time(Node::plan);
     const auto* slice = std::get_if<SliceSamples>(&arrival);
     GridSchedule::Work work =
         slice ? schedule.add_slice(*slice) : schedule.add_marks(std::get<MarkedTile>(arrival));
     for (MarkJob& job : work.tiles) std::get<0>(out).try_put(std::move(job));
     for (BrickJob& job : work.bricks) std::get<1>(out).try_put(std::move(job));
   });
-  flow::function_node<MarkJob, Arrival> curvature(
-      graph, workers, [&](const MarkJob& job) -> Arrival { return mark(job, parameters, schedule); });
+  flow::function_node<MarkJob, Arrival> curvature(graph, workers, [&](const MarkJob& job) -> Arrival {
+    const TimeOfNode time(Node::curvature);
+    return mark(job, parameters, schedule);
+  });
   flow::queue_node<BrickJob> ready(graph);
   flow::limiter_node<BrickJob, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
-  flow::function_node<BrickJob, SubdividedBrick> subdivide_node(
-      graph, workers, [&](const BrickJob& job) { return subdivide(job, parameters); });
+  flow::function_node<BrickJob, SubdividedBrick> subdivide_node(graph, workers, [&](const BrickJob& job) {
+    const TimeOfNode time(Node::subdivide);
+    return subdivide(job, parameters);
+  });
   flow::function_node<SubdividedBrick, EncodedBrick> encode_node(graph, workers, [&](SubdividedBrick brick) {
+    const TimeOfNode time(Node::encode);
     EncodedBrick encoded = encode(std::move(brick), parameters);
     if (streams.brick_done) streams.brick_done(encoded.id);
     return encoded;
@@ -109,15 +117,18 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   };
   flow::sequencer_node<EncodedBrick> in_order(graph, place);
   flow::function_node<EncodedBrick, EncodedBrick> complete(graph, flow::serial, [&](EncodedBrick brick) {
+    const TimeOfNode time(Node::complete_mesh);
     take_mesh_values(brick, parameters, closed);
     return brick;
   });
   flow::function_node<EncodedBrick, EncodedBrick> measure_node(graph, workers, [&](EncodedBrick brick) {
+    const TimeOfNode time(Node::measure_mesh);
     if (measure) measure_mesh(brick, parameters);
     return brick;
   });
   flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
+    const TimeOfNode time(Node::write_brick);
     streams.write_brick(brick.id, std::move(*brick.code));
     std::get<0>(out).try_put(1);
     const std::int64_t done = brick.id - first_brick + 1;

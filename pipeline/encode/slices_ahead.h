@@ -14,6 +14,9 @@
 
 namespace tagrid {
 
+/// As read_input_slice(), with the threads of this arena if the source can be read by several.
+SliceSamples read_slice_on_threads(VolumeSource& source, const Box& rows);
+
 /// Gives the slices of a source in order. Its own thread, which mostly waits, reads them.
 class SlicesAhead {
  public:

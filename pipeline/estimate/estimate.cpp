@@ -280,7 +280,9 @@ std::vector<std::optional<double>> usual_errors(double noise, const EncodeOption
   if (options.grid_only && p.max_level < max_level(p.cube_size)) return errors;
   double last = -1;
   for (const double part : {0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0}) {
-    const double error = whole ? std::round(part * unit) : std::stod(fmt::format("{:.1e}", part * unit));
+    // As `encode` rounds a multiple of the noise; of floats, numbers that are easy to read.
+    const double error =
+        whole ? kept_bound(part * unit, p.type) : std::stod(fmt::format("{:.1e}", part * unit));
     if (error <= last || error <= above || error > most) continue;
     errors.push_back(last = error);
   }
@@ -355,8 +357,10 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
       {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
   for (Estimate& estimate : result.estimates) {
     if (estimate.max_error > 0) estimate.max_error *= slope;
+    estimate.asked_error = estimate.max_error;
     estimate.rmse *= slope;
   }
+  for (std::size_t i = 0; i < run.max_errors.size(); ++i) result.estimates[i].asked_error = run.max_errors[i];
   result.threads = threads;
   return result;
 }

@@ -22,7 +22,8 @@ struct EstimateRun {
 };
 
 struct Estimate {
-  double max_error = 0;  ///< negative: none
+  double max_error = 0;    ///< as `encode` keeps it; negative: none
+  double asked_error = 0;  ///< of which that is the bound; the same if no bounds were given
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost

@@ -63,11 +63,7 @@ void require_mesh_of_voxels(const CodingParameters& p) {
 }
 
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
-  // If samples are integers, so are errors.
-  const bool real = is_float_type(p.type);
-  const auto whole = [real](const std::optional<double>& e) {
-    return !e ? -1.0 : real ? *e : std::floor(*e);
-  };
+  const auto whole = [&](const std::optional<double>& e) { return e ? kept_bound(*e, p.type) : -1.0; };
   // Until the rule has given a bound, any that is not 0 stands for it.
   const std::optional<double> max_error =
       options.error_rule ? 2 * options.surface_error.value_or(0) + 1 : options.max_error;
@@ -88,7 +84,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points). Rounding once keeps a number
   // within E of an integer. For floats, the mesh criterion subtracts the rounding errors.
   const double tighter = p.mesh_error < 0 ? p.max_error : std::min(p.mesh_error, p.max_error);
-  p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
+  p.point_error = kept_bound(tighter / 2, p.type);
 }
 
 // Refuses to write a file that a reader would refuse.
@@ -109,7 +105,7 @@ bool bounds_values(const EncodeOptions& options) {
 }
 
 // Turns what is given for values into what it is for samples. Returns how bounds follow from those of values.
-std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& o) {
+std::string turn_into_samples(const Rescale& rescale, SampleType type, EncodeOptions& o) {
   const double slope = std::abs(rescale.slope);
   std::string reason;
   if (slope != 1)
@@ -118,7 +114,7 @@ std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& 
       const double given = **bound, error = error_in_samples(given, rescale);
       *bound = error;
       if (!reason.empty() && given > 0) reason += "; ";
-      if (const double steps = real ? error : std::floor(error); steps > 0)
+      if (const double steps = kept_bound(error, type); steps > 0)
         reason +=
             fmt::format("{} allows {:.6g} steps of the stored samples ({:.6g} each)", given, steps, slope);
       else if (given > 0)
@@ -183,7 +179,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   ResolvedOptions resolved;
   resolved.options = options;
   EncodeOptions& o = resolved.options;
-  resolved.reason_of_bound = turn_into_samples(source.rescale, is_float_type(info.type), o);
+  resolved.reason_of_bound = turn_into_samples(source.rescale, info.type, o);
   o.validate();
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
   resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;

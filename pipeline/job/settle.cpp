@@ -262,7 +262,7 @@ FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, i
                                                 : by_psnr(options, source, value, progress);
   });
   found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
-  if (!is_float_type(source.info().type)) found.max_error = std::floor(found.max_error);
+  found.max_error = kept_bound(found.max_error, source.info().type);
   found.reason = found.step > 0 ? fmt::format("a wavelet with a step of {:.4g}, {}; no error is above {}",
                                               found.step / 64.0, found.reason, found.max_error)
                  : kind == ErrorRule::Kind::psnr

@@ -33,8 +33,8 @@ constexpr ByteCount bytes_of_entry = 32;      // an entry of the index, in memor
 // A vector that grows by copying has room for twice its content, and three times while it is copied.
 constexpr ByteCount grown = 2, growing = 3;
 
-// Samples are written in parts of this size, or of a row: DecodedRows::for_each_part().
-constexpr ByteCount part_of_rows = 1 << 20;
+// Samples are written in parts of this size, or of a row: DecodedRows::part_bytes.
+constexpr ByteCount part_of_rows = 1 << 18;
 
 // Columns of tiles on which a brick depends: its own, and those around it.
 constexpr ByteCount columns_around = 9;
@@ -209,7 +209,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const ByteCount s = makes_values ? static_cast<ByteCount>(load.value_bytes) : z.s;
   const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * s;
   const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * bytes_of_array;
-  const ByteCount pieces = grown * std::max(part_of_rows, z.nx * s);
+  const ByteCount pieces = ByteCount(load.threads) * std::max(part_of_rows, z.nx * s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
   const ByteCount brick =
       z.code() + z.owned * (z.s + s) +

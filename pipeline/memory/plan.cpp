@@ -128,8 +128,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
         return best_encoding(p, resources.threads, strips, needs.sums, less(limit, needs.besides));
       },
       smallest);
-  const std::uint64_t memory = memory_of_encoding(p, load) + needs.besides,
-                      limit = resources.memory ? *resources.memory : share_of_memory(resources);
+  const std::uint64_t memory = memory_of_encoding(p, load) + needs.besides, limit = allowed_memory(resources);
   // Without an explicit limit, what follows is never refused.
   const bool then_verified = needs.verified && resources.memory;
   const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
@@ -160,8 +159,8 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
 
 std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, const Resources& resources,
                            std::int64_t most) {
-  const std::uint64_t limit = resources.memory ? *resources.memory : share_of_memory(resources) / 4;
-  const std::uint64_t fit = less(limit, plan.memory) / *sample_bytes({p.dims.x, p.dims.y, 1}, p.type);
+  const std::uint64_t fit =
+      less(allowed_memory(resources, 4), plan.memory) / *sample_bytes({p.dims.x, p.dims.y, 1}, p.type);
   return std::min(most, static_cast<std::int64_t>(std::min(fit, std::uint64_t{1} << 31)));
 }
 
@@ -186,8 +185,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   if (smallest.inspect && !p.stores_activity()) {
     // A grid is derived from whole layers. If they do not fit, it is not.
     wanted.rows = all;
-    const std::uint64_t limit = resources.memory ? *resources.memory : share_of_memory(resources);
-    if (const auto load = best_decoding(p, wanted, false, less(limit, besides)))
+    if (const auto load = best_decoding(p, wanted, false, less(allowed_memory(resources), besides)))
       return planned(*load, false, true);
     smallest.with_grid = wanted.with_grid = false;
   }

@@ -60,15 +60,18 @@ inline std::uint64_t share_of_memory(const Resources& resources) {
   return available_memory() / static_cast<std::uint64_t>(resources.processes);
 }
 
+/// The limit on memory, or without one a part of this process's share of memory: 1 is all, 4 a quarter.
+inline std::uint64_t allowed_memory(const Resources& resources, std::uint64_t part = 1) {
+  return resources.memory ? *resources.memory : share_of_memory(resources) / part;
+}
+
 /// Returns best(limit). Without a limit, tries a quarter of this process's share of memory, then half of it.
 /// Returns `smallest` if `best`, which returns a std::optional<Load>, finds nothing.
 template <class Load, class Best>
 Load within(const Resources& resources, Best best, const Load& smallest) {
-  if (resources.memory) return best(*resources.memory).value_or(smallest);
-  const std::uint64_t share = share_of_memory(resources);
-  for (const std::uint64_t part : {4, 2})
-    if (const auto found = best(share / part)) return *found;
-  return smallest;
+  auto found = best(allowed_memory(resources, 4));
+  if (!found && !resources.memory) found = best(allowed_memory(resources, 2));
+  return found.value_or(smallest);
 }
 
 /// The most threads whose needed(threads) bytes fit into the limit on memory. Throws MemoryLimit for `what`.

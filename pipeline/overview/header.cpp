@@ -1,7 +1,6 @@
 #include "pipeline/overview/header.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "io/formats/nrrd/region.h"
 #include "io/tag/members.h"
@@ -19,7 +18,7 @@ constexpr int largest_edge = 32;
 double overview_bound(const CodingParameters& file, const Statistics& total) {
   if (total.finite == 0) return file.max_error;
   const double bound = std::max(file.max_error, total.high / parts_of_range - total.low / parts_of_range);
-  return is_float_type(file.type) ? bound : std::floor(bound);
+  return kept_bound(bound, file.type);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "pipeline/threads/node_times.h"
+#include "pipeline/threads/threads.h"
+
 namespace tagrid {
 namespace {
 
@@ -47,7 +50,11 @@ void StripSums::add_slice(const Box& rows, const std::byte* samples) {
   const std::int64_t z = rows.low.z;
   if (z < samples_.low.z || z > samples_.high.z) return;
   const auto row = static_cast<std::size_t>(parameters_.dims.x) * size_of(parameters_.type);
-  sums_.add_slice(samples + static_cast<std::size_t>(samples_.low.y - rows.low.y) * row);
+  const std::byte* const first = samples + static_cast<std::size_t>(samples_.low.y - rows.low.y) * row;
+  share_rows(samples_.size().y, row, block_edge, [&](std::int64_t y, std::int64_t count) {
+    const TimeOfNode time(Node::sum_blocks);
+    sums_.add_rows(first, y, y + count);
+  });
   if (z % block_edge != block_edge - 1 && z != samples_.high.z) return;
   sums_.take(taken_);
   out_(z / block_edge, blocks_.low.y, taken_);

@@ -15,8 +15,8 @@
 #include "io/samples/file_samples.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/encode/slices_ahead.h"
 #include "pipeline/job/options.h"
-#include "pipeline/job/source_survey.h"
 
 namespace tagrid {
 namespace {
@@ -67,7 +67,7 @@ class PartEncoder {
           spool.empty() ? rows_of_slices(std::move(volume_), kept_) : spooled(std::move(volume_), spool);
     }
     encoder_.emplace(parameters_, plan_,
-                     [this](const Box& rows) { return read_input_slice(*volume_, rows); });
+                     [this](const Box& rows) { return read_slice_on_threads(*volume_, rows); });
     if (parts.has_sums())
       encoder_->sum_blocks([this](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) {
         sums_->write_at(position_of_sums(z, y), rows);

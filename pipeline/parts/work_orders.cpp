@@ -72,7 +72,7 @@ class PartDecoder {
     decoder_.decode(
         rows, tag_.bricks_from(rows.first_brick(parameters().bricks())),
         [&](const DecodedRows& decoded) {
-          decoded.for_each_part(
+          decoded.for_each_part_at_once(
               [&](std::int64_t first, std::span<const std::byte> samples) { write(first, samples); });
         },
         watch);

@@ -1,8 +1,12 @@
 // The threads of a run, and the flow graphs on them.
 #pragma once
 
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 
 namespace tagrid {
@@ -34,6 +38,22 @@ class Threads {
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<Others> others_;
 };
+
+/// Bytes that are worth a task of their own.
+inline constexpr std::size_t bytes_of_task = std::size_t{1} << 18;
+
+/// Calls work(first, count) for stretches of `rows` rows of `row_bytes` bytes, on the threads of this arena that have
+/// nothing else to do; each but the last has a multiple of `group` rows. The caller begins no other task meanwhile, as
+/// others may wait for what it does. An exception ends it.
+template <class Work>
+void share_rows(std::int64_t rows, std::size_t row_bytes, std::int64_t group, const Work& work) {
+  const std::size_t groups = bytes_of_task / (row_bytes * static_cast<std::size_t>(group));
+  const std::int64_t each = group * std::max(static_cast<std::int64_t>(groups), std::int64_t{1});
+  oneapi::tbb::this_task_arena::isolate([&] {
+    oneapi::tbb::parallel_for(std::int64_t{0}, (rows + each - 1) / each,
+                              [&](std::int64_t i) { work(i * each, std::min(each, rows - i * each)); });
+  });
+}
 
 /// Starts a flow graph at `first` and waits for it. Throws the exceptions of its nodes. When this returns or
 /// throws, no task of the graph runs or waits any more, so that its nodes can be destroyed.

@@ -69,8 +69,8 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
                     VerifyResult* all, const SetupAgainst& against) {
   for (const Member& member : file.index().members) {
-    // Which brick is damaged says more than that something is.
     if (member.is_volume()) verify_volume(file, member, original, resources, all, against);
+    // Whoever read the file front to back has checked this, but not who read its bricks by its index.
     file.check(member);
   }
   std::unique_ptr<VolumeSource> first;

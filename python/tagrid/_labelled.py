@@ -201,7 +201,8 @@ def _units(axes: list[_Axis]) -> dict[str, str]:
 def _attributes(data: Any) -> dict[str, str]:
     """Attributes, and coordinates that all samples share, as metadata."""
     found: dict[str, str] = {}
-    left_out = [str(name) for name, coordinate in data.coords.items() if name not in ("z", "y", "x") and coordinate.ndim > 0]
+    left_out = [str(name) for name, coordinate in data.coords.items() if name not in ("z", "y", "x")
+                and coordinate.ndim > 0]
     common = {name: coordinate.values[()] for name, coordinate in data.coords.items() if coordinate.ndim == 0}
     for name, value in {**common, **data.attrs}.items():
         if name in _OF_THE_FILE or name == "max_error" and value == 0:

@@ -54,7 +54,8 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
     if found is None:
         return _encoded(chunk, metadata=metadata, **settings)
     numbers, others = found
-    lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": str(anchor), "lattice": " ".join([dtype.name, *others])}
+    lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": str(anchor),
+               "lattice": " ".join([dtype.name, *others])}
     return _encoded(numbers, metadata={**lattice, **metadata}, **settings)
 
 

@@ -254,12 +254,12 @@ class Volume:
 
     @property
     def overviews(self) -> tuple[int, ...]:
-        """The factors of the averaged levels that the file has, from fine to coarse: (4, 16) for example, or ()."""
+        """The factors of the overviews that the file has, from fine to coarse: (4, 16) for example, or ()."""
         return self._overviews
 
     def overview(self, factor: int) -> Volume:
-        """The averaged level with this factor, as a volume: each sample is the mean of factor x factor x factor
-        samples, and `affine` and `spacing` say where it is. It reads nothing but the overview.
+        """The overview with this factor, as a volume: each sample is the mean of factor x factor x factor samples,
+        and `affine` and `spacing` say where it is. It reads nothing but the overview.
 
         ArgumentError: the file has no overview with this factor.
         """
@@ -270,8 +270,8 @@ class Volume:
 
     @property
     def volumes(self) -> int:
-        """How many volumes the file has: 1, or more, such as the moments of a measurement. They are numbered from
-        0 on, and this one is volume 0 unless volume() returned it."""
+        """How many volumes the file has: 1, or more, such as time points. They are numbered from 0 on, and this one
+        is volume 0 unless volume() returned it."""
         return self._volumes
 
     @property
@@ -281,12 +281,14 @@ class Volume:
 
     def volume(self, number: int) -> Volume:
         """The volume with this number: all of them have the same shape and type. It reads nothing but that volume.
-        Its metadata may have "volume_name", its name or moment.
+        Its metadata may have "volume_name", its name or time.
 
-        ArgumentError: the file has no such volume.
+        TypeError: it is not an integer. ArgumentError: the file has no such volume.
         """
+        number = whole_number("the number of a volume", number)
         if not 0 <= number < self._volumes:
-            raise ArgumentError(f"{self._name}: has no volume {number!r}; it has {self._volumes}, from 0 on")
+            there = "only volume 0" if self._volumes == 1 else f"{self._volumes} volumes, 0 to {self._volumes - 1}"
+            raise ArgumentError(f"{self._name}: has no volume {number}; it has {there}")
         return Volume(VolumeOf(self._source, number), self._threads)
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
@@ -382,8 +384,8 @@ class Volume:
             # Not id(), which another volume may get later.
             return "tagrid.Volume", self._name, uuid.uuid4().hex
         # The current status: later, the name may refer to another file.
-        return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns, status.st_size,
-                self._contents)
+        return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns,
+                status.st_size, self._contents)
 
     def _digest(self) -> str:
         """Distinguishes this file from others, without decoding it."""

@@ -78,7 +78,8 @@ class Writer:
         options.update(rule)
         both_hold = psnr is not None and max_error  # 0 is what is given if nothing is
         options.update(encoder_settings(
-            {"max_error": max_error if not rule or both_hold else None, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
+            {"max_error": max_error if not rule or both_hold else None, "surface_error": surface_error,
+             "mesh_error": mesh_error, "field_scale": field_scale},
             {"max_level": max_level, "cube": cube, "brick": brick, "lead": lead, "accuracy": accuracy}, value_range))
         chosen = factors(overviews)
         if chosen is not None:
@@ -240,7 +241,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
         of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
         default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
-    overviews: factors of the averaged levels that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
+    overviews: factors of the overviews that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
         if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in
         $TMPDIR or /tmp if that is no path. For labels, give "none": a mean is the number of another label.
     memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
@@ -266,12 +267,13 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                 and volume.info["low"] < volume.info["high"]):
             value_range = volume.info["low"], volume.info["high"]
         memory = io.BytesIO() if out is None else None
-        with Writer(out if memory is None else memory, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
+        with Writer(out if memory is None else memory, shape=volume.shape, dtype=volume.dtype, max_error=max_error,
+                    spacing=spacing,
                     affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
-                    accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error, psnr=psnr,
-                    samples=AnySamples(volume).read, overviews=overviews) as writer:
+                    accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error,
+                    psnr=psnr, samples=AnySamples(volume).read, overviews=overviews) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:
@@ -318,7 +320,8 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
                 # took none.
                 return
             if taken is None:
-                raise BlockingIOError(errno.EAGAIN, "the file takes no bytes at the moment; give one that waits until it does")
+                raise BlockingIOError(errno.EAGAIN,
+                                      "the file takes no bytes at the moment; give one that waits until it does")
             if not isinstance(taken, (int, np.integer)) or not 0 < taken <= len(rest):
                 raise InputError(f"write() of {type(out).__name__!r} was given {len(rest)} bytes, and returned {taken!r}")
             rest = rest[int(taken):]

@@ -129,7 +129,8 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         chunk = np.full(shape_of_chunk, fill, dtype)
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
         chunk[tuple(map(slice, part.shape))] = _converted(part, dtype)
-        return encode_chunk(chunk, settings.max_error, settings.whole_chunks, fill, {}, effort=settings.effort, grid="derived", threads=1)
+        return encode_chunk(chunk, settings.max_error, settings.whole_chunks, fill, {}, effort=settings.effort,
+                            grid="derived", threads=1)
 
     for place, chunk in _in_order(encoded, _places(samples.shape, shape_of_chunk), threads):
         dataset.id.write_direct_chunk(place, chunk)

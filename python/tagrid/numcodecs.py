@@ -66,8 +66,8 @@ class Tagrid(Codec):
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
         order = {} if samples.dtype.isnative else {_ORDER: samples.dtype.byteorder}
-        return encode_chunk(samples, self.max_error, self.whole_chunks, self._fill_in(samples.dtype), order, effort=self.effort, grid=self.grid,
-                            threads=self.threads)
+        return encode_chunk(samples, self.max_error, self.whole_chunks, self._fill_in(samples.dtype), order,
+                            effort=self.effort, grid=self.grid, threads=self.threads)
 
     def decode(self, buf: Any, out: Optional[Any] = None) -> Any:
         with Volume(memoryview(buf), self.threads) as volume:
@@ -83,7 +83,8 @@ class Tagrid(Codec):
         """The fill value in the type of the samples. ArgumentError: it does not fit."""
         if dtype.kind == "f":
             return dtype.type(self.fill_value)
-        if dtype.kind in "iu" and not (self.fill_value.is_integer() and np.iinfo(dtype).min <= self.fill_value <= np.iinfo(dtype).max):
+        if dtype.kind in "iu" and not (self.fill_value.is_integer()
+                                       and np.iinfo(dtype).min <= self.fill_value <= np.iinfo(dtype).max):
             raise ArgumentError(f"the samples are {dtype.name}, and cannot be the fill_value {self.fill_value:g}")
         return self.fill_value
 
@@ -96,7 +97,8 @@ class Tagrid(Codec):
             raise ArgumentError(f"a part of a chunk of {samples.size} samples is written, but the codec has whole_chunks=True: the "
                                 "errors of two encodings would add up. Write whole chunks, or make the array without whole_chunks")
         warnings.warn(f"a part of a chunk of {samples.size} samples is written, so the chunk is decoded and encoded again. This "
-                      "takes time; align what is written with the chunks (dask: array.rechunk(target.chunks))", stacklevel=3)
+                      "takes time; align what is written with the chunks (dask: array.rechunk(target.chunks))",
+                      stacklevel=3)
 
 
 # Entry points do the same once the package is installed.

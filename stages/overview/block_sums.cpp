@@ -91,20 +91,21 @@ std::uint64_t SlabSums::memory(const SumsLayout& layout, std::int64_t width, std
          static_cast<std::uint64_t>(blocks_along(rows)) * layout.row_bytes();
 }
 
-void SlabSums::add_slice(const std::byte* slice) {
+void SlabSums::add_rows(const std::byte* slice, std::int64_t y_low, std::int64_t y_end) {
   const auto width = static_cast<std::size_t>(width_);
   with_types(layout_, [&]<class T, class S, class First>(T, S, First) {
     auto* const sums = reinterpret_cast<S*>(sums_.data());
-    for (std::int64_t y = 0; y < rows_; ++y) {
+    SumsLayout before = layout_;
+    before.factor /= block_edge;
+    const std::size_t size = First::value ? sizeof(T) : before.sum_bytes(),
+                      row_bytes = width * (First::value ? size : size + layout_.count_bytes());
+    slice += static_cast<std::size_t>(y_low) * row_bytes;
+    for (std::int64_t y = y_low; y < y_end; ++y, slice += row_bytes) {
       const auto first = static_cast<std::size_t>(y / block_edge) * width;
       std::uint32_t* const counts = counts_.empty() ? nullptr : counts_.data() + first;
       if constexpr (First::value) {
         add_row(reinterpret_cast<const T*>(slice), width_, sums + first, counts);
-        slice += width * sizeof(T);
       } else {
-        SumsLayout before = layout_;
-        before.factor /= block_edge;
-        const std::size_t size = before.sum_bytes();
         // Rows of stored sums may lie at any address.
         for (std::size_t x = 0; x < width; ++x) {
           if constexpr (std::is_floating_point_v<T>) {
@@ -124,7 +125,6 @@ void SlabSums::add_slice(const std::byte* slice) {
             sums[first + x] += sum;
           }
         }
-        slice += width * (size + layout_.count_bytes());
       }
     }
   });

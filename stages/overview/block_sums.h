@@ -47,7 +47,10 @@ class SlabSums {
   SlabSums(const SumsLayout& layout, std::int64_t width, std::int64_t rows);
 
   /// Adds the samples, or the stored sums, of a slice.
-  void add_slice(const std::byte* slice);
+  void add_slice(const std::byte* slice) { add_rows(slice, 0, rows_); }
+  /// The same for rows y_low .. y_end - 1 of a slice. Threads can add different rows at once. REQUIRES: y_low is a
+  /// multiple of block_edge, and so is y_end, unless it is the number of rows.
+  void add_rows(const std::byte* slice, std::int64_t y_low, std::int64_t y_end);
   /// Gives the rows of the sums of the blocks, and begins the next slab.
   void take(std::vector<std::byte>& rows);
 

@@ -52,6 +52,11 @@ constexpr bool is_volume_size(const Index3& dims) {
   return dims.x * dims.y <= most / dims.z;
 }
 
+/// The bound that is kept for samples of a type: errors of integers are whole numbers.
+inline double kept_bound(double bound, SampleType type) {
+  return is_float_type(type) ? bound : std::floor(bound);
+}
+
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
@@ -86,7 +91,7 @@ struct CodingParameters {
   bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
 
   /// True if every sample is decoded exactly. Fractions of a bound have no effect on integers.
-  bool is_exact() const { return (is_float_type(type) ? max_error : std::floor(max_error)) == 0; }
+  bool is_exact() const { return kept_bound(max_error, type) == 0; }
 
   /// True if bricks have the activity of their grid. Otherwise, it is computed from the decoded samples.
   bool stores_activity() const { return grid == GridOrigin::stored; }

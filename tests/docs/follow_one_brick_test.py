@@ -43,7 +43,8 @@ def wrong_rows(rows):
         name, path = NAME.findall(function)[0], NAME.findall(file)[0]
         if name not in names_in(ROOT / path):
             wrong.append(f"{name} is not in {path}")
-        wrong += [f"{other}, before {name}, is nowhere" for other in NAME.findall(through) if other not in names_anywhere()]
+        wrong += [f"{other}, before {name}, is nowhere" for other in NAME.findall(through)
+                  if other not in names_anywhere()]
     return wrong
 
 
@@ -63,7 +64,8 @@ class FollowOneBrick(unittest.TestCase):
     def test_a_wrong_row_is_found(self):
         main = ["`main`", "`tools/commands/main.cpp`", "", ""]
         self.assertEqual(wrong_rows([main]), [])
-        for wrong in (["`mian`", *main[1:]], ["`main`", "`tools/commands/encode.cpp`", "", ""], [*main[:3], "node `nothing_at_all`"]):
+        for wrong in (["`mian`", *main[1:]], ["`main`", "`tools/commands/encode.cpp`", "", ""],
+                      [*main[:3], "node `nothing_at_all`"]):
             self.assertEqual(len(wrong_rows([wrong])), 1, wrong)
 
 

@@ -93,7 +93,8 @@ class Paths(unittest.TestCase):
     def test_a_wrong_name_is_found(self):
         for text in ("stages/nothing", "see io/nothing.h.", "as in nothing_at_all.cpp", "tests/<room>/nothing_test.cpp"):
             self.assertEqual(len(wrong_names(text)), 1, text)
-        for text in ("stages/", "see tests/docs/paths_test.py.", "tests/docs/paths_test", "stages/v*", "as in lattice.cpp"):
+        for text in ("stages/", "see tests/docs/paths_test.py.", "tests/docs/paths_test", "stages/v*",
+                     "as in lattice.cpp"):
             self.assertEqual(wrong_names(text), [], text)
 
 

@@ -96,7 +96,8 @@ class Tour(unittest.TestCase):
         if program is None or not shutil.which("xvfb-run"):
             print(f"not run: paraview {name}: {why_not or 'there is no xvfb-run'}", file=sys.stderr)
             return
-        done = subprocess.run(["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", program, ROOT / "tools/research/pictures/tour_mesh.py", name,
+        done = subprocess.run(["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", program,
+                               ROOT / "tools/research/pictures/tour_mesh.py", name,
                                "tour_mesh.png"], cwd=self.place, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn(f"{re.search(r'points, ([0-9]+) tetrahedra', PAGE)[1]} tetrahedra", done.stdout)

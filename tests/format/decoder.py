@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 4 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 5 into samples, x fastest, little endian. It was written from docs/format.md and
 follows its sections; it shares nothing with the program. It is slow: a few thousand samples per second.
 The exit code is 65 if the file is broken.
 """
@@ -60,7 +60,8 @@ class Header:
         require(132 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, lead, self.scale, self.range_low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, lead,
+         self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
         require(self.size - 132 - packed_size in (0, 4) and text_size <= 1 << 24, "fields do not fit")
@@ -69,15 +70,18 @@ class Header:
             (self.step,) = struct.unpack_from("<I", data, 124 + packed_size)
             require(1 <= self.step < 1 << 23, "an impossible step")
         require(1 <= volumes <= 10000, "an impossible number of volumes")
-        require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58), "impossible sizes")
+        require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58),
+                "impossible sizes")
         self.volumes = volumes
         self.coding = data[16:112]  # what every volume of the file has
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
         require(self.effort in (0, 1, 2), "the effort is unknown")
-        require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
-        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0), "a transform of what has none")
+        require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0),
+                "impossible grid")
+        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0),
+                "a transform of what has none")
         self.grid = grid
         self.stores_grid = grid == 0
         require(lead in (0, 1), "impossible lead")
@@ -104,7 +108,8 @@ class Header:
         self.cubes = [max(1, (last + self.S - 1) // self.S) for last in self.last]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
         pages = -(-math.prod(self.bricks) // bricks_of_page(math.prod(self.bricks)))
-        require(volumes == 1 or 24 * volumes + 32 * pages <= (1 << 18) - (1 << 13), "too many volumes of so many bricks")
+        require(volumes == 1 or 24 * volumes + 32 * pages <= (1 << 18) - (1 << 13),
+                "too many volumes of so many bricks")
 
     def boxes(self, number):
         """Closed box and owned box of a brick."""
@@ -274,7 +279,8 @@ def check_members(data, at, header, last):
         members.append((kind, factor, at, length))
         require(len(members) <= 63 + header.volumes, "there are too many members")
         if volumes < header.volumes or kind == 2:
-            require((kind, factor) == (2, volumes) and volumes < header.volumes, "the volumes are not in order, or are too many")
+            require((kind, factor) == (2, volumes) and volumes < header.volumes,
+                    "the volumes are not in order, or are too many")
             inner = Header(data[at + 20:end])
             require(inner.volumes == 1 and inner.coding == header.coding, "a volume is of another file")
             volumes += 1
@@ -282,7 +288,8 @@ def check_members(data, at, header, last):
             require(factor > coarsest, "the overviews do not become coarser")
             coarsest = factor
             inner = Header(data[at + 20:end])
-            require(inner.volumes == 1 and inner.mode == 0 and inner.grid == 1 and inner.type.number == header.type.number, "an overview is of another volume")
+            require(inner.volumes == 1 and inner.mode == 0 and inner.grid == 1
+                    and inner.type.number == header.type.number, "an overview is of another volume")
             require(inner.dims == [(n - 1) // factor + 1 for n in header.dims], "an overview has other sizes")
         last, at = checksum, end + 8
     require(volumes == header.volumes, "a volume is missing")
@@ -302,7 +309,8 @@ def members_of(data):
 
 def overviews(data):
     """The factors of a file's overviews, and their bytes, which are files of their own. The file must be whole."""
-    return {factor: data[offset + 20:offset + 20 + length] for kind, factor, offset, length in members_of(data) if kind == 1}
+    return {factor: data[offset + 20:offset + 20 + length] for kind, factor, offset, length in members_of(data)
+            if kind == 1}
 
 
 def compression_in(data):
@@ -357,7 +365,8 @@ def check_source_files(content, header):
             span = (header.dims[1] - 1) * row_distance + row_bytes
             require(count >= 1 and first + count <= slices, "a slice does not exist")
             require(offset >= end and distance >= span and row_distance >= row_bytes, "slices overlap")
-            require(flags <= 15 and flags & 12 != 8 and spare <= 2 and used <= 8 * header.type.size, "samples are stored in an impossible way")
+            require(flags <= 15 and flags & 12 != 8 and spare <= 2 and used <= 8 * header.type.size,
+                    "samples are stored in an impossible way")
             require((used or not spare) and (not header.type.is_float or not used and not add), "impossible bits")
             end = offset + (count - 1) * distance + span
             for z in range(first, first + count):
@@ -411,7 +420,8 @@ def check_index(data, at, header, last, sizes, pages, counts, members):
     if header.mesh_error >= 0:
         require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
     require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
-    require(struct.unpack_from("<2Q", fields, len(fields) - 16) == tuple(map(sum, zip(*sizes))), "the index has other sums of sizes")
+    require(struct.unpack_from("<2Q", fields, len(fields) - 16) == tuple(map(sum, zip(*sizes))),
+            "the index has other sums of sizes")
     n = len(pages)
     stored = struct.unpack(f"<{2 * n}I{n}Q{2 * n}d", columns)
     require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")

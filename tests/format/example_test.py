@@ -105,7 +105,8 @@ def header_rows(document):
 def describe_header(data, document):
     lines, packed, next_offset = [], 0, 0
     for offset, size, kind, name in header_rows(document):
-        at, bytes_of = (sum(packed if part == "P" else int(part) for part in text.split("+")) for text in (offset, size))
+        at, bytes_of = (sum(packed if part == "P" else int(part) for part in text.split("+"))
+                        for text in (offset, size))
         assert at == next_offset, f"the table of the header leaves a gap before {name}"
         next_offset = at + bytes_of
         field = data[at:next_offset]
@@ -160,7 +161,8 @@ def describe_parameters(watch):
     made = watch.of("read_parameters")[0]
     low, high, reference, (first, others) = made["returned"]
     lines = ["event            interval       result  state after"]
-    events = [(name, kept) for name, kept in watch.returns if name in ("decode", "raw") and kept["self"] is made["coder"]]
+    events = [(name, kept) for name, kept in watch.returns if name in ("decode", "raw")
+              and kept["self"] is made["coder"]]
     for name, kept in events[:10]:
         if name == "raw":
             value, shift = kept["value"], 16 - kept["n"]
@@ -172,7 +174,8 @@ def describe_parameters(watch):
               f"first_weight[0 .. 7]  = {', '.join(map(str, first[:8]))}",
               f"other_weight[0 .. 17] = {', '.join(map(str, others))}"]
     quiet = watch.of("read_quiet_rows")[0]["self"].quiet
-    return lines + ["quiet rows (y, z): " + (", ".join(str(row) for row, is_quiet in quiet.items() if is_quiet) or "none")]
+    return lines + ["quiet rows (y, z): " + (", ".join(str(row) for row, is_quiet in quiet.items() if is_quiet)
+                                             or "none")]
 
 
 def describe_voxels(watch, count):
@@ -203,7 +206,8 @@ def describe_voxels(watch, count):
 
 
 def describe_activity(watch, forecast, active, carried):
-    lines = [f"the values carry {len(carried)} bytes of it: {hexes(carried)}" if carried else "the values carry none of it",
+    lines = [f"the values carry {len(carried)} bytes of it: {hexes(carried)}" if carried
+             else "the values carry none of it",
              "point      F  context[0], adaptive bit    context[1], adaptive bit    p      bit"]
     for point, mixed in list(zip(watch.of("decode_point"), watch.of("mixed_several")))[:12]:
         names = [",".join(str(int(v)) for v in point[key][1:]) for key in ("first", "second")]
@@ -235,13 +239,15 @@ def describe_edge(watch):
     lines = [f"p = {middle}, u = {u}, odd axes: {', '.join('xyz'[a] for a in odd)}, m = {header_of_example().accuracy}",
              f"l = {kept['left']}, r = {kept['right']}"]
     field = kept["field"]
-    numbers = [("value(l)", field.at(kept["left"], ())), ("value(r)", field.at(kept["right"], ())), ("rise", kept["rise"])]
+    numbers = [("value(l)", field.at(kept["left"], ())), ("value(r)", field.at(kept["right"], ())),
+               ("rise", kept["rise"])]
     numbers += [(f"{name}({end})", v) for name in ("slope", "bend") for end, v in zip("lr", kept[name + "s"])]
     numbers += [(name, varies[name]) for name in ("chord", "incline", "sl", "sr", "bl", "br", "even_part", "odd_part")]
     numbers += [("least", kept["self"].least), ("length", kept["end"][0]), ("third", kept["third"])]
     for end, name in ((left, "left"), (right, "right")):
         numbers += [(f"{name}: {key}", end[key]) for key in ("unit", "curvature", "arc", "angle", "along", "inwards")]
-        numbers += [(f"{name}.{place}.{axis}", v) for place, p in zip(("before", "after"), end["returned"]) for axis, v in zip("xy", p)]
+        numbers += [(f"{name}.{place}.{axis}", v) for place, p in zip(("before", "after"), end["returned"])
+                    for axis, v in zip("xy", p)]
     numbers += [(f"line.{axis}", v) for axis, v in zip("xy", kept["line"])] + [("distance", kept["distance"])]
     numbers += [(f"direction.{axis}", v) for axis, v in zip("xy", kept["direction"])]
     pieces = [piece["returned"] for piece in reversed(inner["piece"])]
@@ -338,7 +344,8 @@ def made_of_example(document):
     names = ("exceeded", "varies", "around_end", "piece", "decode_point", "mixed_several", "with_forecast")
     with Watch(*names) as of_activity:
         forecast = decoder.forecast(samples, owned, closed, header)
-        active = decoder.decode_activity(carried + data[start + 8:values], closed, header.S, header.level_limit, forecast)
+        active = decoder.decode_activity(carried + data[start + 8:values], closed, header.S, header.level_limit,
+                                         forecast)
     check_tetrahedra(active, closed, header.S)
     check_tetrahedra(set(closed.raster()), closed, header.S)
     decoded = struct.unpack(f"<{len(volume())}h", decoder.decode(data))
@@ -346,7 +353,8 @@ def made_of_example(document):
     command = f"tagrid encode example.raw --dims {','.join(map(str, DIMS))} --type int16 {' '.join(OPTIONS)}"
     example = [
         f"The volume has {DIMS[0]} × {DIMS[1]} × {DIMS[2]} samples of int16:\n{FORMULA}.\n"
-        f"The file is `tests/golden/{EXAMPLE.name}`, {len(data)} bytes, made by\n`{command}`.\n", "**The header** (3.1):\n", block(in_header),
+        f"The file is `tests/golden/{EXAMPLE.name}`, {len(data)} bytes, made by\n`{command}`.\n",
+        "**The header** (3.1):\n", block(in_header),
         "**The only brick** (3.2, 7.5):\n", block(in_brick), "**Its checksum** (4.1):\n",
         block(describe_checksum(data, start, header.checksum, 0)),
         f"**What follows** ({len(data) - end} bytes: 3.3 to 3.5):\n", block(dump(end, data[end:], "")),

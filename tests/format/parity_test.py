@@ -36,7 +36,8 @@ class Parity(unittest.TestCase):
         return (self.folder / name).read_bytes()
 
     def run_it(self, *arguments, code=0):
-        run = subprocess.run([TAGRID, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        run = subprocess.run([TAGRID, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             text=True)
         self.assertEqual(run.returncode, code, f"{arguments}: {run.stdout}")
         return run.stdout
 

@@ -3,8 +3,10 @@
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include "stages/phantom/phantom.h"
 #include "tests/support/points.h"
@@ -21,9 +23,10 @@ using Instead = double (*)(Index3 place, double sample);
 struct Golden {
   const char* name;
   SampleType type;
-  EncodeOptions options;
+  EncodeOptions options = {};
   Instead instead = nullptr;
   int volumes = 1;
+  Index3 dims = {};  ///< if not those of its kind; see dims_of()
 };
 
 // Values that are few, each in another way; see stages/values/few.
@@ -33,83 +36,142 @@ double label_of_block(Index3 p, double) {
   return static_cast<double>(1000 + 37 * (p.x / 9 * 11 + p.y / 5 * 3 + p.z / 4));
 }
 
-EncodeOptions with_cube(int cube_size, int lead = 0) {
-  EncodeOptions options{.cube_size = cube_size, .brick_edge = 2, .lead = lead};
-  return options;
+double nothing(Index3, double) { return 0; }
+// Infinities, NaN and zeros of both signs, in regions and alone.
+double special_at_places(Index3 p, double sample) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  constexpr std::array<double, 5> special = {std::numeric_limits<double>::quiet_NaN(), infinity, -infinity,
+                                             -0.0, 0.0};
+  const auto place = static_cast<std::size_t>(p.x / 3 + p.y / 2 * 2 + p.z / 3 * 3);
+  return place % 4 == 1 || (p.x * 5 + p.y * 3 + p.z) % 23 == 0 ? special[place % special.size()] : sample;
 }
 
 std::vector<Golden> all_golden() {
-  std::vector<Golden> all = {{"voxels_lossless_int16", SampleType::int16, with_cube(16)},
-                             {"voxels_bounded_int16", SampleType::int16, with_cube(16)},
-                             {"voxels_two_bounds_uint8", SampleType::uint8, with_cube(8)},
-                             {"grid_exact_uint8", SampleType::uint8, with_cube(16)},
-                             {"grid_bounded_uint16", SampleType::uint16, with_cube(8)},
-                             {"grid_limited_int8", SampleType::int8, with_cube(32)},
-                             {"voxels_lossless_uint32", SampleType::uint32, with_cube(8)},
-                             {"voxels_bounded_int32", SampleType::int32, with_cube(16)},
-                             {"voxels_lossless_float32", SampleType::float32, with_cube(16)},
-                             {"voxels_two_bounds_float64", SampleType::float64, with_cube(8)},
-                             {"grid_exact_float32", SampleType::float32, with_cube(16)},
-                             {"grid_bounded_float64", SampleType::float64, with_cube(8)},
-                             {"grid_bounded_int32", SampleType::int32, with_cube(8)},
-                             {"voxels_lossless_fast_uint8", SampleType::uint8, with_cube(16)},
-                             {"voxels_bounded_fast_int16", SampleType::int16, with_cube(16)},
-                             {"voxels_lossless_best_int16", SampleType::int16, with_cube(16)},
-                             {"voxels_bounded_best_uint16", SampleType::uint16, with_cube(16)},
-                             {"voxels_two_bounds_best_int8", SampleType::int8, with_cube(8)},
-                             {"voxels_derived_grid_int16", SampleType::int16, with_cube(8)},
-                             {"lead_voxels_bounded_int16", SampleType::int16, with_cube(16, 1)},
-                             {"lead_voxels_two_bounds_uint8", SampleType::uint8, with_cube(8, 1)},
-                             {"lead_grid_bounded_mesh_uint16", SampleType::uint16, with_cube(8, 1)},
-                             {"lead_voxels_derived_grid_float32", SampleType::float32, with_cube(8, 1)},
-                             {"lead_voxels_overviews_int16", SampleType::int16, with_cube(16, 1)},
-                             {"few_affine_uint16", SampleType::uint16, with_cube(64, 1), multiple_of_three},
-                             {"few_table_float32", SampleType::float32, with_cube(64, 1), part_of_255},
-                             {"few_labels_uint16", SampleType::uint16, with_cube(64, 1), label_of_block},
-                             {"volumes_bounded_int16", SampleType::int16, with_cube(8, 1), nullptr, 3},
-                             {"transformed_int16", SampleType::int16, with_cube(16, 1)}};
-  all[1].options.max_error = 8;
-  all[2].options.max_error = 6;
-  all[2].options.surface_error = 1;
-  for (std::size_t i = 3; i < 6; ++i) all[i].options.grid_only = true;
-  all[4].options.max_error = 40;
-  all[5].options.max_level = 9;
-  for (std::size_t i = 6; i < 13; ++i) all[i].options.range = {-1024, 3072};
-  all[7].options.max_error = 8;
-  all[9].options.max_error = 6.5;
-  all[9].options.surface_error = 0;
-  for (std::size_t i = 10; i < 13; ++i) all[i].options.grid_only = true;
-  all[11].options.max_error = 40;
-  all[12].options.max_error = 40;
-  all[13].options.effort = all[14].options.effort = Effort::fast;
-  all[14].options.max_error = 8;
-  for (std::size_t i = 15; i < 18; ++i) all[i].options.effort = Effort::best;
-  all[16].options.max_error = 8;
-  all[17].options.max_error = 6;
-  all[17].options.surface_error = 1;
-  all[18].options.grid = GridOrigin::derived;
-  all[18].options.max_error = 8;
-  all[19].options.max_error = 8;
-  all[20].options.max_error = 6;
-  all[20].options.surface_error = 1;
-  all[21].options.grid_only = true;
-  all[21].options.max_error = 40;
-  all[21].options.mesh_error = 60;
-  all[22].options.grid = GridOrigin::derived;
-  all[22].options.max_error = 6.5;
-  all[22].options.range = {-1024, 3072};
-  all[23].options.max_error = 8;
-  all[23].options.overviews = {4, 16};
-  all[27].options.max_error = 8;
-  all[27].options.overviews = {4};
-  all[28].options.error_rule = ErrorRule{ErrorRule::Kind::psnr, 40};
-  all[28].options.max_error = 100;  // some samples are corrected
-  return all;
+  constexpr std::pair wide_range = {-1024.0, 3072.0};
+  return {
+      {"voxels_lossless_int16", SampleType::int16, {.cube_size = 16, .brick_edge = 2, .lead = 0}},
+      {"voxels_bounded_int16",
+       SampleType::int16,
+       {.max_error = 8, .cube_size = 16, .brick_edge = 2, .lead = 0}},
+      {"voxels_two_bounds_uint8",
+       SampleType::uint8,
+       {.max_error = 6, .surface_error = 1, .cube_size = 8, .brick_edge = 2, .lead = 0}},
+      {"grid_exact_uint8",
+       SampleType::uint8,
+       {.grid_only = true, .cube_size = 16, .brick_edge = 2, .lead = 0}},
+      {"grid_bounded_uint16",
+       SampleType::uint16,
+       {.grid_only = true, .max_error = 40, .cube_size = 8, .brick_edge = 2, .lead = 0}},
+      {"grid_limited_int8",
+       SampleType::int8,
+       {.grid_only = true, .cube_size = 32, .max_level = 9, .brick_edge = 2, .lead = 0}},
+      {"voxels_lossless_uint32",
+       SampleType::uint32,
+       {.cube_size = 8, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"voxels_bounded_int32",
+       SampleType::int32,
+       {.max_error = 8, .cube_size = 16, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"voxels_lossless_float32",
+       SampleType::float32,
+       {.cube_size = 16, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"voxels_two_bounds_float64",
+       SampleType::float64,
+       {.max_error = 6.5,
+        .surface_error = 0,
+        .cube_size = 8,
+        .brick_edge = 2,
+        .lead = 0,
+        .range = wide_range}},
+      {"grid_exact_float32",
+       SampleType::float32,
+       {.grid_only = true, .cube_size = 16, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"grid_bounded_float64",
+       SampleType::float64,
+       {.grid_only = true, .max_error = 40, .cube_size = 8, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"grid_bounded_int32",
+       SampleType::int32,
+       {.grid_only = true, .max_error = 40, .cube_size = 8, .brick_edge = 2, .lead = 0, .range = wide_range}},
+      {"voxels_lossless_fast_uint8",
+       SampleType::uint8,
+       {.cube_size = 16, .brick_edge = 2, .lead = 0, .effort = Effort::fast}},
+      {"voxels_bounded_fast_int16",
+       SampleType::int16,
+       {.max_error = 8, .cube_size = 16, .brick_edge = 2, .lead = 0, .effort = Effort::fast}},
+      {"voxels_lossless_best_int16",
+       SampleType::int16,
+       {.cube_size = 16, .brick_edge = 2, .lead = 0, .effort = Effort::best}},
+      {"voxels_bounded_best_uint16",
+       SampleType::uint16,
+       {.max_error = 8, .cube_size = 16, .brick_edge = 2, .lead = 0, .effort = Effort::best}},
+      {"voxels_two_bounds_best_int8",
+       SampleType::int8,
+       {.max_error = 6,
+        .surface_error = 1,
+        .cube_size = 8,
+        .brick_edge = 2,
+        .lead = 0,
+        .effort = Effort::best}},
+      {"voxels_derived_grid_int16",
+       SampleType::int16,
+       {.grid = GridOrigin::derived, .max_error = 8, .cube_size = 8, .brick_edge = 2, .lead = 0}},
+      {"lead_voxels_bounded_int16", SampleType::int16, {.max_error = 8, .cube_size = 16, .brick_edge = 2}},
+      {"lead_voxels_two_bounds_uint8",
+       SampleType::uint8,
+       {.max_error = 6, .surface_error = 1, .cube_size = 8, .brick_edge = 2}},
+      {"lead_grid_bounded_mesh_uint16",
+       SampleType::uint16,
+       {.grid_only = true, .max_error = 40, .mesh_error = 60, .cube_size = 8, .brick_edge = 2}},
+      {"lead_voxels_derived_grid_float32",
+       SampleType::float32,
+       {.grid = GridOrigin::derived, .max_error = 6.5, .cube_size = 8, .brick_edge = 2, .range = wide_range}},
+      {"lead_voxels_overviews_int16",
+       SampleType::int16,
+       {.max_error = 8, .cube_size = 16, .brick_edge = 2, .overviews = std::vector{4, 16}}},
+      {"few_affine_uint16", SampleType::uint16, {.cube_size = 64, .brick_edge = 2}, multiple_of_three},
+      {"few_table_float32", SampleType::float32, {.cube_size = 64, .brick_edge = 2}, part_of_255},
+      {"few_labels_uint16", SampleType::uint16, {.cube_size = 64, .brick_edge = 2}, label_of_block},
+      {"volumes_bounded_int16",
+       SampleType::int16,
+       {.max_error = 8, .cube_size = 8, .brick_edge = 2, .overviews = std::vector{4}},
+       nullptr,
+       3},
+      // Some samples are corrected.
+      {"transformed_int16",
+       SampleType::int16,
+       {.max_error = 100,
+        .error_rule = ErrorRule{ErrorRule::Kind::psnr, 40},
+        .cube_size = 16,
+        .brick_edge = 2}},
+      {"parity_bounded_int16", SampleType::int16, {.max_error = 8, .cube_size = 16, .parity = 5000}},
+      {"special_bounded_float32",
+       SampleType::float32,
+       {.max_error = 2.5, .cube_size = 8, .range = wide_range},
+       special_at_places},
+      {"special_grid_float64",
+       SampleType::float64,
+       {.grid_only = true, .max_error = 20, .cube_size = 8, .range = wide_range},
+       special_at_places},
+      // Rows of several segments, of which the last is short.
+      {"long_rows_bounded_uint8",
+       SampleType::uint8,
+       {.max_error = 2, .brick_edge = 5},
+       nullptr,
+       1,
+       {150, 9, 12}},
+      // More than 4096 bricks.
+      {"pages_lossless_uint8",
+       SampleType::uint8,
+       {.cube_size = 4, .brick_edge = 1},
+       nothing,
+       1,
+       {67, 63, 63}},
+  };
 }
 
 // Wide samples take more bytes: their volumes are smaller. Values that are few take hardly any: rows are long.
 Index3 dims_of(const Golden& golden) {
-  if (golden.instead) return {75, 22, 19};
+  if (golden.dims != Index3{}) return golden.dims;
+  if (golden.instead && golden.options.cube_size == 64) return {75, 22, 19};
   if (golden.volumes > 1) return {19, 18, 11};
   return is_wide_type(golden.type) ? Index3{19, 18, 21} : Index3{41, 35, 38};
 }

@@ -216,7 +216,8 @@ class ReadersTest(unittest.TestCase):
         z, y, x = numpy.indices((37, 50, 70))
         samples = (20 * z + 7 * y - 3 * x + random.integers(0, 50, z.shape)).astype("int16")
         path = str(self.folder / "levels.tag")
-        tagrid.encode(samples, path, affine=self.volume.affine, metadata={"space": "left-posterior-superior"}, overviews=[4, 16])
+        tagrid.encode(samples, path, affine=self.volume.affine, metadata={"space": "left-posterior-superior"},
+                      overviews=[4, 16])
         means = {1: samples}
         for factor in (4, 16):
             blocks = [range(0, n, factor) for n in samples.shape]
@@ -252,8 +253,10 @@ class ReadersTest(unittest.TestCase):
         path, means = self.levels()
         everything = (0, -1) * 3
         sizes = {factor: level.size for factor, level in means.items()}
-        for region, most, factor in ((everything, sizes[1], 1), (everything, sizes[1] - 1, 4), (everything, sizes[4], 4),
-                                     (everything, sizes[4] - 1, 16), (everything, 1, 16), ((3, 12, 0, 9, 30, 36), 700, 1),
+        for region, most, factor in ((everything, sizes[1], 1), (everything, sizes[1] - 1, 4),
+                                     (everything, sizes[4], 4),
+                                     (everything, sizes[4] - 1, 16), (everything, 1, 16),
+                                     ((3, 12, 0, 9, 30, 36), 700, 1),
                                      ((3, 12, 0, 9, 30, 36), 699, 4), ((3, 12, 0, 9, 30, 99), 700, 1)):
             for reader in (TagridImage(), TagridStructuredGrid()):
                 reader.most_samples = most
@@ -264,7 +267,8 @@ class ReadersTest(unittest.TestCase):
                                      slice(x0, x1 if x1 is None else x1 + 1)]
                 numpy.testing.assert_array_equal(self.samples_of(found), part)
                 # What is shown of a part lies where it does in the whole.
-                first = (self.volume.affine @ [*(factor * (low or 0) + (factor - 1) / 2 for low in (x0, y0, z0)), 1])[:3]
+                first = (self.volume.affine @ [*(factor * (low or 0) + (factor - 1) / 2
+                                                 for low in (x0, y0, z0)), 1])[:3]
                 numpy.testing.assert_allclose(self.place(found, (0, 0, 0)), first, atol=1e-9)
 
     def test_a_part_of_a_level_is_that_part(self):
@@ -287,7 +291,8 @@ class ReadersTest(unittest.TestCase):
         heights = [0, 1, 2, 7, 9, 10, 20, 30, 33]
         path = str(self.folder / "uneven.tag")
         tagrid.encode(samples, path, spacing=(1, 1, 1), overviews=[4],
-                      metadata={"space": "left-posterior-superior", "slice_positions": "; ".join(f"0 0 {z}" for z in heights)})
+                      metadata={"space": "left-posterior-superior",
+                                "slice_positions": "; ".join(f"0 0 {z}" for z in heights)})
         reader = TagridStructuredGrid()
         reader.SetResolution(4)
         found, _ = self.read(reader, path)
@@ -305,7 +310,8 @@ class ReadersTest(unittest.TestCase):
             reader = TagridImage()
             reader.SetResolution(resolution)
             found, said = self.read(reader, path)
-            self.assertEqual(found.GetNumberOfPoints() == means[resolution].size and "damaged" not in said, intact, said)
+            self.assertEqual(found.GetNumberOfPoints() == means[resolution].size and "damaged" not in said, intact,
+                             said)
 
     def test_another_file_is_read_when_it_is_named(self):
         array = numpy.arange(24, dtype="uint8").reshape(2, 3, 4)

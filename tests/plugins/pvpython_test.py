@@ -149,7 +149,8 @@ class Readers(unittest.TestCase):
     def test_the_page_says_what_paraview_shows(self):
         if not shutil.which("xvfb-run"):
             self.skipTest("there is no xvfb-run")
-        done = subprocess.run([ROOT / "tools/research/paraview.sh", "--tagrid", PROGRAM, "--output", self.folder / "pictures"], text=True,
+        done = subprocess.run([ROOT / "tools/research/paraview.sh", "--tagrid", PROGRAM, "--output",
+                               self.folder / "pictures"], text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | {"PVPYTHON": str(PVPYTHON)})
         self.assertEqual(done.returncode, 0, done.stdout)
         page = (ROOT / "docs/paraview.md").read_text()

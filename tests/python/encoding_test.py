@@ -138,8 +138,10 @@ class Encoding(unittest.TestCase):
         for dtype in ("int16", "float32"):
             samples = blobs((9, 10, 530), dtype)
             (self.folder / "v.raw").write_bytes(samples.tobytes())
-            for ours, theirs in ((None, None), ("auto", "auto"), ("none", "none"), ((), "none"), ([4], "4"), (np.array([4, 16, 64]), "4,16,64")):
-                command = [PROGRAM, "encode", self.folder / "v.raw", "--dims", "530,10,9", "--type", dtype, "--max-error", "2", "--strip"]
+            for ours, theirs in ((None, None), ("auto", "auto"), ("none", "none"), ((), "none"), ([4], "4"),
+                                 (np.array([4, 16, 64]), "4,16,64")):
+                command = [PROGRAM, "encode", self.folder / "v.raw", "--dims", "530,10,9", "--type", dtype,
+                           "--max-error", "2", "--strip"]
                 command += [] if theirs is None else ["--overviews", theirs]
                 command += [] if dtype == "int16" else ["--range", "-200:200"]
                 subprocess.run([*command, "-q", "-f", "-o", self.folder / "v.tag"], check=True)
@@ -154,7 +156,8 @@ class Encoding(unittest.TestCase):
                     self.assertEqual(volume.overviews, factors)
                     for factor in factors:
                         blocks = [range(0, n, factor) for n in samples.shape]
-                        means = [[[samples[z:z + factor, y:y + factor, x:x + factor].mean(dtype="f8") for x in blocks[2]] for y in blocks[1]]
+                        means = [[[samples[z:z + factor, y:y + factor, x:x + factor].mean(dtype="f8")
+                                   for x in blocks[2]] for y in blocks[1]]
                                  for z in blocks[0]]
                         self.assertLessEqual(np.abs(np.asarray(volume.overview(factor)) - means).max(), 2.5)
 
@@ -204,7 +207,8 @@ class Encoding(unittest.TestCase):
                          {"affine": np.eye(3)}, {"affine": np.diag([1, 1, 0, 1])}, {"affine": np.diag([1, 1, 1, 2])},
                          {"affine": np.diag([1, 1, np.nan, 1])}, {"spacing": (1, 1, 2), "affine": np.eye(4)},
                          {"metadata": {"a:b": "c"}}, {"metadata": {"space": "a\nb"}}, {"metadata": {"spacings": "1 2 3"}},
-                         {"metadata": {"": "c"}}, {"cube": 5}, {"brick": -1}, {"lead": 2}, {"accuracy": 0}, {"threads": -2}, {"max_level": -3},
+                         {"metadata": {"": "c"}}, {"cube": 5}, {"brick": -1}, {"lead": 2}, {"accuracy": 0},
+                         {"threads": -2}, {"max_level": -3},
                          {"value_range": (3, 1)}, {"surface_error": 5}, {"grid": "derived", "grid_only": True},
                          {"metadata": "type: short\n"}, {"metadata": "no line"}):
             with self.subTest(settings), self.assertRaises(tagrid.ArgumentError):

@@ -132,8 +132,14 @@ class Opening(unittest.TestCase):
         path = pathlib.Path(__file__).parents[1] / "golden/volumes_bounded_int16.tag"
         first = tagrid.open(path)
         self.assertEqual((first.volumes, tagrid.open(self.bytes).volumes), (3, 1))
-        self.assertRaisesRegex(tagrid.ArgumentError, "it has 3", first.volume, 3)
-        self.assertRaises(tagrid.ArgumentError, first.volume, -1)
+        for number in (3, -1):
+            self.assertRaisesRegex(tagrid.ArgumentError, f"has no volume {number}; it has 3 volumes, 0 to 2$",
+                                   first.volume, number)
+        self.assertRaisesRegex(tagrid.ArgumentError, "has no volume 1; it has only volume 0$",
+                               tagrid.open(self.bytes).volume, 1)
+        for number in ("1", 1.0, None):
+            self.assertRaisesRegex(TypeError, f"the number of a volume must be a whole number, not {number!r}",
+                                   first.volume, number)
         all_samples = [np.asarray(first.volume(number)) for number in range(3)]
         np.testing.assert_array_equal(all_samples[0], np.asarray(first))
         self.assertFalse(np.array_equal(all_samples[1], all_samples[2]))
@@ -148,7 +154,8 @@ class Opening(unittest.TestCase):
         again.verify()
         first.verify()
         for several in (path, first):
-            self.assertRaisesRegex(tagrid.ArgumentError, "holds 3 volumes, and Python writes one", tagrid.encode, several)
+            self.assertRaisesRegex(tagrid.ArgumentError, "holds 3 volumes, and Python writes one", tagrid.encode,
+                                   several)
 
     def test_other_sources_are_a_TypeError(self):
         for source in (3, None, [1], object(), io.StringIO("text"), np.zeros(3)):

@@ -227,7 +227,8 @@ class Codecs(unittest.TestCase):
 
     def test_axes_of_one_sample_do_not_count(self):
         samples = blobs((20, 30, 25)).reshape(1, 20, 30, 1, 25)
-        np.testing.assert_array_equal(zarr.array(samples, chunks=(1, 16, 16, 1, 16), compressor=Tagrid(), **FORMAT)[:], samples)
+        np.testing.assert_array_equal(zarr.array(samples, chunks=(1, 16, 16, 1, 16), compressor=Tagrid(), **FORMAT)[:],
+                                      samples)
         flat = blobs((1, 1, 100)).ravel()
         np.testing.assert_array_equal(zarr.array(flat, compressor=Tagrid(), **FORMAT)[:], flat)
         self.assertRaises(TypeError, zarr.array, np.ones((2, 2, 2, 2), "u1"), compressor=Tagrid(), **FORMAT)
@@ -246,7 +247,8 @@ class Codecs(unittest.TestCase):
 
     def test_the_bound_holds_however_a_chunk_is_written(self):
         for number, (samples, bound) in enumerate(parts.cases()):
-            array = zarr.zeros(samples.shape, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, effort="fast", threads=1), **FORMAT)
+            array = zarr.zeros(samples.shape, chunks=parts.CHUNKS, dtype=samples.dtype,
+                               compressor=Tagrid(bound, effort="fast", threads=1), **FORMAT)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 parts.write_in_parts(array, samples, number)
@@ -256,12 +258,14 @@ class Codecs(unittest.TestCase):
         for samples, bound in parts.cases():
             codec = Tagrid(bound, threads=1)
             once = codec.encode(samples)
-            self.assertEqual(codec.encode(np.array(codec.decode(once)).reshape(samples.shape)), once, f"{samples.dtype} within {bound}")
+            self.assertEqual(codec.encode(np.array(codec.decode(once)).reshape(samples.shape)), once,
+                             f"{samples.dtype} within {bound}")
 
     def test_a_fill_value_is_kept_however_a_chunk_is_written(self):
         for number, (samples, bound) in enumerate(parts.cases()):
             samples, fill = parts.fill_of(samples, bound)
-            array = zarr.full(samples.shape, fill, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, threads=1, fill_value=fill), **FORMAT)
+            array = zarr.full(samples.shape, fill, chunks=parts.CHUNKS, dtype=samples.dtype,
+                              compressor=Tagrid(bound, threads=1, fill_value=fill), **FORMAT)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 array[:, 2] = samples[:, 2]

@@ -300,8 +300,10 @@ class Archive(ReaderTest):
         self.assert_refused(74, "nowhere", "convert", "--find", "nowhere")
         (self.folder / "file").write_text("x")
         self.assert_refused(64, "file: is a file; --find takes a directory", "convert", "--find", "file")
-        self.assert_refused(64, "give --manifest FILE and --output-dir DIR, or --find ROOT", "convert", "--output-dir", "out")
-        self.assert_refused(64, "give --manifest FILE and --output-dir DIR, or --find ROOT", "convert", "--manifest", "file")
+        self.assert_refused(64, "give --manifest FILE and --output-dir DIR, or --find ROOT", "convert", "--output-dir",
+                            "out")
+        self.assert_refused(64, "give --manifest FILE and --output-dir DIR, or --find ROOT", "convert", "--manifest",
+                            "file")
 
 
 if __name__ == "__main__":

@@ -136,7 +136,8 @@ class Bmp(ReaderTest):
         truth = self.volume((1, 8, 9))[0]
         good = self.write("a.bmp", truth).read_bytes()
         for image, text in ((Image.fromarray(truth).convert("1"), "1 bits a sample"), (Image.fromarray(truth).convert("RGB"), "24 bits a sample"),
-                            (Image.fromarray(255 - truth).convert("P", palette=Image.ADAPTIVE), "not the ramp of grays")):
+                            (Image.fromarray(255 - truth).convert("P", palette=Image.ADAPTIVE),
+                             "not the ramp of grays")):
             image.save(self.folder / "a.bmp")
             self.assert_refused(65, text, "encode", "a.bmp")
             self.assert_refused(65, "a.bmp: BMP file: ", "encode", "a.bmp")

@@ -140,7 +140,8 @@ class DicomMoments(ReaderTest):
             for moment, (name, text) in enumerate(choices):
                 self.assert_samples("a.dcm", images[moment], "--series", name)
         self.save("a.dcm", self.enhanced(images, lambda *_: None))
-        self.assertNotIn("remove", self.assert_refused(65, "a.dcm, frame 1 and a.dcm, frame 4 are at the same position", "encode", "a.dcm"))
+        self.assertNotIn("remove", self.assert_refused(65, "a.dcm, frame 1 and a.dcm, frame 4 are at the same position",
+                                                       "encode", "a.dcm"))
 
     def test_frames_in_time_have_no_places(self):
         truth = volume(shape=(4, 5, 6))

@@ -95,7 +95,8 @@ class Dicom(ReaderTest):
     def test_slices_are_sorted_by_their_positions(self):
         truth = volume()
         names = [f"{number}.dcm" for number in (5, 0, 3, 6, 1, 4, 2)]
-        info = self.encodes((truth[::-1] - 1024).astype("int16"), self.write_series(truth, names=names, step=(0, 0, -1.5)))
+        info = self.encodes((truth[::-1] - 1024).astype("int16"),
+                            self.write_series(truth, names=names, step=(0, 0, -1.5)))
         self.assertEqual(info["geometry"]["origin"][2], -10 - 6 * 1.5)
 
     def test_spacings_that_are_rounded_differently_are_one(self):
@@ -135,7 +136,8 @@ class Dicom(ReaderTest):
         text = self.tagrid("info", "out.tag").stdout
         self.assertRegex(text, r"\nslices +unequally spaced")
         mesh = self.tagrid("mesh", "out.tag", "-o", "a.vtu")
-        self.assertEqual((mesh.returncode, "slices of the source are unequally spaced" in mesh.stderr), (0, True), mesh.stderr)
+        self.assertEqual((mesh.returncode, "slices of the source are unequally spaced" in mesh.stderr), (0, True),
+                         mesh.stderr)
         self.assertRegex(text, r"\npatient +Doe\^Jane \(4711\)\n")
         self.assertRegex(text, r"\nmetadata +\d+ key/value pairs")
 
@@ -218,7 +220,8 @@ class Dicom(ReaderTest):
         for line in (b"slice_slopes:=1.5 2\n", b"slice_intercepts:=1 2\n", b"slice_sop_instance_uids:=1.2.3.1 1.2.3.2\n"):
             self.assertIn(line, (self.folder / "part.nrrd").read_bytes())
         self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
-        self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +individual slope and intercept of each slice")
+        self.assertRegex(self.tagrid("info", "out.tag").stdout,
+                         r"\nvalues +individual slope and intercept of each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10", says="10 allows 4 steps of the stored samples (2.5 each)")
 
@@ -280,7 +283,8 @@ class Dicom(ReaderTest):
     def lossy_source(self, path):
         loss = self.encoded(path)[1]["source"]["pairs"].get("lossy source")
         run = self.tagrid("restore", "out.tag", "-o", "back", "-f")
-        self.assertEqual(f"some were compressed with loss ({loss}), which the .tag file records" in run.stderr, loss is not None)
+        self.assertEqual(f"some were compressed with loss ({loss}), which the .tag file records" in run.stderr,
+                         loss is not None)
         return loss
 
     @unittest.skipIf(None in map(shutil.which, ("dcmcjpls", "opj_compress")), "there is no dcmcjpls (dcmtk) or opj_compress (libopenjp2-tools) on this machine")
@@ -509,8 +513,8 @@ class Dicom(ReaderTest):
         self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
         self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm", "--strip")
         with open(self.folder / "a.dcm") as file:
-            run = subprocess.run([PROGRAM, "encode", f"/dev/fd/{file.fileno()}", "-o", "x.tag"], cwd=self.folder, text=True,
-                                 capture_output=True, pass_fds=[file.fileno()])
+            run = subprocess.run([PROGRAM, "encode", f"/dev/fd/{file.fileno()}", "-o", "x.tag"], cwd=self.folder,
+                                 text=True, capture_output=True, pass_fds=[file.fileno()])
         self.assertEqual((run.returncode, "give the name of the file itself" in run.stderr), (64, True), run.stderr)
         (self.folder / "empty").mkdir()
         self.assert_refused(65, "no DICOM image", "encode", "empty", "--from", "dicom")
@@ -536,7 +540,8 @@ class Dicom(ReaderTest):
             shutil.rmtree(self.folder / "s", ignore_errors=True)
             truth = self.series_with(name, content)
             if why is None:  # plainly something else
-                self.encodes((truth - 1024).astype("int16"), "s", says=f"warning: s: 1 file is not a DICOM image: {name}")
+                self.encodes((truth - 1024).astype("int16"), "s",
+                             says=f"warning: s: 1 file is not a DICOM image: {name}")
                 continue
             message = self.assert_refused(65, f"s: 1 file cannot be read and may belong to series 1.2.3: {name} ({why})", "encode", "s")
             self.assertIn("--gaps-ok", message)

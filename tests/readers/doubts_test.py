@@ -48,7 +48,8 @@ class Doubts(ReaderTest):
         for z in range(3):
             path = self.folder / folder / f"{z}.dcm"
             path.parent.mkdir(exist_ok=True)
-            file = data_set(self.samples()[z], instance=f"2.{z}", position=(0, 0, z), **{"RescaleSlope": None, "RescaleIntercept": None} | attributes)
+            file = data_set(self.samples()[z], instance=f"2.{z}", position=(0, 0, z),
+                            **{"RescaleSlope": None, "RescaleIntercept": None} | attributes)
             if z > 0:
                 table = pydicom.Dataset()
                 table.add_new("LUTDescriptor", "US", [3000, 0, 16])
@@ -67,7 +68,8 @@ class Doubts(ReaderTest):
             stored = numpy.stack([file.pixel_array for file in files])
             values = [apply_modality_lut(file.pixel_array, file) for file in files]
             numpy.testing.assert_array_equal(values[1:], 5 * stored[1:].astype("int64") + 7)
-            self.assertIn("by a table (ModalityLUTSequence), which is not applied", self.run_ok("encode", "t", "-o", "a.tag", "-f"))
+            self.assertIn("by a table (ModalityLUTSequence), which is not applied",
+                          self.run_ok("encode", "t", "-o", "a.tag", "-f"))
             self.run_ok("decode", "a.tag", "-o", "b.raw", "-f")
             numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "b.raw", "<i2").reshape(stored.shape), stored)
             self.assertFalse({"rescale_slope", "rescale_intercept"} & set(self.info("a.tag")["source"]["pairs"]))
@@ -192,7 +194,8 @@ class Doubts(ReaderTest):
             self.assertNotIn("miss detail", self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", *options))
         for samples in (mask * 20, mask * 0 + 3):
             self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f"))
-        self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=small), "-o", "a.tag", "-f"), "nobody makes a mesh of it")
+        self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=small), "-o", "a.tag", "-f"),
+                         "nobody makes a mesh of it")
 
     def test_metaimage_without_a_place_lies_where_itk_puts_it(self):
         samples = self.samples("uint8", 200)
@@ -237,7 +240,8 @@ class Doubts(ReaderTest):
         (self.folder / "a.mha").write_bytes(b"ObjectType = Image\nNDims = 3\nElementSpacing = 0.7 0.5 1.25\nModality = MET_MOD_CT\nDimSize = 10 9 8\n"
                                             b"ElementType = MET_USHORT\nElementDataFile = LOCAL\n" + self.samples().tobytes())
         # From a pipe, so that there are no source files to keep.
-        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder, input=(self.folder / "a.mha").read_bytes(), capture_output=True)
+        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder,
+                             input=(self.folder / "a.mha").read_bytes(), capture_output=True)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("metaimage_Modality", self.info("a.tag")["source"]["pairs"])
         self.run_ok("decode", "a.tag", "-o", "b.mha", "--rm")

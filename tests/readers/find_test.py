@@ -189,7 +189,8 @@ class Find(ReaderTest):
         for options in (["--skip-done"], ["--remove-verified"]):
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", *options)
             self.assertEqual(run.returncode, 65, run.stderr)
-            record, = (record for record in self.results()[len(records):] if record["output"] == f"{one}.tag" and record["code"] != 0)
+            record, = (record for record in self.results()[len(records):] if record["output"] == f"{one}.tag"
+                       and record["code"] != 0)
             self.assertRegex(record["error"], "is not known to be made from|is recorded as made from")
             self.assertTrue(self.path(one).exists())
             self.assertEqual((self.folder / "out" / f"{one}.tag").read_bytes(), tag)
@@ -290,7 +291,8 @@ class Find(ReaderTest):
         self.path("gap/1.2.4-2.dcm").unlink()
         _, comments = self.find()
         self.assertEqual([line for line in comments if "DICOM" in line],
-                         ["# 11 x 9 x 5 int16, DICOM; slices are unequally spaced, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
+                         ["# 11 x 9 x 5 int16, DICOM; slices are unequally spaced, or some are missing",
+                          "# 11 x 9 x 4 int16, DICOM"])
 
     def test_volumes_of_one_series_are_told_apart(self):
         """The same ones as of their directory, each once."""
@@ -356,7 +358,8 @@ class Find(ReaderTest):
         found, comments = self.find()
         self.assertEqual(set(found), {"knee.nrrd", "b.nhdr"})
         text = "\n".join(comments) + "\n"
-        for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file", ".: x.nrrd.bz2: is compressed", ".: link: a link to a directory",
+        for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file",
+                     ".: x.nrrd.bz2: is compressed", ".: link: a link to a directory",
                      ".: dangling: not a file", "data: other.raw: perhaps samples without a header: a line needs the columns dims= and type=",
                      "many: 0.txt, 1.txt, 2.txt, 3.txt, 4.txt and 3 more: no known format"):
             self.assertIn(f"# passed over: {line}", text)
@@ -381,7 +384,8 @@ class Find(ReaderTest):
             self.skipTest(f"others cannot read {self.folder}")
         self.path("closed").chmod(0)
         self.path("closed.nrrd").chmod(0)
-        run = subprocess.run([*drop, PROGRAM, "convert", "--find", "a"], cwd=self.folder, capture_output=True, text=True)
+        run = subprocess.run([*drop, PROGRAM, "convert", "--find", "a"], cwd=self.folder, capture_output=True,
+                             text=True)
         self.path("closed").chmod(0o755)
         if run.returncode == 126 or "setpriv" in run.stderr or "execvp" in run.stderr:
             self.skipTest("the program cannot be started by others here")

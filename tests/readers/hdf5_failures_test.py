@@ -30,7 +30,8 @@ class Failures(Hdf5Test):
         """A file may not become larger than so many bytes: within the samples, and within what comes before them."""
         self.large()
         for name, limit in itertools.product(FORMATS, (1000, 3000, 1 << 20, 10 << 20)):
-            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE,
+                                 text=True,
                                  restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
             self.assertEqual(run.returncode, 74, f"{name} {limit}: {run.stderr}")
             self.assertIn(f"{name}: cannot write: File too large", run.stderr)
@@ -43,7 +44,8 @@ class Failures(Hdf5Test):
         self.large()
         (self.folder / "spool").mkdir()
         with open(self.folder / "out", "wb") as out:
-            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder, stdout=out,
+            run = subprocess.run([PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"],
+                                 cwd=self.folder, stdout=out,
                                  stderr=subprocess.PIPE, text=True, restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)))
         self.assertEqual(run.returncode, 74, run.stderr)
         self.assertIn("standard output (through a temporary file in spool): cannot write: File too large", run.stderr)
@@ -80,7 +82,8 @@ class Failures(Hdf5Test):
         self.large()
         whole = (self.folder / "p.tag").read_bytes()
         for kind, name in itertools.product((signal.SIGTERM, signal.SIGINT, signal.SIGKILL), FORMATS):
-            run = subprocess.Popen([PROGRAM, "decode", "-", "-o", name, "-T1", "-q"], cwd=self.folder, stdin=subprocess.PIPE)
+            run = subprocess.Popen([PROGRAM, "decode", "-", "-o", name, "-T1", "-q"], cwd=self.folder,
+                                   stdin=subprocess.PIPE)
             run.stdin.write(whole[:len(whole) * 2 // 3])
             run.stdin.flush()
             writers = []

@@ -232,7 +232,8 @@ class Odd(ReaderTest):
             "data=numpy.arange(210, dtype='i2').reshape(5, 6, 7), chunks=(5, 6, 7), compression=int(sys.argv[2]))"
         there = {**os.environ, "HDF5_PLUGIN_PATH": str(PLUGINS)}
         subprocess.run([sys.executable, "-c", script, self.folder / "a.h5", number], check=True, env=there)
-        run = subprocess.run([PROGRAM, "encode", "a.h5"], cwd=self.folder, stderr=subprocess.PIPE, text=True, env={**os.environ, "HDF5_PLUGIN_PATH": "nowhere"})
+        run = subprocess.run([PROGRAM, "encode", "a.h5"], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+                             env={**os.environ, "HDF5_PLUGIN_PATH": "nowhere"})
         self.assertEqual(run.returncode, 65)
         self.assertIn(f"filter {number} (tagrid)", run.stderr)
         self.assertIn("HDF5_PLUGIN_PATH", run.stderr)
@@ -333,7 +334,8 @@ class Odd(ReaderTest):
             file["chain"] = h5py.SoftLink("far")
             file["here"], file["there"] = h5py.SoftLink("there"), h5py.SoftLink("/here")
         self.make(write)
-        for name, text in (("soft", "/soft is a link to /raw/gone, which does not exist"), ("far", "/far is a link to /scan/frames in the file gone.h5, which does not exist"),
+        for name, text in (("soft", "/soft is a link to /raw/gone, which does not exist"),
+                           ("far", "/far is a link to /scan/frames in the file gone.h5, which does not exist"),
                            ("chain", "/scan/frames in the file gone.h5"), ("here", "/here is a link to there, which does not exist"), ("/soft/deeper", "/soft is a link to /raw/gone")):
             self.assert_refused(65, text, "encode", "a.h5", "--dataset", name)
         self.assert_refused(64, "has no dataset nothing", "encode", self.make(lambda file: file.create_dataset("data", data=volume()), "b.h5"), "--dataset", "nothing")
@@ -348,7 +350,8 @@ class Odd(ReaderTest):
             def write(file):
                 file["link"] = h5py.ExternalLink(name, "/data")
             self.make(write, f"a{number}.h5")
-            self.assert_refused(65, "another directory, where nothing is read; give that file itself", "encode", f"a{number}.h5", "--dataset", "link")
+            self.assert_refused(65, "another directory, where nothing is read; give that file itself", "encode",
+                                f"a{number}.h5", "--dataset", "link")
         self.encodes(volume(), "far/b.h5", "--dataset", "data")
 
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):

@@ -35,7 +35,8 @@ class Written(Hdf5Test):
         self.encode()
         for name in FORMATS:
             self.decode(name)
-            reader = subprocess.Popen([PROGRAM.parent / "tagrid-read-hdf5"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            reader = subprocess.Popen([PROGRAM.parent / "tagrid-read-hdf5"], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, text=True)
             request = {"request": "describe", "path": str(self.folder / name), "options": {}}
             answer = json.loads(reader.communicate(json.dumps(request) + "\n")[0].splitlines()[1])
             self.assertEqual([place["offset"] for place in answer["places"]], [self.dataset(name).id.get_offset()])
@@ -142,8 +143,8 @@ class Written(Hdf5Test):
             for threads in ("1", "4"):
                 self.decode("other-name-" + name, "-T", threads)
                 self.assertEqual((self.folder / ("other-name-" + name)).read_bytes(), content, name)
-            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} -q < a.tag | cmp - {name}", shell=True, cwd=self.folder,
-                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} -q < a.tag | cmp - {name}", shell=True,
+                                 cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             self.assertEqual(run.returncode, 0, run.stdout)
 
     def test_old_libraries_can_read_it(self):

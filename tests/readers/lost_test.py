@@ -43,7 +43,8 @@ class Lost(ReaderTest):
         return (self.folder / "again.nrrd").read_bytes().split(b"\n\n")[0].decode()
 
     def image(self, name):
-        readers = {".mha": vtk_image.vtkMetaImageReader, ".mhd": vtk_image.vtkMetaImageReader, ".vti": vtk_xml.vtkXMLImageDataReader}
+        readers = {".mha": vtk_image.vtkMetaImageReader, ".mhd": vtk_image.vtkMetaImageReader,
+                   ".vti": vtk_xml.vtkXMLImageDataReader}
         reader = readers[(self.folder / name).suffix]()
         reader.SetFileName(str(self.folder / name))
         reader.Update()
@@ -87,7 +88,8 @@ class Lost(ReaderTest):
                 self.assertIn(placed(directions, unit=unit), self.header_of("a.nrrd") + "\n")
                 said = self.decode(name)
                 self.assertIn(placed(directions, unit=unit), self.header_of(name) + "\n", name)
-                self.assertEqual("VTK 9.1 ignores the directions" in said, name == "b.vtkhdf" and directions != DIAGONAL, said)
+                self.assertEqual("VTK 9.1 ignores the directions" in said,
+                                 name == "b.vtkhdf" and directions != DIAGONAL, said)
 
     def test_everything_else_comes_back_or_its_loss_is_said(self):
         slices = "slice_positions:=0 0 0; 0 0 1; 0 0 9\n"
@@ -96,7 +98,8 @@ class Lost(ReaderTest):
         everywhere = set(WITHOUT)
         for fields, words, lost in (
                 ("space dimension: 3\n" + placed(DIAGONAL, space=""), "is not known", everywhere - {"b.tif", "b.vti"}),
-                ("spacings: 0.5 0.25 nan\nunits: \"mm\" \"mm\" \"mm\"\n", "a spacing is unknown", everywhere - {"b.tif"} | {"b.vtkhdf"}),
+                ("spacings: 0.5 0.25 nan\nunits: \"mm\" \"mm\" \"mm\"\n", "a spacing is unknown",
+                 everywhere - {"b.tif"} | {"b.vtkhdf"}),
                 ("spacings: 0.5 0.25 3\nunits: \"um\" \"um\" \"um\"\n", 'does not name the unit "um"', {"b.vti"}),
                 ("spacings: 0.5 0.25 3\n", "cannot hold its spacing", {"b.tif"}),
                 ("spacings: -0.5 0.25 3\nunits: \"um\" \"um\" \"um\"\n", "positions and directions", {"b.tif"}),

@@ -164,7 +164,8 @@ class Vtkhdf(MeshTest):
         self.encode()
         self.mesh("b.vtkhdf", "-T1")
         for threads in ("2", "5"):
-            run = subprocess.run(f"cat a.tag | {PROGRAM} mesh - -T {threads} -f -o c.vtkhdf", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat a.tag | {PROGRAM} mesh - -T {threads} -f -o c.vtkhdf", shell=True,
+                                 cwd=self.folder)
             self.assertEqual(run.returncode, 0)
             self.assertEqual((self.folder / "c.vtkhdf").read_bytes(), (self.folder / "b.vtkhdf").read_bytes())
 
@@ -243,7 +244,8 @@ class Failures(MeshTest):
             whole = (self.folder / name).stat().st_size
             (self.folder / name).unlink()
             for limit in (1000, largest_array + 1000, whole - 1):
-                run = subprocess.run([PROGRAM, "mesh", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+                run = subprocess.run([PROGRAM, "mesh", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE,
+                                     text=True,
                                      restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
                 self.assertEqual(run.returncode, 74, f"{name} {limit}: {run.stderr}")
                 self.assertIn(name, run.stderr)
@@ -323,8 +325,10 @@ class Conversation(ReaderTest):
             lines.append(json.dumps({"request": "array", "name": name, "from": first, "to": last}).encode() + b"\n" + bytes(size))
         if finish:
             lines.append(b'{"request": "finish"}\n')
-        run = subprocess.run([PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra, stdout=subprocess.PIPE, timeout=300,
-                             preexec_fn=None if IS_SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30)))
+        run = subprocess.run([PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra,
+                             stdout=subprocess.PIPE, timeout=300,
+                             preexec_fn=None if IS_SANITIZED
+                             else lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30)))
         self.assertEqual(run.returncode, 0)
         return [json.loads(line) for line in run.stdout.decode().splitlines()[1:]]
 

@@ -54,7 +54,8 @@ class MetaImage(ReaderTest):
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
             self.encoded(name)
             self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True,
+                                 cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_slices_in_many_files(self):
@@ -109,6 +110,17 @@ class MetaImage(ReaderTest):
             self.assert_refused(64, "--series", "estimate", name)
             for i in range(3):
                 self.encodes(truth[i], name, "--series", i + 1)
+
+    def test_several_volumes_in_several_files_are_refused_for_that_reason_alone(self):
+        truth = volume("int16", (3, 7, 8, 9))
+        for slices in (7, 6):  # which can be divided by the number of files, or not
+            name = self.write("a.mhd", truth[:, :slices], "MET_SHORT", file="t%d.raw 1 3 1")
+            message = self.assert_refused(65, "3 volumes in several files are not supported; write a header for each volume", "encode", name)
+            self.assertNotIn("equal parts", message)
+            self.assertNotIn("compressed", message)
+        name = self.write("a.mhd", truth[0, :6], "MET_SHORT", file="t%d.raw 1 3 1", CompressedData=True)
+        self.assertNotIn("volumes", self.assert_refused(65, "several files with compressed samples are not supported",
+                                                        "encode", name))
 
     def test_what_is_no_volume_is_refused_by_name(self):
         truth = volume("int16")

@@ -309,8 +309,10 @@ class Nexus(ReaderTest):
             self.write(z=z, **even)
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], reason)
             self.assertIn(f"the axis z is no list of 7 places ({reason})", self.messages)
-        for link, reason in ((None, "there is no /entry/data/z"), (h5py.SoftLink("/gone"), "/entry/data/z is a link to /gone, which does not exist"),
-                             (h5py.ExternalLink("gone.h5", "z"), "/entry/data/z is a link to z in the file gone.h5, which does not exist")):
+        for link, reason in ((None, "there is no /entry/data/z"),
+                             (h5py.SoftLink("/gone"), "/entry/data/z is a link to /gone, which does not exist"),
+                             (h5py.ExternalLink("gone.h5", "z"),
+                              "/entry/data/z is a link to z in the file gone.h5, which does not exist")):
             self.write(**even)
             if link:
                 with h5py.File(self.folder / "a.nxs", "r+") as file:

@@ -70,7 +70,8 @@ class Nifti(ReaderTest):
             self.write(name, volume("int16"), oblique())
             self.encoded(name)
             self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True,
+                                 cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_sform_goes_before_qform_and_both_are_kept(self):

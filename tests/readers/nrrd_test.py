@@ -57,7 +57,8 @@ class Nrrd(ReaderTest):
                 self.assertEqual((high - low), 400, (name, pairs))
         with open(self.folder / "a.nrrd", "rb") as pipe:
             self.write("a.nrrd", truth, "rescale_slope:=2.5\n")
-            run = subprocess.run([PROGRAM, "encode", "-", "-o", "pipe.tag", "--max-error", "10"], cwd=self.folder, stdin=pipe)
+            run = subprocess.run([PROGRAM, "encode", "-", "-o", "pipe.tag", "--max-error", "10"], cwd=self.folder,
+                                 stdin=pipe)
         self.assertEqual(run.returncode, 0)
         self.assertIn("bound 4,", self.tagrid("info", "pipe.tag").stdout)
 
@@ -76,7 +77,8 @@ class Nrrd(ReaderTest):
         wide = volume((4, 300, 500))
         self.write("wide.nrrd", wide, "", "bzip2", bz2.compress(wide.tobytes()))
         self.encodes(wide, "wide.nrrd", "--resume")
-        run = subprocess.run([PROGRAM, "encode", "-", "-o", "-"], input=(self.folder / "wide.nrrd").read_bytes(), capture_output=True)
+        run = subprocess.run([PROGRAM, "encode", "-", "-o", "-"], input=(self.folder / "wide.nrrd").read_bytes(),
+                             capture_output=True)
         self.assertEqual(run.returncode, 0, run.stderr)
         (self.folder / "pipe.tag").write_bytes(run.stdout)
         self.ok("verify", "pipe.tag", "--against", "wide.nrrd")

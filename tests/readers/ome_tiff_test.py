@@ -3,6 +3,7 @@
     ome_tiff_test.py PROGRAM
 """
 
+import json
 import shutil
 import unittest
 import uuid
@@ -81,6 +82,22 @@ class OmeTiff(ReaderTest):
         self.ok("restore", "a.tag", "-o", "back")
         self.assertEqual((self.folder / "back/a.ome.tif").read_bytes(), (self.folder / "set/a.ome.tif").read_bytes())
         self.assertEqual(self.tagrid("encode", "set", "--series", "all").returncode, 64)
+
+    def test_channels_whose_slices_alternate_come_back_byte_for_byte(self):
+        truth = self.volume((3, 5, 16, 24))
+        self.write_set(truth, [("a.ome.tif", 3 * z + c, z, c) for z in range(5) for c in range(3)])
+        # ZCYX, as many programs write it: one page follows another without gaps.
+        tifffile.imwrite(self.folder / "set/b.ome.tif", truth.swapaxes(0, 1), metadata={"axes": "ZCYX"},
+                         photometric="minisblack")
+        for name in ("a", "b"):
+            source = self.folder / f"set/{name}.ome.tif"
+            self.ok("encode", source, "--series", "all", "-o", f"{name}.tag", "--json", f"{name}.json")
+            self.assertEqual(json.loads((self.folder / f"{name}.json").read_text())["bytes_in"], source.stat().st_size)
+            for channel in range(3):
+                self.ok("decode", f"{name}.tag", "--volume", channel, "-o", "x.raw", "-f")
+                self.assertEqual((self.folder / "x.raw").read_bytes(), truth[channel].tobytes())
+            self.ok("restore", f"{name}.tag", "-o", "back")
+            self.assertEqual((self.folder / f"back/{name}.ome.tif").read_bytes(), source.read_bytes())
 
     def test_a_set_is_read_by_its_xml_from_the_folder_and_from_each_of_its_files(self):
         truth = self.volume()

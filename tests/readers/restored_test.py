@@ -152,7 +152,8 @@ class Restored(ReaderTest):
         self.assert_refused(64, "-o -", "restore", "a.tag", "-o", "-")
         self.assert_refused(64, "is not a directory", "restore", "a.tag", "-o", "a.nrrd")
         self.assert_refused(64, "regular file", "restore", "-", "-o", "r")
-        self.assert_refused(64, "standard input: only a regular file can be restored; save it as one first", "restore", "-")
+        self.assert_refused(64, "standard input: only a regular file can be restored; save it as one first", "restore",
+                            "-")
         self.assert_refused(74, "none.tag", "restore", "none.tag", "-o", "r")
         self.assert_refused(65, "a.nrrd", "restore", "a.nrrd", "-o", "r")
 
@@ -272,7 +273,8 @@ for request in map(json.loads, sys.stdin):
                                  env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
             if change_at == "slices":
                 self.assertEqual(run.returncode, 0, run.stderr)
-                self.assertIn("scan.change: was linked, given other permissions, or changed with its time set back", run.stderr)
+                self.assertIn("scan.change: was linked, given other permissions, or changed with its time set back",
+                              run.stderr)
                 continue
             codes.add(run.returncode)
             if run.returncode != 0:
@@ -289,7 +291,8 @@ for request in map(json.loads, sys.stdin):
         changed = before["8.dcm"].replace(b"1.2.1", b"1.2.7", 1)
         self.assertNotEqual(changed, before["8.dcm"])
         (self.folder / "s" / "8.dcm").write_bytes(changed)
-        self.assert_refused(65, "would be restored differently: 8.dcm differs from the file", "verify", "a.tag", "--against", "s")
+        self.assert_refused(65, "would be restored differently: 8.dcm differs from the file", "verify", "a.tag",
+                            "--against", "s")
         (self.folder / "s" / "8.dcm").write_bytes(before["8.dcm"])
         self.ok("encode", "s", "-o", "a.tag", "-f", "--rm")
         self.assertEqual(self.files("s"), set())
@@ -433,7 +436,8 @@ for request in map(json.loads, sys.stdin):
             info = self.info("x.tag")
             self.assertEqual((info["restorable"], info["compression"], info["bytes"]["envelope"]), (False, None, 0))
             self.assertIn("source files    not kept", self.ok("info", "x.tag").stdout)
-            message = self.assert_refused(64, "holds no source files: the volume came through a pipe,", "restore", "x.tag", "-o", "r")
+            message = self.assert_refused(64, "holds no source files: the volume came through a pipe,", "restore",
+                                          "x.tag", "-o", "r")
             # The advice, followed.
             advice = re.search(r"use tagrid (decode FILE\.tag -o FILE\.nrrd) to get the volume", message)[1].replace("FILE", "x").split()
             self.ok(*advice, "-f")

@@ -51,6 +51,6 @@ def seen(path, type=None):
         return by_h5py(path)
     if path.suffix == ".raw":
         return numpy.fromfile(path, type.dtype).reshape(type.shape)
-    readers = {".nrrd": vtk_image.vtkNrrdReader, ".nhdr": vtk_image.vtkNrrdReader, ".mha": vtk_image.vtkMetaImageReader, ".mhd": vtk_image.vtkMetaImageReader,
-               ".vti": vtk_xml.vtkXMLImageDataReader}
+    readers = {".nrrd": vtk_image.vtkNrrdReader, ".nhdr": vtk_image.vtkNrrdReader, ".mha": vtk_image.vtkMetaImageReader,
+               ".mhd": vtk_image.vtkMetaImageReader, ".vti": vtk_xml.vtkXMLImageDataReader}
     return by_vtk(readers[path.suffix](), path)

@@ -309,7 +309,8 @@ class OddTiff(ReaderTest):
         for scale, offset in (("half", "-1000"), ("", "-1000"), ("0", "-1000"), ("0.5", "1,000"), ("nan", "0")):
             self.write(self.pages(truth, self.gdal(scale, offset)))
             self.encodes(truth, "a.tif", says="of values in GDAL's metadata is")
-            self.assert_refused(64, "cannot be converted to stored samples", "encode", "a.tif", "-o", "x.tag", "--max-error", "5")
+            self.assert_refused(64, "cannot be converted to stored samples", "encode", "a.tif", "-o", "x.tag",
+                                "--max-error", "5")
         pages = self.pages(truth, self.gdal("0.5", "0"))
         pages[2] = page(truth[2], self.gdal("0.25", "0"))
         self.assert_refused(65, "slice 3 of 3 has another scale of values (GDAL)", "encode", self.write(pages))
@@ -350,7 +351,8 @@ class OddTiff(ReaderTest):
             self.write(self.pages(truth, image_j(f"cf=0\n{lines}\nvunit=HU\n")))
             info = self.encodes(truth, "a.tif", says=said)
             self.assertNotIn("rescale_slope", info["source"]["pairs"])
-            self.assert_refused(64, "cannot be converted to stored samples", "encode", "a.tif", "-o", "x.tag", "--max-error", "5")
+            self.assert_refused(64, "cannot be converted to stored samples", "encode", "a.tif", "-o", "x.tag",
+                                "--max-error", "5")
         self.write(self.pages(truth, image_j("cf=straight\nc0=1\nc1=2\n")))
         self.assert_refused(64, 'the function of ImageJ\'s calibration is "straight"', "encode", "a.tif", "-o", "x.tag", "--max-error", "5")
         pairs = self.encoded(self.write(self.pages(truth, image_j("cf=0\nc0=-102,5\nc1=2,50\nvunit=HU\n"))))[1]["source"]["pairs"]

@@ -227,7 +227,8 @@ class Tiff(ReaderTest):
         for z in range(3):
             self.write_packed(f"s/{z}.tif", truth, 4, "<", meaning=0)
         self.encoded("s", says="warning: s: small numbers mean white")
-        self.assert_refused(64, "tagrid: s: cannot be removed: its files could not be restored byte for byte", "encode", "s", "--rm", "-o", "x.tag")
+        self.assert_refused(64, "tagrid: s: cannot be removed: its files could not be restored byte for byte", "encode",
+                            "s", "--rm", "-o", "x.tag")
         self.assert_refused(64, "encoding, slice by slice, 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
         self.write_packed("a.tif", truth, 4, "<", meaning=3)
         self.assert_refused(65, "Colormap", "encode", "a.tif")

@@ -28,7 +28,8 @@ class Values(ReaderTest):
     def encode(self, samples, pairs, *options, name="a"):
         place = "space: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,2)\nspace origin: (1,2,3)\n"
         self.write_nrrd(f"{name}.nrrd", samples, place + 'space units: "mm" "mm" "mm"\n' + pairs)
-        self.ok("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto", "--cube", "8", "--brick", "1", *options)
+        self.ok("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto", "--cube", "8", "--brick", "1",
+                *options)
 
     def decode(self, name, *options, tag="a.tag"):
         run = self.ok("decode", tag, "-o", name, "-f", "--json", "run.json", *options)
@@ -98,7 +99,8 @@ class Values(ReaderTest):
             self.decode(name, "--samples")
             numpy.testing.assert_array_equal(self.seen(name), stored(), name)
         self.assertEqual(self.pairs("b.nrrd")["rescale_intercept"], "-1024")
-        run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-"], cwd=self.folder, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE)
         self.assertEqual(run.stdout, (stored().astype("<i2") - 1024).tobytes())
         self.assertIn(b"tagrid: standard output: has values, sample - 1024, as int16", run.stderr)
         self.assert_refused(64, "only one of them", "decode", "a.tag", "-fo", "b.nrrd", "--samples", "--values")
@@ -187,13 +189,15 @@ class Values(ReaderTest):
         samples = stored("uint16", 0, 65535)
         self.encode(samples, "rescale_slope:=1\nrescale_intercept:=-1024\n")
         for output in ("-fo b.nrrd", "-fo b.nrrd --region :,:,1:4"):
-            run = subprocess.run(f"cat a.tag | {PROGRAM} decode - {output}", shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            run = subprocess.run(f"cat a.tag | {PROGRAM} decode - {output}", shell=True, cwd=self.folder,
+                                 stderr=subprocess.PIPE, text=True)
             self.assertEqual(run.returncode, 64, run.stderr)
             self.assertIn("is not one of type int16", run.stderr)
             self.assertFalse((self.folder / "b.nrrd").exists())
             for option in ("--values", "--samples"):
                 self.assertIn(option, run.stderr)
-                again = subprocess.run(f"cat a.tag | {PROGRAM} decode - {output} {option}", shell=True, cwd=self.folder, stderr=subprocess.PIPE)
+                again = subprocess.run(f"cat a.tag | {PROGRAM} decode - {output} {option}", shell=True, cwd=self.folder,
+                                       stderr=subprocess.PIPE)
                 self.assertEqual(again.returncode, 0, again.stderr)
                 cut = slice(1, 4) if "region" in output else slice(None)
                 numpy.testing.assert_array_equal(seen(self.folder / "b.nrrd"), samples[cut].astype(int) - (1024 if option == "--values" else 0))

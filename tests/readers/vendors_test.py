@@ -192,7 +192,8 @@ class Vendors(ReaderTest):
         for name in ("slice1.txt", "slice#.txt"):
             (self.folder / "s" / name).write_bytes(b"")
         (self.folder / "s" / "slice2.txt").write_bytes(b"")
-        self.assert_refused(64, "has 2 series that are called slice#.txt", "encode", "s", *options, "--series", "slice#.txt")
+        self.assert_refused(64, "has 2 series that are called slice#.txt", "encode", "s", *options, "--series",
+                            "slice#.txt")
         self.assert_refused(64, "need --dims and --type", "encode", "s/slice8.raw", "--from", "raw")
         self.assert_refused(64, "leave out --dataset", "encode", "s/slice8.raw", *options, "--dataset", "x")
 

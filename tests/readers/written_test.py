@@ -53,8 +53,8 @@ class Written(ReaderTest):
         self.encode()
         for format, name in (("nifti", "b.nii"), ("nifti.gz", "b.nii.gz"), ("metaimage", "b.mha"), ("tiff", "b.tif"), ("vti", "b.vti")):
             self.decode(name)
-            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True, cwd=self.folder,
-                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True,
+                                 cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             self.assertEqual(run.returncode, 0, run.stdout)
 
     def test_geometry_comes_back(self):
@@ -248,7 +248,8 @@ class Written(ReaderTest):
             self.assertIn(f"temporary file in {folder}".encode(), run.stderr)
         self.decode("b.h5")
         (self.folder / "spool").mkdir()
-        run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder,
+        run = subprocess.run([PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"],
+                             cwd=self.folder,
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": "/nowhere-to-be"})
         self.assertEqual((run.returncode, run.stderr), (0, b""))
         self.assertEqual(run.stdout, (self.folder / "b.h5").read_bytes())

@@ -102,7 +102,8 @@ class TwoNodes(unittest.TestCase):
         self.expect_well(process)
         self.assertEqual(sorted(process.out.splitlines()),
                          sorted(2 * [f"{n} /dev/shm/scratch_of_{n} /dev/shm/of_{n}" for n in ("n1", "n2")]))
-        self.assertRegex(self.by_four("--version", OMPI_MCA_btl="self,vader").err, "unreachable|unable to reach each other")
+        self.assertRegex(self.by_four("--version", OMPI_MCA_btl="self,vader").err,
+                         "unreachable|unable to reach each other")
         self.expect_well(self.by_four("--version", OMPI_MCA_btl="self,vader,tcp"))
 
     def test_they_write_the_files_of_one_process(self):
@@ -134,7 +135,8 @@ class TwoNodes(unittest.TestCase):
         self.assertNotEqual(process.returncode, 0)
         # Open MPI 5 reports that rank or the one that lost the connection, whichever it hears of first.
         version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True).stdout
-        self.assertRegex(process.err, r'on node n1 calling\s"abort"|on node n2 exited on\ssignal 9 \(Killed\)' if "(Open MPI) 5" in version
+        self.assertRegex(process.err, r'on node n1 calling\s"abort"|on node n2 exited on\ssignal 9 \(Killed\)'
+                         if "(Open MPI) 5" in version
                          else r"on node n2 exited on\ssignal 9 \(Killed\)")
         self.assertNotIn("tagrid: ", process.err)
         self.assertEqual(self.names(), [".new.tag.parts", "volume.nhdr", "volume.raw"])

@@ -241,10 +241,17 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   if (!replace && status_of_name(volume.output)) {
     if (options.skip_done) return adopt(pass, volume, was_removed, record);
     if (was_removed) throw only_copy(volume, "--skip-done compares them");
-    if (is_regular_output(volume.output))
+    if (is_regular_output(volume.output)) {
+      // Nothing was encoded, so this says nothing against the record of an output that these options give.
+      if (last && last->state == KnownOutput::State::ok && last->input == volume.input &&
+          difference_of(*last, line.options, options.run, *source).empty()) {
+        add_output(*last, record);
+        record["status"] = "exists";
+      }
       throw UsageError(volume.output +
                        ": already exists; give --skip-done to leave out volumes that are done, or -f to "
                        "encode them again");
+    }
   }
   make_own_folders(options.output_dir, line.output);
   try {

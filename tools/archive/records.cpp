@@ -29,7 +29,7 @@ std::optional<KnownOutput::State> state_of(const std::string& status) {
   if (status == "ok") return KnownOutput::State::ok;
   if (status == "damaged") return KnownOutput::State::damaged;
   if (status == "removed") return KnownOutput::State::removed;
-  return std::nullopt;  // failed, skipped, kept: these say nothing about the output
+  return std::nullopt;  // failed, exists, skipped, kept: these say nothing about the output
 }
 
 /// Throws nlohmann::json::exception if there is none.
@@ -218,6 +218,7 @@ std::string KnownOutputs::possibly_newer(const std::string& output) const {
 
 void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
                                 const RecordTime& time) {
+  // With any other status, nothing was to be encoded, or nothing was tried.
   const auto status = record.at("status").get<std::string>();
   if (status != "failed" && status != "skipped" && status != "ok") return;
   const auto [last, is_first] = last_runs_.try_emplace(output);

@@ -206,11 +206,8 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .source = source,
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
-  if (may_lose_structure(found.header, found.index.total))
-    throw usage_error(
-        "{}: its maximum error of {} is not below the range of the samples, so structure may be lost; "
-        "it is kept",
-        line.input, max_error);
+  if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
+    throw usage_error("{}: {}; it is kept", line.input, lost);
   require_kept_files(line, *volume);
   if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");

@@ -36,8 +36,8 @@ struct SurveyedParity {
   ProtectedFile file;
   ParityCondition condition;
 };
-/// Looks at the parity of a file: that in it if that beside it is of no help. Nothing if there is none. `work` is for an
-/// error of the limit on memory. Throws WorldError and MemoryLimit.
+/// Looks at the parity of a file: that which helps, if it has parity in it and beside it. Nothing if there is none.
+/// `work` is for an error of the limit on memory. Throws WorldError and MemoryLimit.
 std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
                                             const std::string& work);
 

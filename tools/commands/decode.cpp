@@ -71,7 +71,9 @@ struct DecodeCommand {
     const DecodeResult& result = decoded.result;
     const nlohmann::ordered_json facts =
         result.facts.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json::parse(result.facts);
-    report.write(figures_with(facts, result, chosen), decoded);
+    RunFigures figures = figures_with(facts, result, chosen);
+    figures.volumes = volume ? 1 : result.header.volumes;
+    report.write(figures, decoded);
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
@@ -127,6 +129,8 @@ struct DecodeCommand {
            printable(fmt::format("{}", fmt::join(doubts, "; "))));
     for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
     if (run.is_verbose()) {
+      if (run.shows_times())
+        for (const std::string& line : times_summary(result.header)) say_line(line);
       say_line(summary(result));
       say_line(memory_summary(result.memory));
       if (const std::string lost = lost_attributes(chosen, written); !lost.empty()) say("{}: {}", name, lost);

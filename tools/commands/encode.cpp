@@ -65,13 +65,11 @@ struct EncodeCommand {
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
-    if (remove && may_lose_structure(result.header, result.index.total))
-      throw usage_error(
-          "{}: a maximum error of {} is not below the range of the samples, so structure may be lost; "
-          "leave out "
-          "--rm",
-          input, result.header.parameters.max_error);
+    if (remove)
+      if (const std::string lost = lost_structure(result.header, result.index.total); !lost.empty())
+        throw usage_error("{}: {}; leave out --rm", input, lost);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.file_bytes);
+    figures.volumes = result.header.volumes;
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
@@ -80,6 +78,8 @@ struct EncodeCommand {
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.is_verbose()) {
+      if (run.shows_times())
+        for (const std::string& line : times_summary(result.header)) say_line(line);
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())

@@ -49,6 +49,11 @@ struct EstimateCommand {
     const EstimateResult result = estimate(request);
     if (!result.doubt_of_noise.empty()) warn(run, "{}: {}", shown_input(input), result.doubt_of_noise);
     const CodingParameters& p = result.parameters;
+    // With a slope, a number may come back from samples with another last digit.
+    for (const Estimate& e : result.estimates)
+      if (!is_float_type(p.type) && std::abs(e.asked_error - e.max_error) > 1e-9 * e.asked_error)
+        warn(run, "{}: --errors {}: encode keeps whole steps of the stored samples, so this is {}",
+             shown_input(input), e.asked_error, e.max_error);
     report.write({p.dims, p.type, figures_of(result), sample_bytes(p.dims, p.type).value(), 0, nullptr});
     report.keep();
     if (run.quiet || run.json == "-") return;

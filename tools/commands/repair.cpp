@@ -29,9 +29,11 @@ WriteAt to_file(OutputFile& file) {
       [&file](std::uint64_t position, std::span<const std::byte> bytes) { file.write_at(position, bytes); };
 }
 
-void require_file(const std::string& path, const char* what) {
-  if (path == "-" || !is_regular_output(path))
-    throw usage_error("{}: {} must be a regular file", shown_output(path), what);
+/// `what` a file is: "the file to repair". Refuses pipes and devices, which cannot be read in any order.
+void require_input_file(const std::string& path, const char* what) {
+  require_tag_input(path);
+  if (path == "-" || (status_of(path) && !is_regular_input(path)))
+    throw usage_error("{}: {} must be a regular file; save it as one first", shown_input(path), what);
 }
 
 /// A repaired file, but for a stretch that is as it was in the damaged file.
@@ -113,9 +115,9 @@ struct RepairCommand {
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     if (output.path.empty()) throw UsageError("give -o OUT, a new file: repair does not change its input");
-    if (input == "-" || (status_of(input) && !is_regular_input(input)))
-      throw usage_error("{}: the file to repair must be a regular file", shown_input(input));
-    require_file(output.path, "the output");
+    require_input_file(input, "the file to repair");
+    if (output.path == "-" || !is_regular_output(output.path))
+      throw usage_error("{}: the output must be a regular file", shown_output(output.path));
     refuse_same_file(input, output.path);
     refuse_same_file(parity_beside(input), output.path);
     check_output(output.path, output.overwrite);
@@ -177,6 +179,11 @@ struct RepairCommand {
     else if (condition.damaged_blocks == 0)
       what = "bytes after the end were left out";
     fmt::print("{}: {}; all checksums agree\n", printable(output.path), what);
+    std::fflush(stdout);  // a warning may follow on another stream
+    const std::uint64_t size = FileSource(input).size();
+    if (file.is_beside() && size > file.whole_size())
+      warn(run, "{}: {} bytes after the end, such as parity, were left out; protect {} again",
+           shown_input(input), size - file.whole_size(), printable(output.path));
     if (damages_beside)
       warn(run, "{}: is damaged, and was not repaired; protect {} again", parity_beside(input),
            printable(output.path));
@@ -193,7 +200,7 @@ struct ProtectCommand {
     if (share.empty()) throw UsageError("give --parity P%, the size of the parity, such as 5%");
     const auto asked = parity_option("--parity", share);
     if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
-    require_file(input, "the file to protect");
+    require_input_file(input, "the file to protect");
     const std::string target = file_of_link(input);
     const std::string path = beside ? parity_beside(target) : target;
     remove_abandoned(run, {}, {path});
@@ -252,10 +259,21 @@ std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOp
   const auto found = protected_file(path);
   if (!found) return std::nullopt;
   SurveyedParity parity = surveyed(*found);
-  if (!found->is_beside() || parity.condition.is_repairable()) return parity;
-  // Parity in the file, whose foot is damaged, may be of more help.
-  if (const auto inside = ProtectedFile::find(std::make_shared<FileSource>(path)))
-    if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
+  const auto bytes = std::make_shared<FileSource>(path);
+  if (found->is_beside()) {
+    if (parity.condition.is_repairable() && bytes->size() <= found->whole_size()) return parity;
+    // Parity in the file, whose foot is damaged, may be of more help, and is then rebuilt itself.
+    if (const auto inside = ProtectedFile::find(bytes))
+      if (SurveyedParity other = surveyed(*inside); other.condition.is_repairable()) return other;
+  } else if (!parity.condition.is_repairable() && is_regular_input(parity_beside(path))) {
+    // Parity beside the file may bring back what that in it cannot, though not that itself.
+    const auto file = beginning_of(bytes, std::min(found->layout().file_size, bytes->size()));
+    const auto beside = ProtectedFile::find(file, std::make_shared<FileSource>(parity_beside(path)));
+    if (beside && beside->is_beside())
+      if (SurveyedParity other = surveyed(*beside);
+          other.condition.is_repairable() && !other.condition.is_file_intact())
+        return other;
+  }
   return parity;
 }
 

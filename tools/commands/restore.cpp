@@ -40,6 +40,7 @@ struct RestoreCommand {
     Finished<RestoreResult> restored = restore(ranks);
     const RestoreResult& result = restored.result;
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.bytes_out);
+    figures.volumes = result.header.volumes;
     figures.settings["exact"] = result.header.parameters.is_exact();
     figures.settings["files"] = result.kept.files.size();
     figures.settings["compression"] = json_text_or_null(result.kept.compression);

@@ -47,6 +47,7 @@ struct VerifyCommand {
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, 0);
+    figures.volumes = result.header.volumes;
     figures.settings["against"] = json_text_or_null(original);
     const std::vector<std::string>& differences = result.geometry.differences;
     // Where the geometry differs, the files do, too; but that says less.
@@ -189,6 +190,33 @@ struct VerifyCommand {
     }
   }
 
+  /// A volume with its lost bricks.
+  struct DamagedVolume {
+    std::uint32_t number = 0;
+    std::vector<BrickRun> lost;
+    bool has_others = false;  ///< not all are lost
+  };
+
+  static DamagedVolume damage_of(std::uint32_t number, const WholeBricks& volume) {
+    return {number, volume.lost(), volume.whole_count() > 0};
+  }
+
+  /// The volumes of a file that lost bricks. Those after the first one are found by the directory of the index.
+  static std::vector<DamagedVolume> damaged_volumes(const WholeBricks& file) {
+    std::vector<DamagedVolume> damaged = {damage_of(0, file)};
+    for (const Member& member : file.damaged_members()) {
+      if (!member.is_volume()) continue;
+      try {
+        damaged.push_back(damage_of(member.factor, WholeBricks(file.bytes_of(member))));
+      } catch (const BrokenInput&) {
+        // Its header is damaged, without which no brick can be decoded.
+        damaged.push_back({member.factor, {{0, file.parameters().bricks().count() - 1}}});
+      }
+    }
+    std::erase_if(damaged, [](const DamagedVolume& volume) { return volume.lost.empty(); });
+    return damaged;
+  }
+
   void tell_of_damage(RunReport& report, const std::optional<SurveyedParity>& parity) const {
     std::optional<WholeBricks> file;
     try {
@@ -198,23 +226,31 @@ struct VerifyCommand {
     }
     const CodingParameters& parameters = file->header().parameters;
     const BrickGrid bricks = parameters.bricks();
-    const std::vector<BrickRun> lost = file->lost();
-    if (lost.empty() && !file->is_damaged_elsewhere()) return;  // it differs from the original
+    const std::vector<DamagedVolume> damaged = damaged_volumes(*file);
+    if (damaged.empty() && !file->is_damaged_elsewhere()) return;  // it differs from the original
+    const bool has_several = file->header().volumes > 1;
     RunFigures figures = {parameters.dims, parameters.type, settings_json(parameters), file->file_bytes(), 0,
                           nullptr};
+    figures.volumes = file->header().volumes;
     figures.settings["against"] = json_text_or_null(original);
-    figures.more["damaged"] = json_of_lost(lost, bricks);
+    nlohmann::ordered_json& boxes = figures.more["damaged"] = nlohmann::ordered_json::array();
+    for (const DamagedVolume& volume : damaged)
+      for (nlohmann::ordered_json& box : json_of_lost(volume.lost, bricks)) {
+        if (has_several) box["volume"] = volume.number;
+        boxes.push_back(std::move(box));
+      }
     if (parity) figures.more["parity"] = json_of(parity->condition);
     report.write(figures);
     report.keep();
-    if (lost.empty() || run.quiet || run.json == "-") return;
-    for (const std::string& line : lines_of_lost(lost, bricks))
-      fmt::print("{}: {}\n", printable(input), line);
-    const bool has_several = file->header().volumes > 1;
-    fmt::print("{}: {}{}{}\n", printable(input), has_several ? "volume 0: " : "", count_of_lost(lost, bricks),
-               file->whole_count() == 0 ? ""
-               : has_several            ? "; decode --salvage --volume 0 decodes all others"
-                                        : "; decode --salvage decodes all others");
+    if (run.quiet || run.json == "-") return;
+    for (const DamagedVolume& volume : damaged) {
+      const std::string name =
+          printable(input) + (has_several ? fmt::format(": volume {}", volume.number) : "");
+      for (const std::string& line : lines_of_lost(volume.lost, bricks)) fmt::print("{}: {}\n", name, line);
+      const std::string option = has_several ? fmt::format(" --volume {}", volume.number) : "";
+      fmt::print("{}: {}{}\n", name, count_of_lost(volume.lost, bricks),
+                 volume.has_others ? fmt::format("; decode --salvage{} decodes all others", option) : "");
+    }
     std::fflush(stdout);  // the error follows on another stream
   }
 

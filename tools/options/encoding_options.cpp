@@ -108,10 +108,10 @@ void warn_of_rounded_bounds(const RunOptions& run, const std::string& input, con
   for (const auto& [bound, given] : {std::pair(&setting::max_error, asked.max_error),
                                      {&setting::surface_error, asked.surface_error},
                                      {&setting::mesh_error, asked.mesh_error}}) {
-    if (!given || *given == std::floor(*given)) continue;
+    if (!given || *given == kept_bound(*given, p.type)) continue;
     const bool is_lossless = bound == &setting::max_error && p.is_exact();
     warn(run, "{}: --{} {}: samples are integers, so this is {}{}", shown_input(input), bound->name, *given,
-         std::floor(*given), is_lossless ? " (lossless)" : "");
+         kept_bound(*given, p.type), is_lossless ? " (lossless)" : "");
   }
 }
 
@@ -204,9 +204,14 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
        input, other.x, other.y, other.z, given.x, given.y, given.z);
 }
 
-bool may_lose_structure(const TagHeader& header, const Statistics& total) {
+std::string lost_structure(const TagHeader& header, const Statistics& total) {
   const double bound = header.parameters.max_error;
-  return total.max_error > 0 && bound >= total.high - total.low;
+  if (!(total.max_error > 0 && bound >= total.high - total.low)) return "";
+  return fmt::format(
+      "a maximum error of {} is not below the range of the samples, so structure, such as that of a mask, "
+      "may "
+      "be lost",
+      bound);
 }
 
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
@@ -215,11 +220,8 @@ void warn_of_encoding(const RunOptions& run, const std::string& input, const Enc
   warn_of_rounded_bounds(run, input, asked, result);
   warn_of_range(run, input, asked, result);
   warn_of_lossy_source(run, input, result);
-  if (may_lose_structure(result.header, result.index.total))
-    warn(run,
-         "{}: a maximum error of {} is not below the range of the samples: structure, such as that of "
-         "a mask, may be lost",
-         shown_input(input), result.header.parameters.max_error);
+  if (const std::string lost = lost_structure(result.header, result.index.total); !lost.empty())
+    warn(run, "{}: {}", shown_input(input), lost);
 }
 
 }  // namespace tagrid

@@ -95,9 +95,9 @@ SampleType sample_type_option(const std::string& name);
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// True if the bound of an encoding is not below the range of the original samples, so that even a mask may be lost,
-/// and some sample has changed.
-bool may_lose_structure(const TagHeader& header, const Statistics& total);
+/// Says that the bound of an encoding is not below the range of the original samples, so that even a mask may be lost.
+/// "" if it is, or if no sample has changed.
+std::string lost_structure(const TagHeader& header, const Statistics& total);
 
 /// Gives the warnings of an encoding. Also warns if a bound was rounded down to an integer, if the grid was made
 /// for the usual range of a type, but the samples span far more, and if the source was compressed with loss, and

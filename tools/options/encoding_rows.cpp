@@ -72,7 +72,11 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
   if (text == "none") return;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    read_number(option, text.substr(begin, end - begin), factors.emplace_back());
+    const auto factor = whole_number<int>(std::string_view(text).substr(begin, end - begin));
+    if (!factor)
+      throw usage_error("{}: {}: must be auto, none, or factors with commas between them, such as 4,16",
+                        option, text);
+    factors.push_back(*factor);
     begin = end + 1;
   }
 }

@@ -42,7 +42,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                     : fmt::format("{} is not a whole number from 0 to {}", text, most_threads);
       });
   command.add_flag("-q,--quiet", options.quiet, "Print only errors");
-  command.add_flag("-v,--verbose", options.verbosity, "Print more details");
+  command.add_flag("-v,--verbose", options.verbosity, "Print more details; twice: even more");
   // In the order of ProgressStyle.
   const std::vector<std::string> styles = {"auto", "bar", "plain", "none"};
   const auto set = [&options, styles](const std::string& style) {

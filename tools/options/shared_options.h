@@ -46,6 +46,8 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// True with -v, unless -q was given, too.
   bool is_verbose() const { return verbosity > 0 && !quiet; }
+  /// True with -v -v, unless -q was given, too: where the processor time went is shown.
+  bool shows_times() const { return verbosity > 1 && !quiet; }
   /// True if progress is shown, or with -v. Remarks that are not errors are then shown, too.
   bool is_watched() const;
   /// The same description, with a limit on the memory of a reader that follows from the one of the run.

@@ -24,6 +24,8 @@ void give_back_freed_memory(std::uint64_t limit);
 
 /// The peak resident memory of this process so far, in bytes.
 std::uint64_t peak_memory();
+/// The processor time of all threads of this process so far, in seconds.
+double processor_seconds();
 
 /// Writes a line for people to standard error, in the form of printable(). Failures are ignored.
 void say_line(std::string_view text);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/formats/nrrd/geometry.h"
@@ -9,6 +10,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "pipeline/threads/node_times.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 
@@ -78,6 +80,29 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
   const std::string memory = fmt::format("memory: {:.1f} MiB at its peak, {:.1f} MiB planned at most",
                                          mebibytes(peak_memory()), mebibytes(planned));
   return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
+}
+
+std::vector<std::string> times_summary(const TagHeader& header) {
+  const auto row = [&](std::string_view name, double seconds, std::string_view remark) {
+    return fmt::format("{:<14}{:>10.3f}{:>12.3f}{}{}", name, seconds,
+                       1e9 * seconds / static_cast<double>(voxels(header)), remark.empty() ? "" : "  ",
+                       remark);
+  };
+  std::vector<std::string> lines = {fmt::format("{:<14}{:>10}{:>12}", "node", "CPU s", "ns a voxel")};
+  double all = 0;
+  NodeTime slowest;
+  for (const NodeTime& node : node_times()) {
+    if (node.seconds == 0) continue;
+    lines.push_back(row(node.name, node.seconds, node.is_serial ? "one thread at a time" : ""));
+    all += node.seconds;
+    if (node.is_serial && node.seconds > slowest.seconds) slowest = node;
+  }
+  lines.push_back(row("all else", std::max(0.0, processor_seconds() - all), "start, end, threads that wait"));
+  const auto most = [&](double threads) { return std::min(threads, all / slowest.seconds); };
+  if (slowest.seconds > 0)
+    lines.push_back(fmt::format("at most {:.1f} times as fast with 16 threads and {:.1f} with 64, for \"{}\"",
+                                most(16), most(64), slowest.name));
+  return lines;
 }
 
 }  // namespace tagrid

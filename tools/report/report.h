@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -18,6 +19,10 @@ std::string summary(const DecodeResult& result);
 
 /// One line on memory: the planned and the used amount, and how often samples were read, if that matters.
 std::string memory_summary(std::uint64_t planned, std::optional<double> times_read = std::nullopt);
+
+/// The lines of a table of the processor time that the nodes of the flow graphs took, and how many times as fast as
+/// one thread 16 and 64 threads could be at most, as some nodes run on one thread at a time.
+std::vector<std::string> times_summary(const TagHeader& header);
 
 /// An error of samples: "2", "2 HU", "2 in stored samples (5 HU)", as the volume says what samples mean.
 std::string error_text(double error, const TagHeader& header);

@@ -68,17 +68,15 @@ void RunReport::write(const RunFigures& figures) {
   if (!file_) return;
   const double seconds = this->seconds();
   const Index3& n = figures.dims;
-  const auto voxels = static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
-  nlohmann::ordered_json json = {{"dims", {n.x, n.y, n.z}},
-                                 {"type", name_of(figures.type)},
-                                 {"settings", figures.settings},
-                                 {"bytes_in", figures.bytes_in},
-                                 {"bytes_out", figures.bytes_out},
-                                 {"seconds", seconds},
-                                 {"threads", threads_},
-                                 {"peak_memory", peak_memory()},
-                                 {"voxels_per_second", voxels / std::max(seconds, 1e-9)},
-                                 {"achieved", figures.achieved}};
+  const auto voxels =
+      static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z) * figures.volumes;
+  nlohmann::ordered_json json = {
+      {"dims", {n.x, n.y, n.z}},      {"type", name_of(figures.type)},
+      {"volumes", figures.volumes},   {"settings", figures.settings},
+      {"bytes_in", figures.bytes_in}, {"bytes_out", figures.bytes_out},
+      {"seconds", seconds},           {"threads", threads_},
+      {"peak_memory", peak_memory()}, {"voxels_per_second", voxels / std::max(seconds, 1e-9)},
+      {"achieved", figures.achieved}};
   json.update(figures.more);
   put(json);
 }

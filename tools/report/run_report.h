@@ -16,12 +16,13 @@ namespace tagrid {
 
 /// Figures of a run.
 struct RunFigures {
-  Index3 dims;
+  Index3 dims;  ///< of each volume
   SampleType type = SampleType::uint8;
   nlohmann::ordered_json settings;
   std::uint64_t bytes_in = 0, bytes_out = 0;
   nlohmann::ordered_json achieved;  ///< errors against the original; null if nothing is known of them
   nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< what only some runs have
+  int volumes = 1;
 };
 
 /// Those of a run on a .tag file.

@@ -226,8 +226,9 @@ std::optional<FilePattern> pattern_of(std::string_view name) {
   }
 }
 
-/// `list`: what follows "ElementDataFile = LIST".
-std::vector<std::string> data_files_of(std::string_view value, std::string_view list, std::int64_t slices) {
+/// `list`: what follows "ElementDataFile = LIST". `volumes` of so many `slices` each.
+std::vector<std::string> data_files_of(std::string_view value, std::string_view list, std::int64_t volumes,
+                                       std::int64_t slices) {
   const auto words = words_of(value);
   if (words.empty()) refuse("ElementDataFile", value, "must name a file");
   std::vector<std::string> files;
@@ -248,6 +249,10 @@ std::vector<std::string> data_files_of(std::string_view value, std::string_view 
     return {std::string(value)};
   }
   const auto count = static_cast<std::int64_t>(files.size());
+  if (count > 1 && volumes > 1)
+    refuse("ElementDataFile", value,
+           fmt::format("{} volumes in several files are not supported; write a header for each volume",
+                       volumes));
   if (count == 0 || count > max_meta_image_files || slices % count != 0)
     refuse("ElementDataFile", value,
            fmt::format("{} files cannot have equal parts of {} slices", count, slices));
@@ -343,13 +348,13 @@ MetaImageHeader parse_meta_image_header(std::string_view text) {
   header.is_compressed = is_true("CompressedData", value_of(fields, "compresseddata"));
   if (const auto size = value_of(fields, "headersize"); !size.empty())
     header.header_size = integer_of("HeaderSize", size);
-  header.data_files = data_files_of(value_of(fields, "elementdatafile"), text, dims.z);
+  header.data_files = data_files_of(value_of(fields, "elementdatafile"), text, volumes, dims.z);
   if (header.header_size < -1 || header.header_size > std::int64_t{1} << 62 ||
       (header.header_size == -1 && (header.is_compressed || header.data_files.empty())))
     refuse("HeaderSize", value_of(fields, "headersize"), "is not possible here");
-  if (header.data_files.size() > 1 && (header.is_compressed || volumes > 1))
+  if (header.data_files.size() > 1 && header.is_compressed)
     refuse("ElementDataFile", value_of(fields, "elementdatafile"),
-           "several files can have neither compressed samples nor several volumes");
+           "several files with compressed samples are not supported");
   return header;
 }
 

@@ -61,15 +61,12 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
                                               const SourceDescription& source) {
   const std::string name = file->name();
   MetaImageHeader header = read_header(*file);
-  const bool all = are_all_wanted(source, header.info.dims, header.volumes);
-  const auto number =
-      static_cast<std::uint64_t>(all ? 0
-                                     : number_of_volume(name, source.series, header.volumes,
-                                                        described(header.info.dims, header.info.type)));
-  const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
+  const std::optional<std::int64_t> number = wanted_volume(source, name, header.info, header.volumes);
+  const std::uint64_t before =
+      static_cast<std::uint64_t>(number.value_or(0)) * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts;
   facts.info = header.info;
-  if (all) take_all_volumes(facts.info, std::exchange(header.volumes, 1));
+  if (!number) take_all_volumes(facts.info, std::exchange(header.volumes, 1));
   facts.files = {path};
   facts.rescale = header.rescale;
   for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);

@@ -55,15 +55,12 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
                                          const SourceDescription& source) {
   const std::string name = file->name();
   NiftiHeader header = read_header(*file);
-  const bool all = are_all_wanted(source, header.info.dims, header.volumes);
-  const auto number =
-      static_cast<std::uint64_t>(all ? 0
-                                     : number_of_volume(name, source.series, header.volumes,
-                                                        described(header.info.dims, header.info.type)));
-  const std::uint64_t before = header.offset + number * *sample_bytes(header.info.dims, header.info.type);
+  const std::optional<std::int64_t> number = wanted_volume(source, name, header.info, header.volumes);
+  const std::uint64_t before = header.offset + static_cast<std::uint64_t>(number.value_or(0)) *
+                                                   *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts;
   facts.info = std::move(header.info);
-  if (all) {
+  if (!number) {
     take_all_volumes(facts.info, header.volumes);
     facts.info.nrrd_fields += header.fields_of_volumes;
     facts.volume_names = std::move(header.volume_names);
@@ -79,7 +76,7 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
     facts.files.push_back(image_path(path, name));
     file = std::make_unique<FileBytes>(facts.files.back());
   }
-  const bool is_last = all || static_cast<std::int64_t>(number) + 1 == header.volumes;
+  const bool is_last = !number || *number + 1 == header.volumes;
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .may_go_on = !is_last};
   if (begins_gzip(*file))
     return compressed_samples(std::move(facts), std::move(file), place, before,

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/one_of_volumes.h"
 
@@ -19,7 +21,13 @@ class OneByOne final : public VolumeSource {
   OneByOne(SourceFacts facts, std::int64_t slices, OpenByName open, std::vector<std::string> names)
       : VolumeSource(std::move(facts)), slices_(slices), open_(std::move(open)), names_(std::move(names)) {}
 
-  std::uint64_t bytes_read() const override { return current_ ? current_->bytes_read() : 0; }
+  // A file of several volumes may be read once for each of them, and counts once.
+  std::uint64_t bytes_read() const override {
+    std::uint64_t bytes = 0;
+    for (const std::string& file : files())
+      if (const auto status = status_of(file)) bytes += static_cast<std::uint64_t>(status->st_size);
+    return bytes;
+  }
   void stop_when(const std::atomic<bool>& stop) override {
     stop_ = &stop;
     if (current_) current_->stop_when(stop);
@@ -68,6 +76,30 @@ std::string difference(const SourceFacts& a, const SourceFacts& b) {
   return "";
 }
 
+/// Slices of several volumes may alternate in a file, as channels do. Runs follow each other, so each slice of
+/// such a file becomes a run of its own. `rows` are those of a slice.
+std::vector<SliceRun> runs_apart(const std::vector<SliceRun>& places, const SliceRows& rows) {
+  std::vector<const SliceRun*> in_order;
+  for (const SliceRun& run : places) in_order.push_back(&run);
+  std::ranges::sort(in_order, {}, [](const SliceRun* run) { return std::pair(run->file, run->offset); });
+  std::set<std::size_t> mixed;
+  for (std::size_t i = 1; i < in_order.size(); ++i) {
+    const SliceRun &before = *in_order[i - 1], &run = *in_order[i];
+    if (before.file == run.file && end_of_run(before, rows).value_or(0) > run.offset) mixed.insert(run.file);
+  }
+  std::vector<SliceRun> apart;
+  for (SliceRun run : places) {
+    const std::int64_t slices = std::exchange(run.slices, 1);
+    if (!mixed.contains(run.file)) {
+      run.slices = slices;
+      apart.push_back(run);
+      continue;
+    }
+    for (std::int64_t i = 0; i < slices; ++i, run.offset += run.step) apart.push_back(run);
+  }
+  return apart;
+}
+
 /// The places of a volume in the files of all.
 void add_places(const SourceFacts& volume, SourceFacts& all) {
   std::vector<std::size_t> numbers;
@@ -104,7 +136,9 @@ std::unique_ptr<VolumeSource> all_volumes(const std::string& path, const std::ve
     add_places(facts, all);
     all.volume_names.push_back(name);
   }
-  if (!is_placed) all.places.clear();
+  const SliceRows rows = {static_cast<std::uint64_t>(all.info.dims.x) * size_of(all.info.type),
+                          all.info.dims.y};
+  all.places = is_placed ? runs_apart(all.places, rows) : std::vector<SliceRun>();
   const std::int64_t slices = all.info.dims.z;
   take_all_volumes(all.info, static_cast<std::int64_t>(names.size()));
   return std::make_unique<OneByOne>(std::move(all), slices, open, names);

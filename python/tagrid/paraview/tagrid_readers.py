@@ -58,9 +58,9 @@ def _resolution() -> Any:
     @smproperty.intvector(name="Resolution", default_values=0)
     @smdomain.xml(f'<EnumerationDomain name="enum">{entries}</EnumerationDomain>')
     def SetResolution(self: _Voxels, resolution: int) -> None:
-        """Read all samples ("full"), or an averaged level that the file has: "1/4" reads the means of blocks of 4 x 4 x 4
-        samples. If the file lacks it, the next finer level is read. "auto" reads the finest level of which the region
-        is not too large; it is read in full where the file has no averaged levels."""
+        """Read all samples ("full"), or an overview that the file has: "1/4" reads the means of blocks of 4 x 4 x 4
+        samples. If the file lacks it, the next finer one is read. "auto" reads the finest one of which the region
+        is not too large; it is read in full where the file has no overviews."""
         if resolution != self._resolution:
             self._resolution = resolution
             self.Modified()
@@ -154,7 +154,7 @@ class _Voxels(_Reader):
         return factors[-1]
 
     def level(self) -> tagrid.Volume:
-        """The volume, or the averaged level of it, that is read."""
+        """The volume, or the overview of it, that is read."""
         volume, factor = self.volume(), self.factor()
         if factor == 1:
             return volume
@@ -180,7 +180,8 @@ class _Voxels(_Reader):
         return extent, values
 
 
-@smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag", file_description="tagrid: image of the voxels")
+@smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag",
+                file_description="tagrid: image of the voxels")
 class TagridImage(_Voxels):
     """The samples as image data, in the point array "value". Decodes only the requested region. Image data
     has even spacing and right angles; a warning reports if the volume does not."""
@@ -294,7 +295,8 @@ class TagridMesh(_Reader):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         info = outputs.GetInformationObject(0)
         grid = vtkUnstructuredGrid.GetData(outputs, 0)
-        layers = _layers(self.volume(), info.Get(Pipeline.UPDATE_PIECE_NUMBER()), info.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()))
+        layers = _layers(self.volume(), info.Get(Pipeline.UPDATE_PIECE_NUMBER()),
+                         info.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()))
         if layers is not None:
             _fill(grid, _mesh_of(self.volume(), min(self._level, self.volume().levels), layers))
         return 1

@@ -76,7 +76,8 @@ def take_table(data, sample_type, samples):
         else:
             k += steps.number()
             require(k <= 1 << 53)
-            key = unfolded(misses.number()) + key_of(bits_of(origin + step * float(k), sample_type.size), sample_type.size)
+            key = unfolded(misses.number()) + key_of(bits_of(origin + step * float(k), sample_type.size),
+                                                     sample_type.size)
         require(before < key <= highest)
         coder.check_exhausted()
         keys.append(key)

@@ -266,7 +266,8 @@ def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
     if not -1000 <= exponent <= 960 or abs(low) > LARGEST_FIXED:
         raise Broken("values with impossible parameters")
     unit = math.ldexp(1.0, exponent)
-    return {at: bits_of((low + n) * unit, sample_type.size) for at, n in decode_narrow(data[14:], bounds_of_numbers).items()}
+    return {at: bits_of((low + n) * unit, sample_type.size)
+            for at, n in decode_narrow(data[14:], bounds_of_numbers).items()}
 
 
 def decode_wide_points(data, box, active, S, point_error, sample_type):

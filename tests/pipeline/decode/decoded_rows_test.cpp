@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <random>
 
@@ -108,6 +109,35 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
     } else {
       EXPECT_EQ(read_samples<std::int16_t>(path(name)), samples_) << name;
     }
+  }
+}
+
+TEST_F(DecodedRowsTest, ThreadsHandOutEachSampleOnceAndAFailureOfOneEndsIt) {
+  const Index3 large{301, 290, 40};  // slices that are worth a task of their own
+  const auto samples = blobs<std::int16_t>(large, 2);
+  write_nrrd(path("a.nrrd"), large, samples);
+  encode_volume(path("a.nrrd"), {}, tag_, true, {.cube_size = 16, .brick_edge = 2}, Resources(2));
+  const TagBricks file = opened(tag_);
+  const auto decode_on = [&](int threads, const auto& take) {
+    DecodeStreams streams;
+    streams.bricks = file.bricks_from(0);
+    streams.write_rows = [&](const DecodedRows& decoded) { decoded.for_each_part_at_once(take); };
+    run_decode_graph(file.parameters(), BrickRows::all(file.parameters().bricks()), {threads, 8, 3}, streams);
+  };
+  for (const int threads : {1, 2, 5}) {
+    std::vector<std::int16_t> found(samples.size());
+    std::atomic<std::size_t> bytes = 0;
+    decode_on(threads, [&](std::int64_t first, std::span<const std::byte> part) {
+      bytes += part.size();
+      std::memcpy(found.data() + first, part.data(), part.size());
+    });
+    EXPECT_EQ(bytes, 2 * samples.size());
+    EXPECT_TRUE(found == samples);
+    EXPECT_THROW(decode_on(threads,
+                           [&](std::int64_t first, std::span<const std::byte>) {
+                             if (first > large.x * large.y * 20) throw WorldError("full");
+                           }),
+                 WorldError);
   }
 }
 

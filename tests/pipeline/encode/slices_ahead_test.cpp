@@ -5,9 +5,14 @@
 
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <thread>
 
 #include "io/errors/errors.h"
+#include "io/formats/table/open_volume.h"
+#include "pipeline/threads/threads.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {
@@ -54,6 +59,57 @@ class CountedSlices final : public VolumeSource {
 };
 
 Box box_of_slice(std::int64_t z) { return {{0, 0, z}, {0, 0, z}}; }
+
+class SlicesOnThreads : public TemporaryFolder {
+ protected:
+  // Slices that are worth several tasks.
+  static constexpr Index3 dims{701, 650, 3};
+
+  void SetUp() override {
+    TemporaryFolder::SetUp();
+    samples_ = blobs<std::uint16_t>(dims, 1);
+    auto big_endian = samples_;
+    for (std::uint16_t& v : big_endian) v = static_cast<std::uint16_t>(v >> 8 | v << 8);
+    write_content(path("a.raw"),
+                  std::string(reinterpret_cast<const char*>(big_endian.data()), 2 * big_endian.size()));
+    write_content(path("a.nhdr"),
+                  "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 701 650 3\nendian: big\nencoding: raw\n"
+                  "data file: a.raw\n");
+  }
+  std::vector<std::uint16_t> samples_;
+};
+
+TEST_F(SlicesOnThreads, HaveTheSamplesOfTheFile) {
+  const auto source = open_volume(path("a.nhdr"));
+  ASSERT_TRUE(source->at_once());
+  // Complete slices, and then rows of one before.
+  for (const Box& rows :
+       {Box{{0, 0, 0}, {700, 649, 0}}, Box{{0, 0, 1}, {700, 649, 1}}, Box{{0, 33, 0}, {700, 640, 0}},
+        Box{{0, 5, 1}, {700, 5, 1}}, Box{{0, 0, 2}, {700, 649, 2}}}) {
+    SliceSamples slice;
+    Threads(3).run([&] { slice = read_slice_on_threads(*source, rows); });
+    EXPECT_EQ(std::memcmp(slice.get(), samples_.data() + Box::of_size(dims).offset(rows.low),
+                          static_cast<std::size_t>(rows.count()) * 2),
+              0)
+        << rows.low.z << " " << rows.low.y;
+  }
+  EXPECT_EQ(source->next_sample(), Box::of_size(dims).count());
+  EXPECT_GE(source->bytes_read(), 2 * samples_.size());
+}
+
+TEST_F(SlicesOnThreads, OfAFileThatBecameShorterAreRefused) {
+  const auto source = open_volume(path("a.nhdr"));
+  std::filesystem::resize_file(path("a.raw"), 701 * 650 * 2 + 999);
+  Threads(3).run([&] {
+    EXPECT_NO_THROW(read_slice_on_threads(*source, {{0, 0, 0}, {700, 649, 0}}));
+    try {
+      read_slice_on_threads(*source, {{0, 0, 1}, {700, 649, 1}});
+      ADD_FAILURE() << "read behind the end";
+    } catch (const BrokenInput& e) {
+      EXPECT_TRUE(std::string(e.what()).find("ends after") != std::string::npos) << e.what();
+    }
+  });
+}
 
 TEST(SlicesAhead, AreTheSlicesOfTheSourceInTheirOrder) {
   for (const int count : {0, 1, 7, 100}) {

@@ -9,6 +9,7 @@
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -196,8 +197,9 @@ TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
 }
 
 TEST_F(LibraryEncoder, OverviewsAreThoseOfTheProgram) {
-  expect_overviews_of_the_program<std::uint8_t>({530, 9, 13});
   expect_overviews_of_the_program<std::int16_t>({7, 601, 5});
+  if (sanitized) return;  // threads meet in the same code
+  expect_overviews_of_the_program<std::uint8_t>({530, 9, 13});
   expect_overviews_of_the_program<std::int32_t>({6, 7, 515});
   expect_overviews_of_the_program<float>({9, 10, 520});
 }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 namespace tagrid {
@@ -50,6 +51,36 @@ TEST(BlockSums, OnlyFiniteSamplesCount) {
   EXPECT_TRUE(std::isnan(means_of<float>({NAN, infinity}, {2, 1, 1}).front()));
   const double most = std::numeric_limits<double>::max();
   EXPECT_TRUE(std::isnan(means_of<double>({most, most}, {2, 1, 1}).front()));
+}
+
+template <class T>
+void expect_sums_of_rows(const Index3& dims) {
+  std::mt19937 random(1);
+  const std::int64_t slices = std::min(dims.z, block_edge);
+  std::vector<T> samples(static_cast<std::size_t>(dims.x * dims.y * slices));
+  for (T& sample : samples) sample = static_cast<T>(static_cast<int>(random() % 256) - 128);
+  const SumsLayout layout = layout_of_sums(dims, sample_type_of<T>(), block_edge);
+  SlabSums whole(layout, dims.x, dims.y), in_parts(layout, dims.x, dims.y);
+  for (std::int64_t z = 0; z < slices; ++z) {
+    const auto* slice = reinterpret_cast<const std::byte*>(samples.data() + z * dims.x * dims.y);
+    whole.add_slice(slice);
+    // The last stretch first.
+    std::vector<std::int64_t> ends = {dims.y};
+    for (std::int64_t y = dims.y / block_edge * block_edge; y > 0; y -= block_edge)
+      if (y < dims.y && random() % 2) ends.push_back(y);
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      in_parts.add_rows(slice, i + 1 < ends.size() ? ends[i + 1] : 0, ends[i]);
+  }
+  std::vector<std::byte> expected, found;
+  whole.take(expected);
+  in_parts.take(found);
+  EXPECT_EQ(found, expected);
+}
+
+TEST(BlockSums, RowsCanBeAddedInAnyStretchesAndOrder) {
+  expect_sums_of_rows<std::int16_t>({19, 37, 4});
+  expect_sums_of_rows<std::uint32_t>({8, 16, 3});
+  expect_sums_of_rows<float>({5, 41, 2});
 }
 
 }  // namespace

@@ -275,6 +275,48 @@ TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
   EXPECT_FALSE(exists("a.nrrd"));
 }
 
+// Nothing was tried, so the record of the encoding still holds. With other options, the output is not what was
+// asked for last.
+TEST_F(ConvertRemoval, ARunThatFoundTheSameOutputsDoesNotUndoTheirRecords) {
+  volumes(2);
+  expect_ok(convert({"--max-error", "5"}));
+  EXPECT_EQ(convert({"--max-error", "5.0"}).code, broken_input);
+  EXPECT_EQ(statuses(2), "a exists, b exists");
+  EXPECT_EQ(last()["code"], usage);
+  EXPECT_EQ(last()["output_xxh3"], checksum(content("out/b.tag")));
+  file("list.tsv", "a.nrrd\n");
+  expect_ok(remove({"--max-error", "5"}));
+  EXPECT_FALSE(exists("a.nrrd"));
+  file("list.tsv", "b.nrrd\n");
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(last()["status"], "failed");
+  expect_kept("b.nrrd", "kept", "b.nrrd: its last encoding failed: out/b.tag: already exists",
+              {"--max-error", "5"});
+  // A failure is not forgotten because a later run tried nothing.
+  EXPECT_EQ(convert({"--max-error", "5"}).code, broken_input);
+  EXPECT_EQ(last()["status"], "exists");
+  expect_kept("b.nrrd", "kept", "b.nrrd: its last encoding failed: ", {"--max-error", "5"});
+}
+
+// Another volume of the name, an output without a record, and one that was found damaged.
+TEST_F(ConvertRemoval, AnOutputThatIsNotProvedIsAFailureAndNotOneThatExists) {
+  volumes(2);
+  expect_ok(script("mkdir out other && cp a.nrrd other && $TAGRID encode b.nrrd -o out/b.tag -q"));
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(statuses(2), "a ok, b failed");
+  expect_ok(script("echo other/a.nrrd > list.tsv"));
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(last()["status"], "failed");
+  expect_ok(script("echo a.nrrd > list.tsv"));
+  expect_ok(convert({"--skip-done"}));
+  damage("out/a.tag");
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(last()["status"], "damaged");
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(last()["status"], "failed");
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
+}
+
 TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
   volume("a.nhdr", 1);
   volume("b.nrrd", 2);

@@ -242,6 +242,7 @@ TEST_F(ConvertOutputs, RecordsOfEveryStatusHaveTheKeysThatTheirDocumentLists) {
   file("list.tsv", content("list.tsv") + "none.nrrd\n");
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_EQ(convert().code, broken_input);
   damage("out/b.tag");
   expect_ok(script("mv c.nrrd d.nrrd && ln -s d.nrrd c.nrrd"));
   file("list.tsv", content("list.tsv") + "never.nrrd\n");
@@ -271,7 +272,7 @@ TEST_F(ConvertOutputs, RecordsOfEveryStatusHaveTheKeysThatTheirDocumentLists) {
                             "input_xxh3", "output_xxh3"})
       EXPECT_EQ(record[key].is_null(), !is_known) << key << " " << record;
   }
-  for (const std::string status : {"ok", "failed", "skipped", "removed", "kept", "damaged"})
+  for (const std::string status : {"ok", "failed", "exists", "skipped", "removed", "kept", "damaged"})
     EXPECT_TRUE(statuses.contains(status)) << status;
 }
 

@@ -87,6 +87,21 @@ TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
   expect_error(refused, usage, "give --spool, a directory");
 }
 
+TEST_F(EstimateCommand, BoundsAreRoundedAsEncodeRoundsThemAndThatIsSaid) {
+  phantom("volume.nrrd");
+  const Ending ending = tagrid({"estimate", "volume.nrrd", "--errors", "2,2.7", "--json", "a.json"});
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_TRUE(has(ending.err,
+                  "tagrid: warning: volume.nrrd: --errors 2.7: encode keeps whole steps of the stored "
+                  "samples, so this is 2\n"));
+  EXPECT_FALSE(has(ending.err, "--errors 2:"));
+  const Json tried = json_of("a.json")["settings"]["estimates"];
+  EXPECT_EQ(tried[0]["bytes"], tried[1]["bytes"]);
+  EXPECT_EQ(tried[1]["max_error"], 2);
+  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--max-error", "2.7"}));
+  EXPECT_EQ(info()["max_error"], 2);
+}
+
 TEST_F(EstimateCommand, RefusesWhatIsNoList) {
   phantom("volume.nrrd");
   for (const char* list : {"1,x", ",", "1,,2", "-1", "1 2", "nan"})
@@ -104,6 +119,13 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   EXPECT_EQ(by_noise.code, 0);
   EXPECT_EQ(info()["max_error"], std::floor(0.5 * noise));
   EXPECT_TRUE(has(by_noise.err, "so the maximum error is set to " + info()["max_error"].dump()));
+  // estimate tries the same bounds.
+  std::vector<double> tried, expected = {0};
+  const Json by_default = estimates({});
+  for (const Json& e : by_default["estimates"]) tried.push_back(e["max_error"]);
+  for (const double part : {0.125, 0.25, 0.5, 1.0, 2.0, 4.0})
+    if (const double bound = std::floor(part * noise); bound > expected.back()) expected.push_back(bound);
+  EXPECT_EQ(tried, expected);
   // The same file as with the number.
   expect_ok(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--max-error", info()["max_error"].dump()}));
   EXPECT_TRUE(content("a.tag") == content("b.tag"));

@@ -7,24 +7,10 @@ import json
 import shutil
 import struct
 import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-sys.dont_write_bytecode = True
-SOURCES = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCES / "tests/format"))
+from program import ProgramTest, decoder, numpy
 
-try:
-    import numpy
-except ImportError as missing:
-    print(f"skipped: {missing} (python3-numpy)")
-    sys.exit(0)
-
-import decoder  # noqa: E402
-
-TAGRID = None
 TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
@@ -72,26 +58,18 @@ def with_member(data, kind, factor, content):
     size, packed = struct.unpack_from("<QQ", data, end + 4)
     # The table of members is the last section, with one entry.
     sections = decoder.unpack(data[end + 20:end + 20 + packed], size)[:-24] + struct.pack("<IIQQ", kind, factor, at, len(content))
-    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True,
+                           check=True).stdout
     directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
     directory += struct.pack("<Q", decoder.chained(directory, struct.unpack("<Q", member[-8:])[0]))
     return data[:at] + member + directory + struct.pack("<Q", at + len(member)) + data[-16:]
 
 
-class Overviews(unittest.TestCase):
-    def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.folder = Path(self.temporary.name)
-        self.addCleanup(self.temporary.cleanup)
-
-    def run_tagrid(self, *arguments, code=0, **options):
-        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False, **options)
-        self.assertEqual(run.returncode, code, (arguments, run.stderr))
-        return run
-
+class Overviews(ProgramTest):
     def volume(self, type, shape, seed=1):
         random = numpy.random.default_rng(seed)
-        smooth = numpy.add.outer(numpy.add.outer(numpy.arange(shape[0]), 2 * numpy.arange(shape[1])), 3 * numpy.arange(shape[2]))
+        smooth = numpy.add.outer(numpy.add.outer(numpy.arange(shape[0]), 2 * numpy.arange(shape[1])),
+                                 3 * numpy.arange(shape[2]))
         volume = (smooth + random.integers(0, 20, shape)).astype(type)
         if volume.dtype.kind == "f":
             volume = (volume * 0.37 - 5).astype(type)
@@ -104,21 +82,20 @@ class Overviews(unittest.TestCase):
         (self.folder / "volume.raw").write_bytes(volume.tobytes())
         dims = ",".join(map(str, volume.shape[::-1]))
         range_ = ("--range", "0:100")
-        self.run_tagrid("encode", "volume.raw", "--dims", dims, "--type", volume.dtype.name, *range_, "-q", "-f", "-o", name, *options, **run)
+        self.tagrid("encode", "volume.raw", "--dims", dims, "--type", volume.dtype.name, *range_, "-q", "-f", "-o",
+                    name, *options, **run)
         return (self.folder / name).read_bytes()
 
     def overview(self, name, factor, volume, *options):
-        self.run_tagrid("decode", name, "--overview", factor, "-q", "-f", "-o", "level.raw", *options)
+        self.tagrid("decode", name, "--overview", factor, "-q", "-f", "-o", "level.raw", *options)
         shape = [(n - 1) // factor + 1 for n in volume.shape]
         return numpy.frombuffer((self.folder / "level.raw").read_bytes(), volume.dtype).reshape(shape)
 
     def verify(self, name, volume, code=0):
         (self.folder / "original.raw").write_bytes(volume.tobytes())
         dims = ",".join(map(str, volume.shape[::-1]))
-        self.run_tagrid("verify", name, "--against", "original.raw", "--dims", dims, "--type", volume.dtype.name, "-q", code=code)
-
-    def info(self, name):
-        return json.loads(self.run_tagrid("info", name, "--json", "--no-levels").stdout)
+        self.tagrid("verify", name, "--against", "original.raw", "--dims", dims, "--type", volume.dtype.name, "-q",
+                    code=code)
 
     def require_means(self, name, factor, volume):
         bound = next(level["max_error"] for level in self.info(name)["overviews"] if level["factor"] == factor)
@@ -153,11 +130,12 @@ class Overviews(unittest.TestCase):
                 self.verify("a.tag", volume)
                 theirs = decoder.overviews(self.encode(other, "b.tag", "--overviews", "4", *options))[4]
                 (self.folder / "c.tag").write_bytes(with_member(data, 1, 4, theirs))
-                self.run_tagrid("verify", "c.tag", "-q")
+                self.tagrid("verify", "c.tag", "-q")
                 self.verify("c.tag", volume, code=65)
 
     def test_the_file_is_the_same_in_every_way_of_encoding(self):
-        volumes = [self.volume("uint16", (41, 131, 67)), self.volume("float32", (70, 133, 37)), self.volume("int32", (9, 300, 20))]
+        volumes = [self.volume("uint16", (41, 131, 67)), self.volume("float32", (70, 133, 37)),
+                   self.volume("int32", (9, 300, 20))]
         for volume in volumes:
             options = ["--cube", "8", "--brick", "2", "--overviews", "4,16,64"]
             whole = self.encode(volume, "a.tag", *options)
@@ -170,11 +148,13 @@ class Overviews(unittest.TestCase):
             derived = [*options, "--grid", "derived"]
             self.assertEqual(self.encode(volume, "c.tag", *derived), self.encode(volume, "d.tag", *derived, "--resume"))
             dims = ",".join(map(str, volume.shape[::-1]))
-            pipe = self.run_tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q", "-o", "-",
+            pipe = self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q",
+                               "-o", "-",
                                    *options, input=volume.tobytes())
             # A pipe has no source files to keep.
             self.assertEqual(self.encode(volume, "e.tag", *options, "--strip"),
-                             self.run_tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100", "-q",
+                             self.tagrid("encode", "-", "--dims", dims, "--type", volume.dtype.name, "--range", "0:100",
+                                         "-q",
                                              "-o", "-", "--strip", *options, input=volume.tobytes()).stdout)
             self.assertGreater(len(pipe.stdout), 0)
 
@@ -186,7 +166,8 @@ class Overviews(unittest.TestCase):
         self.assertEqual(whole, small)
 
     def test_large_volumes_have_them_by_themselves(self):
-        for shape, factors in (((2, 2, 512), []), ((2, 2, 513), [4]), ((1, 1025, 3), [4, 16]), ((4097, 1, 2), [4, 16, 64])):
+        for shape, factors in (((2, 2, 512), []), ((2, 2, 513), [4]), ((1, 1025, 3), [4, 16]),
+                               ((4097, 1, 2), [4, 16, 64])):
             self.encode(self.volume("uint8", shape), "a.tag")
             levels = self.info("a.tag")["overviews"]
             self.assertEqual([level["factor"] for level in levels], factors)
@@ -198,26 +179,34 @@ class Overviews(unittest.TestCase):
     def test_factors_that_are_impossible_are_refused(self):
         (self.folder / "volume.raw").write_bytes(bytes(27))
         for factors in ("2", "4,4", "16,4", "8", "4096", "x", ""):
-            self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o", "b.tag", code=64)
-        self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "--grid-only", "-o", "b.tag",
+            self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors, "-o",
+                        "b.tag", code=64)
+        for factors in ("4,", ",4", "4,,16", "4, 16", "auto,4"):
+            refused = self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", factors,
+                                  "-o", "b.tag",
+                                      code=64)
+            self.assertIn(f"--overviews: {factors}: must be auto, none, or factors with commas between them, such as 4,16",
+                          refused.stderr.decode())
+        self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "--grid-only",
+                    "-o", "b.tag",
                         code=64)
-        self.run_tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "-o", "a.tag")
-        self.assertIn(b"it has 4", self.run_tagrid("decode", "a.tag", "--overview", "16", "-o", "c.raw", code=64).stderr)
+        self.tagrid("encode", "volume.raw", "--dims", "3,3,3", "--type", "uint8", "--overviews", "4", "-o", "a.tag")
+        self.assertIn(b"it has 4", self.tagrid("decode", "a.tag", "--overview", "16", "-o", "c.raw", code=64).stderr)
 
     def test_a_region_counts_samples_of_the_volume(self):
         volume = self.volume("int16", (30, 40, 50))
         self.encode(volume, "a.tag", "--overviews", "4")
-        self.run_tagrid("decode", "a.tag", "--overview", "4", "--region", "7:9,:,29:", "-q", "-o", "part.raw")
+        self.tagrid("decode", "a.tag", "--overview", "4", "--region", "7:9,:,29:", "-q", "-o", "part.raw")
         part = numpy.frombuffer((self.folder / "part.raw").read_bytes(), "i2").reshape(1, 10, 2)
         numpy.testing.assert_array_equal(part, means(volume, 4)[7:8, :, 1:3])
-        self.run_tagrid("decode", "a.tag", "--overview", "4", "--region", "7:51,:,:", "-o", "part2.raw", code=64)
+        self.tagrid("decode", "a.tag", "--overview", "4", "--region", "7:51,:,:", "-o", "part2.raw", code=64)
 
     def test_blocks_lie_where_their_middles_are(self):
         (self.folder / "v.nrrd").write_bytes(
             b"NRRD0005\ntype: uint8\ndimension: 3\nsizes: 6 5 9\nencoding: raw\nspace: left-posterior-superior\n"
             b"space directions: (0.5,0,0) (0,0,2) (0,3,0)\nspace origin: (1,2,3)\n\n" + bytes(6 * 5 * 9))
-        self.run_tagrid("encode", "v.nrrd", "--overviews", "4", "-q", "-o", "v.tag")
-        self.run_tagrid("decode", "v.tag", "--overview", "4", "-q", "-o", "level.nrrd")
+        self.tagrid("encode", "v.nrrd", "--overviews", "4", "-q", "-o", "v.tag")
+        self.tagrid("decode", "v.tag", "--overview", "4", "-q", "-o", "level.nrrd")
         header = (self.folder / "level.nrrd").read_bytes().split(b"\n\n")[0].decode()
         self.assertIn("space directions: (2,0,0) (0,0,8) (0,12,0)", header)
         self.assertIn("space origin: (1.75,6.5,6)", header)
@@ -245,24 +234,24 @@ class Overviews(unittest.TestCase):
             damaged = bytearray(data)
             damaged[place] ^= 1
             (self.folder / "b.tag").write_bytes(damaged)
-            self.run_tagrid("verify", "b.tag", "-q", code=65)
+            self.tagrid("verify", "b.tag", "-q", code=65)
             with self.assertRaises(decoder.Broken):
                 decoder.decode(bytes(damaged))
-            self.run_tagrid("decode", "-", "-q", "-f", "-o", "all.raw", code=65, input=bytes(damaged))
-            self.run_tagrid("decode", "b.tag", "--salvage", "-q", "-f", "-o", "all.raw", code=65)
+            self.tagrid("decode", "-", "-q", "-f", "-o", "all.raw", code=65, input=bytes(damaged))
+            self.tagrid("decode", "b.tag", "--salvage", "-q", "-f", "-o", "all.raw", code=65)
             self.assertEqual((self.folder / "all.raw").read_bytes(), volume.tobytes())
         for end in range(start - 24, len(data), 7):
             (self.folder / "b.tag").write_bytes(data[:end])
-            self.run_tagrid("verify", "b.tag", "-q", code=65)
+            self.tagrid("verify", "b.tag", "-q", code=65)
 
     def test_info_names_them_whatever_the_grid_and_from_a_pipe(self):
         volume = self.volume("uint8", (20, 30, 40))
         for grid in ("stored", "derived"):
             data = self.encode(volume, "a.tag", "--overviews", "4,16", "--grid", grid, "--max-error", "1")
             for source, given in (("a.tag", None), ("-", data)):
-                told = json.loads(self.run_tagrid("info", source, "--json", input=given).stdout)["overviews"]
+                told = json.loads(self.tagrid("info", source, "--json", input=given).stdout)["overviews"]
                 self.assertEqual([level["factor"] for level in told], [4, 16])
-                self.assertIn(b"overviews       4: 10 x 8 x 5 means", self.run_tagrid("info", source, input=given).stdout)
+                self.assertIn(b"overviews       4: 10 x 8 x 5 means", self.tagrid("info", source, input=given).stdout)
 
     def test_one_with_a_damaged_header_costs_nothing_else(self):
         volume = self.volume("uint8", (20, 30, 640))
@@ -270,28 +259,28 @@ class Overviews(unittest.TestCase):
         damaged = bytearray(data)
         damaged[data.index(decoder.overviews(data)[4]) + 50] ^= 1
         (self.folder / "b.tag").write_bytes(damaged)
-        told = json.loads(self.run_tagrid("info", "b.tag", "--json").stdout)["overviews"]
+        told = json.loads(self.tagrid("info", "b.tag", "--json").stdout)["overviews"]
         self.assertEqual([level["max_error"] for level in told], [None, 1])
-        self.assertIn(b", damaged", self.run_tagrid("info", "b.tag").stdout)
-        self.run_tagrid("preview", "b.tag", "-q", "-f", "-o", "b.png")
+        self.assertIn(b", damaged", self.tagrid("info", "b.tag").stdout)
+        self.tagrid("preview", "b.tag", "-q", "-f", "-o", "b.png")
 
     def test_verify_says_what_a_pipe_leaves_out(self):
         volume = self.volume("uint8", (20, 30, 40))
         data = self.encode(volume, "a.tag", "--overviews", "4")
-        self.assertIn(b"only their checksums were checked", self.run_tagrid("verify", "-", input=data).stdout)
-        self.assertNotIn(b"checksums", self.run_tagrid("verify", "a.tag").stdout)
+        self.assertIn(b"only their checksums were checked", self.tagrid("verify", "-", input=data).stdout)
+        self.assertNotIn(b"checksums", self.tagrid("verify", "a.tag").stdout)
 
     def test_members_of_unknown_kinds_are_skipped_and_named(self):
         volume = self.volume("uint8", (6, 7, 9))
         data = self.encode(volume, "a.tag", "--overviews", "4")
         new = with_member(data, 77, 0, b"from the future")
         (self.folder / "b.tag").write_bytes(new)
-        self.run_tagrid("verify", "b.tag", "-q")
-        self.assertIn(b"kind 77", self.run_tagrid("info", "b.tag").stdout)
-        self.assertEqual(self.run_tagrid("decode", "-", "-q", "-o", "-", "--format", "raw", input=new).stdout, volume.tobytes())
+        self.tagrid("verify", "b.tag", "-q")
+        self.assertIn(b"kind 77", self.tagrid("info", "b.tag").stdout)
+        self.assertEqual(self.tagrid("decode", "-", "-q", "-o", "-", "--format", "raw", input=new).stdout,
+                         volume.tobytes())
         self.assertEqual(self.info("b.tag")["overviews"], [])
 
 
 if __name__ == "__main__":
-    TAGRID = sys.argv.pop(1)
     unittest.main()

@@ -99,11 +99,51 @@ TEST_F(RepairCommands, ParityInTheFileHelpsWhereThatBesideItDoesNot) {
   expect_repaired("b.tag", whole);
 }
 
+TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideItIsWhole) {
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "20%", "--beside"}));
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  const std::string whole = content("a.tag");
+  for (const std::size_t begin : {std::size_t{2000}, plain_.size() + 500}) {
+    file("a.tag", damaged(damaged(whole, begin, 1), whole.size() - 40, 30));
+    expect_repaired("a.tag", whole);
+  }
+  // More than parity in the file can repair, or all of it.
+  const std::size_t more = whole.size() - plain_.size();
+  for (const std::string& bytes :
+       {damaged(damaged(whole, plain_.size() - more / 2, more - 500), whole.size() - 40, 40),
+        damaged(whole, plain_.size(), more), damaged(whole, plain_.size() - 2 * more, 2 * more)}) {
+    file("a.tag", bytes);
+    const Ending ending = tagrid({"repair", "a.tag", "-fo", "whole.tag"});
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_TRUE(content("whole.tag") == plain_);
+    EXPECT_TRUE(
+        has(ending.err, std::to_string(more) +
+                            " bytes after the end, such as parity, were left out; protect whole.tag again"))
+        << ending.err;
+  }
+}
+
 TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
   for (const std::string& other : {std::string(), std::string(30000, 'x')}) {
     file("a.tag.parity", other);
     expect_error(tagrid({"verify", "a.tag"}), broken_input, "nothing of a.tag.parity can be read");
   }
+}
+
+TEST_F(RepairCommands, WhatIsNoRegularFileIsRefused) {
+  for (const std::string& command : {std::string("protect"), std::string("repair")}) {
+    const auto refused = [&](const std::string& name) {
+      return tagrid(command == "repair" ? Arguments{"repair", name, "-o", "whole.tag"}
+                                        : Arguments{"protect", name, "--parity", "5%"});
+    };
+    for (const std::string& name : {std::string("/dev/null"), std::string("-")})
+      expect_error(refused(name), usage,
+                   (name == "-" ? "standard input" : name) + ": the file to " + command +
+                       " must be a regular file; save it as one first");
+    expect_error(refused("."), usage, ".: is a directory, not a .tag file");
+    expect_error(refused("missing.tag"), world, "missing.tag: cannot open");
+  }
+  expect_error(tagrid({"repair", "a.tag", "-o", "-"}), usage, "standard output: the output must be");
 }
 
 TEST_F(RepairCommands, ALinkStandsForTheFileThatItNames) {

@@ -5,29 +5,12 @@
 
 import gzip
 import json
-import os
-import shutil
 import struct
 import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-sys.dont_write_bytecode = True
-SOURCES = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(SOURCES / "tests/format"))
+from program import ProgramTest, decoder, numpy
 
-try:
-    import numpy
-except ImportError as missing:
-    print(f"skipped: {missing} (python3-numpy)")
-    sys.exit(0)
-
-import decoder  # noqa: E402
-
-TAGRID = None
-MEMBER = 2**32 - 1
 CODES = {"uint8": 2, "int16": 4, "float32": 16, "uint16": 512}
 
 
@@ -85,33 +68,21 @@ def forged(data, parts):
     body = bytearray(data[:first])
     at, table, before = first, b"", struct.unpack_from("<Q", data, first - 8)[0]
     for kind, factor, content in parts:
-        member = struct.pack("<IIIQ", MEMBER, kind, factor, len(content)) + content
+        member = struct.pack("<IIIQ", decoder.MEMBER, kind, factor, len(content)) + content
         before = decoder.chained(member, before)
         table += struct.pack("<IIQQ", kind, factor, len(body), len(content))
         body += member + struct.pack("<Q", before)
     size, packed = struct.unpack_from("<QQ", data, start + 4)
     sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
     sections = sections[:-24 * len(members(data)) - 12] + (struct.pack("<IQ", 3, len(table)) + table if table else b"")
-    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True, check=True).stdout
+    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True,
+                           check=True).stdout
     directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
     directory += struct.pack("<Q", decoder.chained(directory, before))
     return bytes(body) + directory + struct.pack("<Q", len(body)) + data[-16:]
 
 
-class Volumes(unittest.TestCase):
-    def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.folder = Path(self.temporary.name)
-        self.addCleanup(self.temporary.cleanup)
-
-    def tagrid(self, *arguments, code=0, **options):
-        run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False, **options)
-        self.assertEqual(run.returncode, code, (arguments, run.stderr.decode()))
-        return run
-
-    def info(self, name):
-        return json.loads(self.tagrid("info", name, "--json", "--no-levels").stdout)
-
+class Volumes(ProgramTest):
     def decoded(self, name, number, type, shape, *options):
         self.tagrid("decode", name, "--volume", number, "-o", "one.raw", "-f", "-q", *options)
         return numpy.fromfile(self.folder / "one.raw", type).reshape(shape)
@@ -179,11 +150,13 @@ class Volumes(unittest.TestCase):
     def test_one_of_several_must_be_chosen(self):
         self.write("scan.nii", nifti(moments("int16", (3, 2, 6, 7))))
         self.tagrid("encode", "scan.nii", "-q")
-        for options in (["-o", "a.nrrd"], ["-o", "a.nii", "--region", ":,:,0:1"], ["-o", "a.nii", "--salvage"], ["-o", "-"]):
+        for options in (["-o", "a.nrrd"], ["-o", "a.nii", "--region", ":,:,0:1"], ["-o", "a.nii", "--salvage"],
+                        ["-o", "-"]):
             refused = self.tagrid("decode", "scan.tag", *options, code=64)
             self.assertIn(b"3 volumes", refused.stderr)
             self.assertIn(b"--volume", refused.stderr)
-        self.assertIn(b"no volume 3; the volumes are 0 to 2", self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
+        self.assertIn(b"no volume 3; the volumes are 0 to 2",
+                      self.tagrid("mesh", "scan.tag", "-o", "a.vtu", "--padded", "--volume", 3, code=64).stderr)
         self.assertIn(b"volume 3", self.tagrid("decode", "scan.tag", "-o", "a.nrrd", "--volume", 3, code=64).stderr)
         self.assertFalse((self.folder / "a.nrrd").exists())
 
@@ -192,7 +165,8 @@ class Volumes(unittest.TestCase):
         self.write("scan.nii", nifti(volumes))
         self.tagrid("encode", "scan.nii", "-q")
         self.tagrid("encode", "scan.nii", "--series", 2, "-o", "second.tag", "-q")
-        for command, options, name in (("mesh", [], "vtu"), ("surface", ["--iso", 150], "ply"), ("mesh", ["--region", "0:20,:,:"], "vtu")):
+        for command, options, name in (("mesh", [], "vtu"), ("surface", ["--iso", 150], "ply"),
+                                       ("mesh", ["--region", "0:20,:,:"], "vtu")):
             self.tagrid(command, "scan.tag", *options, "--volume", 1, "-o", f"a.{name}", "-q", "-f")
             self.tagrid(command, "second.tag", *options, "-o", f"b.{name}", "-q", "-f")
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes())
@@ -251,6 +225,19 @@ class Volumes(unittest.TestCase):
         self.write("fewer.nii", nifti(volumes[:2]))
         self.assertIn(b"2 volumes", self.tagrid("verify", "scan.tag", "--against", "fewer.nii", code=65).stderr)
 
+    def test_statistics_say_how_many_volumes_there_are(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        for command, expected in ((["encode", "scan.nii"], 3), (["verify", "scan.tag", "--against", "scan.nii"], 3),
+                                  (["restore", "scan.tag", "-o", "back"], 3),
+                                  (["decode", "scan.tag", "-o", "all.nii"], 3),
+                                  (["decode", "scan.tag", "--volume", 0, "-o", "one.nii"], 1),
+                                  (["encode", "scan.nii", "--series", 2, "-o", "one.tag"], 1)):
+            figures = json.loads(self.tagrid(*command, "--json", "-", "-q").stdout)
+            self.assertEqual(figures["volumes"], expected, command)
+            self.assertEqual(figures["dims"], [70, 6, 5])
+            voxels = figures["voxels_per_second"] * figures["seconds"]
+            self.assertAlmostEqual(voxels, expected * 70 * 6 * 5, delta=1)
+
     def test_damage_costs_only_the_volume_that_has_it(self):
         volumes = moments("int16", (3, 70, 70, 70))
         self.write("scan.nii", nifti(volumes))
@@ -264,12 +251,32 @@ class Volumes(unittest.TestCase):
         refused = self.tagrid("decode", "scan.tag", "--volume", 1, "-o", "a.raw", code=65)
         self.assertIn(b"volume 1", refused.stderr)
         self.tagrid("decode", "scan.tag", "--volume", 1, "--salvage", "-o", "a.raw", "--json", "lost.json", code=65)
-        lost = json.loads((self.folder / "lost.json").read_text())["lost"]
+        lost = self.statistics("lost.json")["lost"]
         self.assertEqual(len(lost), 1)
         same = numpy.fromfile(self.folder / "a.raw", "int16").reshape(70, 70, 70) == volumes[1]
         self.assertGreater(same.mean(), 0.02)
         self.assertLess(same.mean(), 1)
-        self.assertIn(b"volume 1", self.tagrid("verify", "scan.tag", code=65).stderr)
+        verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
+        self.assertIn(b"volume 1", verified.stderr)
+        self.assertRegex(verified.stdout, rb"^scan.tag: volume 1: brick \d is damaged or missing: region \S+\n"
+                                          rb"scan.tag: volume 1: 1 of 8 bricks is lost; decode --salvage --volume 1 decodes all others\n$")
+        damaged = self.statistics("damaged.json")["damaged"]
+        self.assertEqual(damaged, [dict(lost[0], volume=1)])
+
+    def test_damage_of_several_volumes_is_listed(self):
+        self.write("scan.nii", nifti(moments("int16", (4, 70, 70, 70))))
+        self.tagrid("encode", "scan.nii", "-q", "--strip")
+        data = bytearray((self.folder / "scan.tag").read_bytes())
+        data[members(data)[0][2] // 2] ^= 1
+        data[members(data)[1][2] + 20 + 30] ^= 1  # in the header of volume 2
+        (self.folder / "scan.tag").write_bytes(data)
+        verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
+        lines = verified.stdout.decode().splitlines()
+        self.assertEqual([line.split(": ")[1] for line in lines], ["volume 0"] * 2 + ["volume 2"] * 2, lines)
+        self.assertEqual(lines[3], "scan.tag: volume 2: 8 of 8 bricks are lost")
+        damaged = self.statistics("damaged.json")["damaged"]
+        self.assertEqual([box["volume"] for box in damaged], [0, 2])
+        self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
     def test_parity_repairs_a_volume(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
@@ -291,7 +298,8 @@ class Volumes(unittest.TestCase):
         self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--json", "1.json")
         outputs = [path for path in (self.folder / "out").rglob("*.tag")]
         self.assertEqual(len(outputs), 1)
-        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--remove-verified", "--json", "2.json")
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--remove-verified", "--json",
+                    "2.json")
         self.assertFalse((self.folder / "archive/scan.nii").exists())
         self.tagrid("restore", outputs[0], "-o", "back", "-q")
         self.assertEqual(next((self.folder / "back").rglob("*.nii")).read_bytes(), data)
@@ -321,7 +329,7 @@ class Volumes(unittest.TestCase):
     def test_the_report_counts_all_volumes(self):
         volumes = numpy.zeros((4, 10, 20, 30), "int16")
         (self.folder / "scan.nii.gz").write_bytes(gzip.compress(nifti(volumes)))
-        told = subprocess.run([TAGRID, "encode", "scan.nii.gz", "-v"], cwd=self.folder, capture_output=True, check=True).stderr
+        told = self.tagrid("encode", "scan.nii.gz", "-v").stderr
         self.assertIn(b"48.0 kB -> ", told)
         self.assertTrue((self.folder / "scan.tag").exists())
 
@@ -348,7 +356,8 @@ class Volumes(unittest.TestCase):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         self.tagrid("encode", "scan.nii", "-q")
         data = (self.folder / "scan.tag").read_bytes()
-        contents = [(kind, factor, data[offset + 20:offset + 20 + length]) for kind, factor, offset, length in members(data)]
+        contents = [(kind, factor, data[offset + 20:offset + 20 + length])
+                    for kind, factor, offset, length in members(data)]
         self.assertEqual([c[:2] for c in contents], [(2, 1), (2, 2)])
         (self.folder / "same.tag").write_bytes(forged(data, contents))
         self.tagrid("verify", "same.tag", "--against", "scan.nii")
@@ -380,5 +389,4 @@ class Volumes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    TAGRID = str(Path(sys.argv.pop(1)).resolve())
     unittest.main()

@@ -1,5 +1,7 @@
 // Options on the command line, and the results of mistakes there.
 
+#include <sstream>
+
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 
@@ -324,6 +326,30 @@ TEST_F(Options, QuietSaysNothingAndVerboseMore) {
   const Ending quiet = tagrid({"encode", "volume.nrrd", "-fqv", "--progress=bar"});
   expect_ok(quiet);
   EXPECT_EQ(tagrid({"verify", "volume.tag", "-q"}).out, "");
+}
+
+TEST_F(Options, VerboseTwiceTellsWhereTheTimeWent) {
+  phantom("volume.nrrd");
+  // Every thread that works is seen, and nothing twice: threads take no more than the process has.
+  const auto expect_nodes = [&](const Arguments& arguments, const std::vector<std::string>& nodes) {
+    const Ending once = tagrid(with(arguments, {"-v"})), twice = tagrid(with(arguments, {"-v", "-v"}));
+    EXPECT_FALSE(has(once.err, "CPU s"));
+    std::istringstream lines(twice.err);
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_TRUE(has(line, "CPU s"));
+    for (const std::string& node : nodes) {
+      std::getline(lines, line);
+      EXPECT_TRUE(line.starts_with(node + "  ")) << line;
+      EXPECT_GT(std::stod(line.substr(node.size())), -1e-9) << line;
+    }
+    EXPECT_TRUE(has(twice.err, "times as fast with 16 threads"));
+    EXPECT_TRUE(has(twice.err, once.err.substr(0, once.err.find(" ->")))) << "the rest is as with one -v";
+  };
+  expect_nodes({"encode", "volume.nrrd", "-f"}, {"read slices", "read samples", "plan", "curvature",
+                                                 "subdivide", "encode", "write bricks", "all else"});
+  expect_nodes({"decode", "volume.tag", "-f", "-o", "out.nrrd"},
+               {"read bricks", "decode", "write rows", "write samples", "all else"});
 }
 
 TEST_F(Options, ProgressIsABarOrPlainOrNothing) {

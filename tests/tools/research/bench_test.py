@@ -216,9 +216,11 @@ class Errors(unittest.TestCase):
         phantom(self.folder / "x.nhdr", "uint8", 1)
         (self.folder / "empty").mkdir()
         run = bench("x.nhdr", "--codecs", "zstd -1", cwd=self.folder, env={"PATH": str(self.folder / "empty")})
-        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/research/bench: none of these codecs is installed"))
+        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]),
+                         (74, "tools/research/bench: none of these codecs is installed"))
         run = bench("x.nhdr", "--codecs", "copy", "--errors", 3, cwd=self.folder)
-        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/research/bench: nothing could be measured"))
+        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]),
+                         (74, "tools/research/bench: nothing could be measured"))
 
     def test_a_volume_at_which_all_codecs_give_up_leaves_the_others(self):
         """JPEG-LS cannot keep a bound of 90 for a range of 100."""

@@ -104,13 +104,15 @@ class QuickReport(unittest.TestCase):
         tagrid("phantom", "--dims", dims, "--type", kind, "--seed", SEED, "-o", volume, "-q")
         for level in (3, 6, 9, 12, 15):
             tag = self.folder / f"{level}.tag"
-            tagrid("encode", volume, "--grid-only", "--lead", 0, "--range", value_range, "--max-level", level, "-o", tag, "-q")
+            tagrid("encode", volume, "--grid-only", "--lead", 0, "--range", value_range, "--max-level", level, "-o",
+                   tag, "-q")
             found = json.loads(tagrid("info", "--json", tag))["levels"][level]
             row = re.search(rf"Table 1: the lobster.*?<tr><td>{level}</td>(.*?)</tr>", self.page, re.DOTALL)[1]
             cells = re.findall(r"<td>(.*?)</td>", row)
             self.assertEqual((cells[3], cells[5], cells[7]),
                              (f"{found['points']:,}", f"{found['active']:,}", f"{100 * found['active'] / found['points']:.2f}"))
-        tagrid("encode", volume, "--grid-only", "--lead", 0, "--range", value_range, "-o", self.folder / "whole.tag", "-q")
+        tagrid("encode", volume, "--grid-only", "--lead", 0, "--range", value_range, "-o", self.folder / "whole.tag",
+               "-q")
         active = [level["active"] for level in json.loads(tagrid("info", "--json", self.folder / "whole.tag"))["levels"]]
         self.assertAlmostEqual(self.claims[9]["numbers"]["most"], max(b / a for a, b in zip(active, active[1:])))
 
