@@ -194,8 +194,8 @@ TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
 // At low rates, narrow types are transformed. The promise holds, also of a bound besides it; the bytes are the same for
 // any number of threads, and the file says what it has.
 TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
-  const Index3 dims = {50, 41, 37};
-  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1));
+  write_phantom({.dims = {50, 41, 37}, .type = sample_type_of<TypeParam>()}, this->in_, format_named("nrrd"),
+                true, 2);
   for (const double wanted : {30.0, 40.0}) {
     EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
     const EncodeResult free = encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));

@@ -1,9 +1,9 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """python3 tools/research/bench/low_rates.py TAGRID DATA [VOLUME ...]
 
-Bits per voxel that `encode --psnr` takes for real volumes: of the file, and of the values alone. DATA has NRRD headers of
-volumes; see docs/decisions/0049-transform.md, whose table this makes. If sperr3d is installed, its bits are beside them.
-Also the time of one encoding with the step that was found, and of decoding, per voxel, with one thread.
+Bits per voxel that `encode --psnr` takes for real volumes: of the file, and of the values alone. DATA has NRRD headers
+of volumes; see docs/decisions/0049-transform.md, whose table this makes. If sperr3d is installed, its bits are beside
+them. Also the time of decoding per voxel, with one thread, start and output included.
 """
 
 import json
@@ -14,6 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
+
+import numpy
 
 PSNRS = (37, 42, 47, 52)
 
@@ -34,13 +36,15 @@ def seconds(command):
 def measured(program, volume, psnr, folder):
     """A row of the table."""
     tag, raw = folder / "a.tag", folder / "a.nrrd"
-    subprocess.run([program, "encode", volume, "--psnr", str(psnr), "--grid", "derived", "-q", "-f", "-o", tag], check=True)
+    subprocess.run([program, "encode", volume, "--psnr", str(psnr), "--grid", "derived", "-q", "-f", "-o", tag],
+                   check=True)
     info = json.loads(subprocess.run([program, "info", tag, "--json"], check=True, stdout=subprocess.PIPE).stdout)
     sizes, _ = header_of(volume)
     voxels = sizes[0] * sizes[1] * sizes[2]
     decoding = seconds([program, "decode", tag, "-q", "-f", "--threads", "1", "-o", raw])
-    return {"file": 8 * tag.stat().st_size / voxels, "values": 8 * info["bytes"]["values"] / voxels,
-            "psnr": info["achieved"]["psnr"], "max_error": info["achieved"]["max_error"], "decode ns": 1e9 * decoding / voxels}
+    return {"psnr": info["achieved"]["psnr"], "max_error": info["achieved"]["max_error"],
+            "file": 8 * tag.stat().st_size / voxels, "values": 8 * info["bytes"]["values"] / voxels,
+            "decode ns": 1e9 * decoding / voxels}
 
 
 def sperr_bits(volume, psnr, folder):
@@ -48,12 +52,11 @@ def sperr_bits(volume, psnr, folder):
     if shutil.which("sperr3d") is None:
         return None
     sizes, kind = header_of(volume)
-    import numpy
     samples = numpy.fromfile(volume.with_suffix(".raw"), {"uint8": "u1", "int16": "<i2", "uint16": "<u2"}[kind])
     floats, packed = folder / "a.f32", folder / "a.sperr"
     samples.astype("<f4").tofile(floats)
-    subprocess.run(["sperr3d", "-c", "--ftype", "32", "--dims", *map(str, sizes), "--chunks", "256", "256", "256", "--psnr", str(psnr),
-                    "--bitstream", packed, floats], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["sperr3d", "-c", "--ftype", "32", "--dims", *map(str, sizes), "--chunks", "256", "256", "256",
+                    "--psnr", str(psnr), "--bitstream", packed, floats], check=True, stdout=subprocess.DEVNULL)
     return 8 * packed.stat().st_size / samples.size
 
 
@@ -67,8 +70,9 @@ def main():
             for psnr in PSNRS:
                 row = measured(program, volume, psnr, pathlib.Path(folder))
                 sperr = sperr_bits(volume, psnr, pathlib.Path(folder))
-                print(f"| {volume.stem} | {psnr} | {row['psnr']:.2f} | {row['max_error']:g} | {row['file']:.4f} | {row['values']:.4f} | "
-                      f"{'–' if sperr is None else format(sperr, '.4f')} | {row['decode ns']:.0f} |", flush=True)
+                cells = (volume.stem, psnr, f"{row['psnr']:.2f}", f"{row['max_error']:g}", f"{row['file']:.4f}",
+                         f"{row['values']:.4f}", "–" if sperr is None else f"{sperr:.4f}", f"{row['decode ns']:.0f}")
+                print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 
 
 if __name__ == "__main__":
