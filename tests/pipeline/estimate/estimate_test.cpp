@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <set>
 
 #include "io/errors/errors.h"
@@ -12,6 +14,7 @@
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/verify/verify.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -217,6 +220,45 @@ TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
       EXPECT_LE(of_both.max_error, *options.max_error);
       EXPECT_TRUE(of_both.rmse == 0 || of_both.psnr >= wanted);
     }
+  }
+}
+
+// What is asked is a small file: a bound that reaches the PSNR is not smaller, nor is a file of a higher PSNR.
+TYPED_TEST(EstimatesOfType, AFileOfAPsnrIsNoLargerThanOneOfABoundThatReachesIt) {
+  if (is_wide<TypeParam>) return;
+  const Index3 dims = {70, 61, 40};
+  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1, 3));
+  std::uint64_t before = 0;
+  for (const double wanted : {30.0, 34.0, 38.0, 42.0, 46.0}) {
+    const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
+    encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
+    const std::uint64_t bytes = std::filesystem::file_size(this->path("a.tag"));
+    EXPECT_GE(1.02 * static_cast<double>(bytes), before) << wanted;
+    before = bytes;
+    for (double bound = 1; bound < 100; bound *= 1.5) {
+      const EncodeResult result = this->encode(options, std::floor(bound));
+      if (const Achieved a = achieved_of(result.index.total); a.rmse == 0 || a.psnr >= wanted)
+        EXPECT_LE(static_cast<double>(bytes), 1.03 * static_cast<double>(result.file_bytes))
+            << wanted << ' ' << bound;
+    }
+  }
+}
+
+TYPED_TEST(EstimatesOfType, MasksAreExactWhateverThePsnr) {
+  const Index3 dims = {40, 41, 42};
+  std::vector<TypeParam> mask(static_cast<std::size_t>(Box::of_size(dims).count()));
+  for (const auto [x, y, z] : points_of(dims))
+    mask[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))] =
+        (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 250
+            ? std::numeric_limits<TypeParam>::max()
+            : 0;
+  write_nrrd(this->in_, dims, mask);
+  for (const double wanted : {5.0, 10.0, 40.0}) {
+    const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
+    const Achieved achieved = achieved_of(
+        encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2)).index.total);
+    EXPECT_TRUE(achieved.rmse == 0 || achieved.psnr >= wanted);
+    if (std::is_integral_v<TypeParam> && !is_wide<TypeParam>) EXPECT_EQ(achieved.rmse, 0);
   }
 }
 
