@@ -37,22 +37,22 @@ struct Tried {
   double bits = 0;  ///< of a sample, without the grid
 };
 
-// Encodings of a volume, or of a part of the rows of bricks, spread over the volume. The part has bricks of the usual
-// size, so that its rows are many.
+// Encodings of a volume, or of a part of the rows of bricks, spread over the volume. Bricks are of the usual size unless
+// all of the volume is transformed; so the rows of a part are many.
 class Trials {
  public:
-  Trials(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
-      : source_(source), parameters_(parameters), peak_(peak), progress_(progress) {
+  Trials(const ResolvedOptions& options, VolumeSource& source, double peak, const Progress& progress)
+      : source_(source), parameters_(options.parameters), peak_(peak), progress_(progress) {
     // Of the voxels alone: a grid changes no decoded sample.
     parameters_.mesh_error = -1;
     parameters_.grid = GridOrigin::derived;
-    of_sample_ = parameters_;
-    of_sample_.brick_edge = std::min(parameters_.brick_edge, usual_brick_edge(parameters_.cube_size));
+    usual_ = parameters_;
+    if (!options.options.brick_edge) usual_.brick_edge = usual_brick_edge(usual_.cube_size);
   }
 
   /// `step`: of a transform; 0: none.
   Tried of(double max_error, std::uint32_t step, bool sampled) {
-    CodingParameters parameters = sampled ? of_sample_ : parameters_;
+    CodingParameters parameters = sampled || step == 0 ? usual_ : parameters_;
     parameters.max_error = max_error;
     parameters.transform_step = step;
     const BrickGrid bricks = parameters.bricks();
@@ -92,7 +92,7 @@ class Trials {
 
  private:
   VolumeSource& source_;
-  CodingParameters parameters_, of_sample_;
+  CodingParameters parameters_, usual_;
   double peak_;
   const Progress& progress_;
 };
@@ -250,7 +250,7 @@ FoundBound by_psnr(const ResolvedOptions& options, VolumeSource& source, double 
   const double peak = width(range_of_data(source));
   require(std::isfinite(peak),
           {"{}: {} is undefined for samples whose range is not finite", {source.name(), setting::psnr}});
-  Trials trials(options.parameters, source, peak, progress);
+  Trials trials(options, source, peak, progress);
   const bool whole = !is_float_type(source.info().type);
   Bounds bounds(trials, wanted, peak, whole);
   const std::optional<double>& given = options.options.max_error;

@@ -237,14 +237,15 @@ TYPED_TEST(EstimatesOfType, AFileOfAPsnrIsNoLargerThanOneOfABoundThatReachesIt) 
     before = bytes;
     for (double bound = 1; bound < 100; bound *= 1.5) {
       const EncodeResult result = this->encode(options, std::floor(bound));
-      if (const Achieved a = achieved_of(result.index.total); a.rmse == 0 || a.psnr >= wanted)
-        EXPECT_LE(static_cast<double>(bytes), 1.03 * static_cast<double>(result.file_bytes))
-            << wanted << ' ' << bound;
+      const Achieved a = achieved_of(result.index.total);
+      if (a.rmse > 0 && a.psnr < wanted) continue;
+      EXPECT_LE(static_cast<double>(bytes), 1.03 * static_cast<double>(result.file_bytes))
+          << wanted << ' ' << bound;
     }
   }
 }
 
-TYPED_TEST(EstimatesOfType, MasksAreExactWhateverThePsnr) {
+TYPED_TEST(EstimatesOfType, MasksAreExactUnlessHardlyAnythingIsAsked) {
   const Index3 dims = {40, 41, 42};
   std::vector<TypeParam> mask(static_cast<std::size_t>(Box::of_size(dims).count()));
   for (const auto [x, y, z] : points_of(dims))
@@ -258,7 +259,8 @@ TYPED_TEST(EstimatesOfType, MasksAreExactWhateverThePsnr) {
     const Achieved achieved = achieved_of(
         encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2)).index.total);
     EXPECT_TRUE(achieved.rmse == 0 || achieved.psnr >= wanted);
-    if (std::is_integral_v<TypeParam> && !is_wide<TypeParam>) EXPECT_EQ(achieved.rmse, 0);
+    if (is_wide<TypeParam> || wanted < 20) continue;
+    EXPECT_EQ(achieved.rmse, 0);
   }
 }
 
