@@ -30,6 +30,14 @@ struct EndsOfSlice {
   float rise_scale;
 };
 
+// 0, 1, 2 and so on. Loaded, as Iota() of Highway 1.0 stores the numbers one by one, and a processor waits for
+// all of them to load them together.
+alignas(64) inline constexpr std::array<std::uint32_t, EdgeBatch::padding> counted = [] {
+  std::array<std::uint32_t, EdgeBatch::padding> numbers{};
+  for (std::uint32_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
+  return numbers;
+}();
+
 }  // namespace tagrid
 #endif
 
@@ -182,12 +190,13 @@ HWY_INLINE std::int64_t find_in_row(const EndsOfSlice& slice, const Test& is_fou
   const std::int64_t start = (from.row & ~std::int64_t{1}) * slice.stride;
   const Number step = hn::Set(number, static_cast<std::uint32_t>(2 * points.unit)),
                first_point = hn::Set(
-                   number, slice.numbers.first + slice.numbers.row * static_cast<std::uint32_t>(from.row));
+                   number, slice.numbers.first + slice.numbers.row * static_cast<std::uint32_t>(from.row)),
+               first_columns = hn::Load(number, counted.data());
   const Float length = set(points.length());
   std::size_t count = found.count;
   std::int64_t i = from.column;
   for (; i < points.columns && count + EdgeBatch::padding <= EdgeBatch::capacity; i += lanes) {
-    const Number column = hn::Iota(number, static_cast<std::uint32_t>(i));
+    const Number column = hn::Add(first_columns, hn::Set(number, static_cast<std::uint32_t>(i)));
     const Which every_second = hn::RebindMask(d, hn::TestBit(column, hn::Set(number, 1)));
     const auto sign = [&](const std::array<float, 2>& of) HWY_ATTR {
       if constexpr (!alternate) return set(of[0]);
