@@ -112,7 +112,9 @@ for effort in fast best; do
   encodings "$folder/int16.nrrd" "phantom int16" --effort $effort --max-error 6 --surface-error 1
   encodings "$folder/uint16.nrrd" "phantom uint16" --effort $effort --max-error 1
 done
-# A pipe cannot be read twice, so the range is given.
+# A pipe cannot be read twice, so it is copied.
+for type in uint8 int16; do encodings "$folder/$type.nrrd" "phantom $type" --psnr 40 --spool "$folder"; done
+# The range is given for the same reason.
 for type in int32 float32; do modes "$folder/$type.nrrd" "phantom $type" --range -1000:3000; done
 for type in uint32 float64; do
   encodings "$folder/$type.nrrd" "phantom $type" --range 0:3000 --max-error 0.5
