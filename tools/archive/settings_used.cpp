@@ -23,7 +23,13 @@ ordered_json settings_of(const EncodeOptions& given, const VolumeSource& volume)
   const ResolvedOptions options = in_samples(given, volume.facts());
   ordered_json settings = settings_json(options.parameters);
   if (options.range_from_data) settings["range"] = settings["field_scale"] = "that of the data";
-  if (options.options.error_rule) settings["max_error"] = text_of(*options.options.error_rule);
+  if (!options.options.error_rule) return settings;
+  const std::string rule = text_of(*options.options.error_rule);
+  settings["max_error"] = rule;
+  // Whether samples are transformed, and the size of bricks then, follows from a PSNR, too.
+  if (options.parameters.transform_step == 0) return settings;
+  settings["transform_step"] = rule;
+  if (!given.brick_edge) settings["brick"] = rule;
   return settings;
 }
 
@@ -40,7 +46,8 @@ std::string difference_of_texts(const OptionTexts& was, const OptionTexts& now) 
 std::string difference_of_settings(const ordered_json& was, const ordered_json& now, bool with_rules) {
   for (const auto& [name, value] : now.items()) {
     const bool is_rule =
-        value.is_string() && (name == "max_error" || name == "range" || name == "field_scale");
+        value.is_string() && (name == "max_error" || name == "range" || name == "field_scale" ||
+                              name == "transform_step" || name == "brick");
     const auto found = was.is_object() ? was.find(name) : was.end();
     if (found == was.end()) return fmt::format("{} is not recorded, now {}", name, value.dump());
     if (*found != value && (with_rules || !is_rule))

@@ -238,7 +238,7 @@ TEST(Transform, AnOffsetOfTheSamplesCostsNothing) {
     std::vector<std::uint16_t> moved, decoded(samples.size());
     for (const std::int16_t v : samples) moved.push_back(static_cast<std::uint16_t>(v + offset));
     std::vector<std::uint8_t> bytes;
-    ASSERT_TRUE(encode_transform<std::uint16_t>(moved, {body_size, 64 * 4, 65535}, decoded, bytes));
+    ASSERT_TRUE(encode_transform<std::uint16_t>(moved, {body_size, 64 * 12, 65535}, decoded, bytes));
     sizes_of_code.push_back(bytes.size());
   }
   EXPECT_EQ(sizes_of_code, std::vector(3, sizes_of_code[0]));
