@@ -54,9 +54,11 @@ std::string text_of(const std::vector<int>& factors) {
   return factors.empty() ? "none" : fmt::format("{}", fmt::join(factors, ","));
 }
 
-std::string text_of(const ErrorRule& rule) {
+std::string text_of_rule(const EncodeOptions& options) {
   constexpr const char* kinds[] = {"noise", "relative", "psnr"};
-  return fmt::format("{} {}", kinds[static_cast<std::size_t>(rule.kind)], rule.value);
+  const ErrorRule& rule = options.error_rule.value();
+  const std::string text = fmt::format("{} {}", kinds[static_cast<std::size_t>(rule.kind)], rule.value);
+  return options.max_error ? fmt::format("{}, within {}", text, *options.max_error) : text;
 }
 
 void EncodeOptions::validate() const {

@@ -50,9 +50,6 @@ std::vector<int> factors_for(const Index3& dims);
 /// "none" or "4,16".
 std::string text_of(const std::vector<int>& factors);
 
-/// As text, the same for equal rules only.
-std::string text_of(const ErrorRule& rule);
-
 struct EncodeOptions {
   bool strip = false;  ///< The file keeps only what is needed to understand the samples; see stripped().
   bool grid_only = false;
@@ -78,5 +75,9 @@ struct EncodeOptions {
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;
 };
+
+/// What the bound of voxels follows from, as text: the rule, and the largest error beside it. The same for equal ones
+/// only. REQUIRES: options.error_rule.
+std::string text_of_rule(const EncodeOptions& options);
 
 }  // namespace tagrid

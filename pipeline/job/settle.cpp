@@ -204,7 +204,12 @@ FoundStep largest_step(Trials& trials, double wanted, double peak, double max_er
     // A little less than what is allowed, so that the next try is more likely to be the last one. Roots are exact on
     // every machine: the power is 5 / 8.
     const double more = (1 + enough) / 2 / part, root = std::sqrt(more);
-    std::uint32_t next = limited(static_cast<double>(step) * root * std::sqrt(std::sqrt(root)));
+    double likely = static_cast<double>(step) * root * std::sqrt(std::sqrt(root));
+    // Where the error jumps, powers lead nowhere.
+    if (i >= 2 && best.step == 0) likely = std::min(likely, step / 2.0);
+    if (i >= 3 && best.step > 0 && too_large > 0)
+      likely = std::sqrt(static_cast<double>(best.step) * static_cast<double>(too_large));
+    std::uint32_t next = limited(likely);
     if (next <= best.step && best.step > 0) next = best.step + 1;
     if (too_large > 0 && next >= too_large) next = too_large - 1;
     if (next == step || next == 0) break;
@@ -266,7 +271,8 @@ FoundBound by_psnr(const ResolvedOptions& options, VolumeSource& source, double 
       best = step_if_better(trials, bounds, wanted, peak, given ? std::floor(*given) : 65535);
     found.step = best.step;
     if (best.step > 0) {
-      found.max_error = given ? std::floor(*given) : best.tried.max_error;
+      // What is beyond a bound that was given is corrected, and then within it.
+      found.max_error = best.tried.max_error;
     } else {
       found.max_error = bounds.of_all();
       if (given && *given < found.max_error) {

@@ -78,11 +78,7 @@ class PartsStore : public BrickStore {
                    {source.name(), source.info().volumes, Setting{"series", "its number"}}});
     for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
     record_.program = run_.program;
-    if (options.options.error_rule) {
-      record_.error_rule = text_of(*options.options.error_rule);
-      if (options.options.max_error)
-        record_.error_rule += fmt::format(", within {}", *options.options.max_error);
-    }
+    if (options.options.error_rule) record_.error_rule = text_of_rule(options.options);
     folder_ = std::make_unique<PartFolder>(run_.output, run_.resume);
     goes_on_ = run_.resume && read_earlier_record();
     if (!goes_on_) check_output(run_.output, run_.overwrite);

@@ -191,11 +191,15 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
       run.options.parity ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
                                                   *run.options.parity)
                          : 0;
-  const EncodePlan plan = plan_encoding(options.parameters, resources, any_rows,
-                                        {.besides = memory + memory_of_files(run, *volume),
-                                         .sums = !options.overviews.empty(),
-                                         .verified = original_access(run, *volume),
-                                         .afterwards = parity_memory});
+  const auto plan_for = [&, any_rows = any_rows, besides = memory + memory_of_files(run, *volume)](
+                            const CodingParameters& parameters) {
+    return plan_encoding(parameters, resources, any_rows,
+                         {.besides = besides,
+                          .sums = !options.overviews.empty(),
+                          .verified = original_access(run, *volume),
+                          .afterwards = parity_memory});
+  };
+  const EncodePlan plan = plan_for(options.parameters);
   const EarlierFindings earlier = store->begin(options, *volume);
   EncodeResult result;
   result.memory = plan.memory;
@@ -205,7 +209,9 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
   const bool copied = must_copy && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);
-  const EncodeJob job = settle(options, plan, *volume, run.searching, earlier);
+  EncodeJob job = settle(options, plan, *volume, run.searching, earlier);
+  // A bound that was found has smaller bricks than a transform would have.
+  if (job.parameters().brick_edge != options.parameters.brick_edge) job.plan = plan_for(job.parameters());
   result.header = job.header;
   result.reason_of_bound = job.reason_of_bound;
   result.times_read = job.times_read + copied;

@@ -24,7 +24,7 @@ ordered_json settings_of(const EncodeOptions& given, const VolumeSource& volume)
   ordered_json settings = settings_json(options.parameters);
   if (options.range_from_data) settings["range"] = settings["field_scale"] = "that of the data";
   if (!options.options.error_rule) return settings;
-  const std::string rule = text_of(*options.options.error_rule);
+  const std::string rule = text_of_rule(options.options);
   settings["max_error"] = rule;
   // Whether samples are transformed, and the size of bricks then, follows from a PSNR, too.
   if (options.parameters.transform_step == 0) return settings;
@@ -49,6 +49,8 @@ std::string difference_of_settings(const ordered_json& was, const ordered_json& 
         value.is_string() && (name == "max_error" || name == "range" || name == "field_scale" ||
                               name == "transform_step" || name == "brick");
     const auto found = was.is_object() ? was.find(name) : was.end();
+    // A program that did not know the setting wrote a file without it.
+    if (found == was.end() && value.is_null()) continue;
     if (found == was.end()) return fmt::format("{} is not recorded, now {}", name, value.dump());
     if (*found != value && (with_rules || !is_rule))
       return fmt::format("{} was {}, now {}", name, found->dump(), value.dump());

@@ -97,11 +97,13 @@ std::vector<std::string> times_summary(const TagHeader& header) {
     all += node.seconds;
     if (node.is_serial && node.seconds > slowest.seconds) slowest = node;
   }
-  lines.push_back(row("all else", std::max(0.0, processor_seconds() - all), "start, end, threads that wait"));
+  lines.push_back(
+      row("all else", std::max(0.0, processor_seconds() - all), "a search, start, end, threads that wait"));
   const auto most = [&](double threads) { return std::min(threads, all / slowest.seconds); };
-  if (slowest.seconds > 0)
-    lines.push_back(fmt::format("at most {:.1f} times as fast with 16 threads and {:.1f} with 64, for \"{}\"",
-                                most(16), most(64), slowest.name));
+  if (slowest.seconds == 0) return lines;
+  lines.push_back(
+      fmt::format("at most {:.1f} times as fast with 16 threads and {:.1f} with 64", most(16), most(64)));
+  if (most(64) < 64) lines.back() += fmt::format(", for \"{}\"", slowest.name);
   return lines;
 }
 

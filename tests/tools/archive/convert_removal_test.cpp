@@ -298,6 +298,19 @@ TEST_F(ConvertRemoval, ARunThatFoundTheSameOutputsDoesNotUndoTheirRecords) {
   expect_kept("b.nrrd", "kept", "b.nrrd: its last encoding failed: ", {"--max-error", "5"});
 }
 
+// Both hold, so a bound beside a rule is an option like any other.
+TEST_F(ConvertRemoval, AnotherBoundBesideAPsnrKeepsTheOriginal) {
+  for (const bool skip : {false, true}) {
+    volumes(1);
+    expect_ok(script("rm -rf out"));
+    expect_ok(convert({"--psnr", "45", "--max-error", "5"}));
+    Arguments lossless = {"--psnr", "45", "--max-error", "0"};
+    EXPECT_EQ(convert(skip ? with(lossless, {"--skip-done"}) : lossless).code, broken_input);
+    EXPECT_EQ(last()["status"], "failed");
+    expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ", lossless);
+  }
+}
+
 // Another volume of the name, an output without a record, and one that was found damaged.
 TEST_F(ConvertRemoval, AnOutputThatIsNotProvedIsAFailureAndNotOneThatExists) {
   volumes(2);
