@@ -32,8 +32,8 @@ def run(*command):
 
 def by_tagrid(programs, volume, samples, size, folder):
     """The highest PSNR that takes no more than this size."""
-    tag, out, low, high = folder / "a.tag", folder / "a.raw", 20.0, 90.0
-    while high - low > 0.02:
+    tag, out, low, high = folder / "a.tag", folder / "a.raw", 30.0, 62.0
+    while high - low > 0.1:
         middle = (low + high) / 2
         run(programs / "tagrid", "encode", volume, "--psnr", middle, "--grid", "derived", "-q", "-f", "-o", tag)
         low, high = (middle, high) if tag.stat().st_size <= size else (low, middle)
@@ -91,7 +91,8 @@ def homogeneous(samples):
 
 
 def main():
-    programs, volume, ratio, z, out = Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), sys.argv[5]
+    programs, volume, out = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[5]
+    ratio, z = float(sys.argv[3]), int(sys.argv[4])
     samples = numpy.array(nrrd.read(str(volume)).samples())
     size = samples.nbytes / ratio
     with tempfile.TemporaryDirectory() as name:
