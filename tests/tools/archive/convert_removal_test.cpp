@@ -303,8 +303,8 @@ TEST_F(ConvertRemoval, AnotherBoundBesideAPsnrKeepsTheOriginal) {
   for (const bool skip : {false, true}) {
     volumes(1);
     expect_ok(script("rm -rf out"));
-    expect_ok(convert({"--psnr", "45", "--max-error", "5"}));
-    Arguments lossless = {"--psnr", "45", "--max-error", "0"};
+    EXPECT_EQ(convert({"--psnr", "45", "--max-error", "5"}).code, 0);
+    const Arguments lossless = {"--psnr", "45", "--max-error", "0"};
     EXPECT_EQ(convert(skip ? with(lossless, {"--skip-done"}) : lossless).code, broken_input);
     EXPECT_EQ(last()["status"], "failed");
     expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ", lossless);
