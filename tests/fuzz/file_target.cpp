@@ -68,14 +68,17 @@ bool report(const std::string& path) {
 /// What of a small file is damaged; nothing if even its header is.
 std::optional<Salvage> salvaged(const std::string& path, const std::string& output) {
   try {
-    if (!is_small(WholeBricks(std::make_shared<FileSource>(path)).header().parameters)) return std::nullopt;
+    const TagHeader header = WholeBricks(std::make_shared<FileSource>(path)).header();
+    if (!is_small(header.parameters)) return std::nullopt;
     Ranks alone;
-    FinishedDecode decoded = decode_volume(alone, {.input = path,
-                                                   .output = output,
-                                                   .format = format_named("raw"),
-                                                   .numbers = Numbers::samples,
-                                                   .fill = 0,
-                                                   .resources = Resources(1)});
+    FinishedDecode decoded =
+        decode_volume(alone, {.input = path,
+                              .output = output,
+                              .format = format_named("raw"),
+                              .volume = header.volumes > 1 ? std::optional<std::int64_t>(0) : std::nullopt,
+                              .numbers = Numbers::samples,
+                              .fill = 0,
+                              .resources = Resources(1)});
     return decoded.result.salvage;
   } catch (const BrokenInput&) {
     return std::nullopt;
