@@ -225,7 +225,7 @@ TEST_F(WorkingBytes, OfMarkingSubdividingAndMeasuringAreWhatTheyTake) {
         {
           LatticeBits refined(box);
           const HeapPeak peak;
-          refine_to_bound(type, samples.bytes, {p.dims, p.cube_size, 1, false}, {}, refined);
+          refine_to_bound(type, samples.bytes, {p.domain().volume(), p.cube_size, 1, false}, {}, refined);
           expect_stated("refining " + text(p, c.name), working_bytes_of_refining(box.size()), peak.bytes(),
                         1.05);
         }
