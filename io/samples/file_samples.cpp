@@ -131,7 +131,7 @@ class FileSamples : public VolumeSource {
     take(out, first, count, [&](std::size_t size) { return read_bytes(out, size); });
   }
 
-  /// Samples in the order of memory, from bytes that `read` gives: it takes their number, and returns how many are there.
+  /// Samples in the machine's byte order. `read` takes the number of bytes to read, and returns how many there were.
   template <class Read>
   void take(std::byte* out, std::int64_t first, std::int64_t count, Read read) const {
     const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;

@@ -37,8 +37,8 @@ struct Tried {
   double bits = 0;  ///< of a sample, without the grid
 };
 
-// Encodings of a volume, or of a part of the rows of bricks, spread over the volume. Bricks are of the usual size unless
-// all of the volume is transformed; so the rows of a part are many.
+// Encodings of a volume, or of a part of its rows of bricks that is spread over it. Bricks have the usual size,
+// so that a part has many rows, unless all of the volume is transformed.
 class Trials {
  public:
   Trials(const ResolvedOptions& options, VolumeSource& source, double peak, const Progress& progress)

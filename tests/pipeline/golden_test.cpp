@@ -151,7 +151,7 @@ std::vector<Golden> all_golden() {
        SampleType::float64,
        {.grid_only = true, .max_error = 20, .cube_size = 8, .range = wide_range},
        special_at_places},
-      // Rows of several segments, of which the last is short.
+      // Rows of several segments; the last one is short.
       {"long_rows_bounded_uint8",
        SampleType::uint8,
        {.max_error = 2, .brick_edge = 5},

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <cstring>
 
 #include "stages/entropy/limited_encoder.h"
 #include "stages/entropy/rans_coder.h"

@@ -37,8 +37,9 @@ struct CoefficientModel {
   IntegerModel means, far;
 };
 
-/// Codes the coefficients of a brick, in place. An encoder replaces them by what they are decoded as. Returns false if the decoder has run out of bytes, or if the encoder
-/// gives up. REQUIRES: the coefficients of a decoder are 0.
+/// Codes the coefficients of a brick, in place. An encoder replaces them by what they are decoded as. Returns
+/// false if the decoder has run out of bytes, or if the encoder gives up. REQUIRES: the coefficients of a decoder
+/// are 0.
 template <class Coder>
 bool code_coefficients(Coder& coder, CoefficientModel& model, const TransformShape& shape,
                        std::span<std::int32_t> coefficients);

@@ -3,12 +3,12 @@
 
     tools/research/pictures/low_rates.py PROGRAMS VOLUME.nhdr RATIO Z OUT.png [X,Y,WIDTH,HEIGHT]
 
-PROGRAMS is the folder of tagrid and of bench/bench_jpegls, such as build/release. sperr3d must be on the PATH; it gets the
-size, tagrid the PSNR that gives it, and JPEG-LS the smallest NEAR that does not exceed it. Columns: the volume, tagrid,
-SPERR, JPEG-LS. Rows: the part of slice Z, its error (gray is 0, black and white are four times the rmse of tagrid), and
-the magnitude of its gradient. Prints bits, PSNR and largest error of each, the standard deviation in the most homogeneous
-cube of 16 samples, and the rmse on faces of tagrid's bricks, and of blocks at the same places, over that 4 to 12 samples
-away.
+PROGRAMS is the directory of tagrid and of bench/bench_jpegls, such as build/release. sperr3d must be on the PATH. It is
+given the size; tagrid the PSNR that has this size; JPEG-LS the smallest NEAR that does not exceed it. Columns: the volume,
+tagrid, SPERR, JPEG-LS. Rows: the part of slice Z, its error (gray is 0, black and white are four times the rmse of
+tagrid), and the magnitude of its gradient. It prints bits, PSNR and largest error of each, the standard deviation in the
+most homogeneous cube of 16 samples, and the rmse in the layers at the faces of tagrid's bricks, divided by that in layers
+4 to 12 samples away.
 """
 
 import subprocess
@@ -46,7 +46,8 @@ def by_sperr(samples, size, folder):
     floats, packed, out = folder / "a.f32", folder / "a.sperr", folder / "a.out"
     samples.astype("<f4").tofile(floats)
     dims = samples.shape[::-1]
-    run("sperr3d", "-c", "--ftype", 32, "--dims", *dims, "--bpp", 8 * size / samples.size, "--bitstream", packed, floats)
+    rate = 8 * size / samples.size
+    run("sperr3d", "-c", "--ftype", 32, "--dims", *dims, "--bpp", rate, "--bitstream", packed, floats)
     run("sperr3d", "-d", "--decomp_f", out, packed)
     decoded = numpy.rint(numpy.fromfile(out, "<f4")).reshape(samples.shape)
     limits = numpy.iinfo(samples.dtype)
@@ -114,8 +115,10 @@ def main():
         rows[2].append(gradient / ((high - low) / 3))
         if name != "original":
             peak = float(samples.max()) - float(samples.min())
-            print(f"{name}: {8 * taken / samples.size:.4f} bits a voxel, {20 * numpy.log10(peak / rmse[name]):.2f} dB, largest "
-                  f"error {abs(errors[name]).max():g}, homogeneous {decoded[cube].std():.2f}, seams {seams(errors[name]):.3f}")
+            psnr = 20 * numpy.log10(peak / rmse[name])
+            print(f"{name}: {8 * taken / samples.size:.4f} bits a voxel, {psnr:.2f} dB, "
+                  f"largest error {abs(errors[name]).max():g}, homogeneous {decoded[cube].std():.2f}, "
+                  f"seams {seams(errors[name]):.3f}")
         else:
             print(f"original: homogeneous {samples[cube].std():.2f}")
     page = numpy.concatenate([numpy.concatenate(row, axis=1) for row in rows])
