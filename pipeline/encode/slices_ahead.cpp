@@ -4,7 +4,6 @@
 #include <system_error>
 #include <utility>
 
-#include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/node_times.h"
@@ -16,18 +15,15 @@ SliceSamples read_slice_on_threads(VolumeSource& source, const Box& rows) {
   if (!source.at_once()) return read_input_slice(source, rows);
   const VolumeInfo& info = source.info();
   const std::size_t row_bytes = static_cast<std::size_t>(info.dims.x) * size_of(info.type);
-  const auto samples = std::make_shared_for_overwrite<std::byte[]>(
-      memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(info.type)));
-  share_rows(rows.size().y, row_bytes, 1, [&](std::int64_t first, std::int64_t count) {
-    const TimeOfNode time(Node::read_samples);
-    source.read_at(samples.get() + static_cast<std::size_t>(first) * row_bytes,
-                   Box::of_size(info.dims).offset({0, rows.low.y + first, rows.low.z}), count * info.dims.x);
+  return read_input_slice(source, rows, [&](std::byte* samples) {
+    share_rows(rows.size().y, row_bytes, 1, [&](std::int64_t first, std::int64_t count) {
+      const TimeOfNode time(Node::read_samples);
+      source.read_at(samples + static_cast<std::size_t>(first) * row_bytes,
+                     Box::of_size(info.dims).offset({0, rows.low.y + first, rows.low.z}),
+                     count * info.dims.x);
+    });
+    if (rows.high.y == info.dims.y - 1) source.seek_slice(rows.low.z + 1);
   });
-  if (rows.high.y == info.dims.y - 1) {
-    source.seek_slice(rows.low.z + 1);
-    if (rows.high.z == info.dims.z - 1) source.finish();
-  }
-  return samples;
 }
 
 SliceSamples SlicesAhead::read(const Box& rows) {

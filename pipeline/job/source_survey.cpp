@@ -22,12 +22,16 @@ constexpr std::int64_t most_blocks = std::int64_t{1} << 18;
 
 }  // namespace
 
-SliceSamples read_input_slice(VolumeSource& source, const Box& rows) {
+SliceSamples read_input_slice(VolumeSource& source, const Box& rows,
+                              const std::function<void(std::byte* samples)>& read) {
   const Index3 dims = source.info().dims;
   const std::size_t size =
       memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(source.info().type));
   auto samples = std::make_shared_for_overwrite<std::byte[]>(size);
-  source.read_rows(samples.get(), rows);
+  if (read)
+    read(samples.get());
+  else
+    source.read_rows(samples.get(), rows);
   if (rows.high.y == dims.y - 1 && rows.high.z == dims.z - 1) source.finish();
   return samples;
 }

@@ -15,8 +15,10 @@
 namespace tagrid {
 
 /// Reads `rows`, complete rows of one slice; see VolumeSource. Bytes after the last sample make the entire
-/// input wrong, so they are checked before anything is finished.
-SliceSamples read_input_slice(VolumeSource& source, const Box& rows);
+/// input wrong, so they are checked before anything is finished. `read` reads the rows in another way, and leaves the
+/// source behind the last sample when it has read that.
+SliceSamples read_input_slice(VolumeSource& source, const Box& rows,
+                              const std::function<void(std::byte* samples)>& read = {});
 
 struct Noise {
   double deviation = 0;  ///< standard deviation, in units of samples
