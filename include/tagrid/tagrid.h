@@ -379,8 +379,18 @@ typedef enum tagrid_error_rule TAGRID_INT {
   TAGRID_RULE_NONE = 0,     /* it does not: max_error */
   TAGRID_RULE_NOISE = 1,    /* a multiple of the standard deviation of the noise */
   TAGRID_RULE_RELATIVE = 2, /* a fraction of the range of the samples: max - min */
-  TAGRID_RULE_PSNR = 3      /* the smallest file that reaches this many dB; with a max_error, both hold */
+  TAGRID_RULE_PSNR = 3,     /* the smallest file that reaches this many dB; with a max_error, both hold */
+  TAGRID_RULE_RATIO = 4,    /* the best PSNR in a file that is so many times smaller than the samples */
+  TAGRID_RULE_BITS = 5      /* the same in so many bits a sample */
 } tagrid_error_rule;
+
+/* Where the grid is. */
+typedef enum tagrid_grid TAGRID_INT {
+  TAGRID_GRID_DEFAULT = 0, /* derived with TAGRID_RULE_PSNR, _RATIO and _BITS, otherwise stored */
+  TAGRID_GRID_STORED = 1,  /* in the file: that of the original samples */
+  TAGRID_GRID_DERIVED = 2 /* nowhere; what needs one computes that of the decoded samples. Not with grid_only,
+                            * surface_error or mesh_error. */
+} tagrid_grid;
 
 /* Reads `count` samples of the volume to encode, from number `first` on, x fastest. Returns 0, or any other value
  * if it fails; the call then fails with TAGRID_IO_ERROR. Called by one thread at a time, and only while
@@ -396,9 +406,8 @@ typedef struct tagrid_encode_options {
   const char*
       metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
-  int grid_only;        /* 1: store only the grid; samples are interpolated */
-  int grid_derived;     /* 1: store no grid; what needs one computes that of the decoded samples. Not with
-                         * grid_only, surface_error or mesh_error. */
+  int grid_only; /* 1: store only the grid; samples are interpolated */
+  tagrid_grid grid;
   double max_error;     /* NaN: 0, which keeps every sample exactly; with grid_only no bound */
   double surface_error; /* bound of the active points, below max_error; NaN: none */
   double mesh_error;    /* bound of the mesh; NaN: none */

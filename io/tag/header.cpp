@@ -106,11 +106,11 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("a grid that is not stored has a mode or a bound that needs it");
   if (p.grid == GridOrigin::implied && !p.implies_grid())
     return Status::broken("the grid is implied, but the samples are not exact");
-  if (p.transform_step > 0 &&
-      (p.mode == FileMode::grid || is_wide_type(p.type) || p.surface_error >= 0 || p.max_error < 1))
-    return Status::broken("a transform is not for this mode, type or bounds");
-  if (p.transform_step > largest_transform_step)
-    return Status::broken("the step of the transform is too large");
+  if (p.transform_step > 0 && (p.mode == FileMode::grid || p.surface_error >= 0 || p.is_exact()))
+    return Status::broken("a transform is not for this mode or these bounds");
+  if (!(p.transform_step >= 0) ||
+      (p.transform_step > 0 && p.transform_step != kept_step(p.transform_step, p.type)))
+    return Status::broken("the step of the transform is out of range");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -155,7 +155,10 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   fields.put(static_cast<std::uint32_t>(packed.size()));
   fields.put_bytes(packed);
   // At the end and only if there is one, so that other files keep their bytes.
-  if (header.parameters.transform_step > 0) fields.put(header.parameters.transform_step);
+  const CodingParameters& p = header.parameters;
+  if (p.transform_step > 0)
+    fields.put(is_float_type(p.type) ? std::bit_cast<std::uint32_t>(static_cast<float>(p.transform_step))
+                                     : static_cast<std::uint32_t>(p.transform_step / least_transform_step));
 
   FieldWriter whole;
   whole.put_bytes(std::as_bytes(std::span(magic)));
@@ -201,11 +204,17 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
   const bool transformed = reader.left() > 0;
-  header.parameters.transform_step = transformed ? reader.get<std::uint32_t>() : 0;
+  CodingParameters& p = header.parameters;
+  p.transform_step = 0;
+  if (transformed) {
+    const auto step = reader.get<std::uint32_t>();
+    p.transform_step =
+        is_float_type(p.type) ? double{std::bit_cast<float>(step)} : step * least_transform_step;
+  }
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
-  if (transformed && header.parameters.transform_step == 0)
-    return Status::broken("the step of the transform is 0");
+  if (transformed && !(p.transform_step > 0))
+    return Status::broken("the step of the transform is not positive");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());

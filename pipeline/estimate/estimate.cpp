@@ -20,11 +20,11 @@
 #include "io/tag/header.h"
 #include "io/tag/members.h"
 #include "io/tag/pages.h"
-#include "pipeline/estimate/block_means.h"
 #include "pipeline/estimate/sample.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/overview/block_means.h"
 #include "pipeline/overview/header.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
@@ -39,9 +39,6 @@ namespace {
 constexpr double samples_per_block = block_edge * block_edge * block_edge;
 // Bricks of an overview that are encoded.
 constexpr std::int64_t most_bricks_of_overview = 128;
-// What the bricks of a level take of the bytes of the one before: it has a 64th of their samples, which are
-// less alike. A 50th to a 16th was measured.
-constexpr double share_of_next_level = 1.0 / 32;
 // Besides, each has a directory, a footer, and the parameters of its bricks.
 constexpr double bytes_of_small_overview = 300;
 
@@ -254,8 +251,7 @@ void add_overviews(VolumeSource& source, const std::vector<CodingParameters>& of
   for (std::size_t bound = 0; bound < of_bounds.size(); ++bound)
     for (const int factor : factors) {
       const Estimate& of_finest = finest.estimates[bound];
-      double share = 1;
-      for (std::int64_t f = block_edge; f < factor; f *= block_edge) share *= share_of_next_level;
+      const double share = share_of_level(factor);
       // Every level has all lines of the header.
       const double least =
           static_cast<double>(serialize_header({of_means[bound], means.info().nrrd_fields}).size()) +

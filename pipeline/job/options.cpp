@@ -22,22 +22,32 @@ void require_bound(const std::optional<double>& bound, const Setting& setting) {
 
 void validate_rule(const EncodeOptions& options) {
   namespace set = setting;
-  using Kind = ErrorRule::Kind;
-  const auto& [kind, value] = *options.error_rule;
-  const Setting& own = kind == Kind::psnr       ? set::psnr
-                       : kind == Kind::relative ? set::relative_error
-                                                : set::max_error;
-  require(std::isfinite(value) && value > 0, {"{} must be a positive number", {own}});
-  require(!options.max_error || kind == Kind::psnr,
+  const ErrorRule& rule = *options.error_rule;
+  const Setting& own = setting_of(rule.kind);
+  const bool sized = rule.is_tried() && rule.kind != ErrorRule::Kind::psnr;
+  require(std::isfinite(rule.value) && rule.value > 0, {"{} must be a positive number", {own}});
+  require(!options.max_error || rule.kind == ErrorRule::Kind::psnr,
           {"{} and {} both set the maximum error; give only one", {set::max_error, own}});
-  require(kind != Kind::psnr || !options.grid_only,
-          {"{} is found by coding voxels; it cannot be combined with {}", {set::psnr, set::grid_only}});
-  require(
-      kind != Kind::psnr || !options.surface_error,
-      {"{} gives one bound for all voxels; it cannot be combined with {}", {set::psnr, set::surface_error}});
+  require(!rule.is_tried() || !options.grid_only,
+          {"{} is found by coding voxels; it cannot be combined with {}", {own, set::grid_only}});
+  require(!rule.is_tried() || !options.surface_error,
+          {"{} gives one bound for all voxels; it cannot be combined with {}", {own, set::surface_error}});
+  require(!sized || !options.mesh_error,
+          {"{} is that of the voxels; it cannot be combined with {}", {own, set::mesh_error}});
+  require(!sized || options.grid != GridOrigin::stored,
+          {"{} is that of the voxels; it cannot be combined with {} stored", {own, set::grid}});
 }
 
 }  // namespace
+
+const Setting& setting_of(ErrorRule::Kind kind) {
+  using Kind = ErrorRule::Kind;
+  return kind == Kind::relative ? setting::relative_error
+         : kind == Kind::psnr   ? setting::psnr
+         : kind == Kind::ratio  ? setting::ratio
+         : kind == Kind::bits   ? setting::bits
+                                : setting::max_error;
+}
 
 std::vector<int> factors_for(const Index3& dims) {
   const std::int64_t longest = std::max({dims.x, dims.y, dims.z});
@@ -55,7 +65,7 @@ std::string text_of(const std::vector<int>& factors) {
 }
 
 std::string text_of_rule(const EncodeOptions& options) {
-  constexpr const char* kinds[] = {"noise", "relative", "psnr"};
+  constexpr const char* kinds[] = {"noise", "relative", "psnr", "ratio", "bits"};
   const ErrorRule& rule = options.error_rule.value();
   const std::string text = fmt::format("{} {}", kinds[static_cast<std::size_t>(rule.kind)], rule.value);
   return options.max_error ? fmt::format("{}, within {}", text, *options.max_error) : text;

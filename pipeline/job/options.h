@@ -18,6 +18,8 @@ inline constexpr Setting grid = {"grid", "the origin of the grid"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};
 inline constexpr Setting relative_error = {"relative-error", "the largest error relative to the range"};
 inline constexpr Setting psnr = {"psnr", "the PSNR"};
+inline constexpr Setting ratio = {"ratio", "the ratio"};
+inline constexpr Setting bits = {"bits", "the number of bits a voxel"};
 inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
 inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
 inline constexpr Setting effort = {"effort", "the effort"};
@@ -32,17 +34,25 @@ inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 inline constexpr Setting parity = {"parity", "the parity"};
 }  // namespace setting
 
-/// A maximum error that follows from the samples.
+/// A maximum error, or a step of a transform, that follows from the samples.
 struct ErrorRule {
   enum class Kind {
     noise,     ///< a multiple of the standard deviation of the noise
     relative,  ///< a fraction of the range of the samples: max - min
-    psnr,      ///< the loosest with which the PSNR is at least this, in dB; with max_error, both hold
+    psnr,      ///< what takes the fewest bytes and has at least this PSNR, in dB; with max_error, both hold
+    ratio,     ///< what has the largest PSNR in this part of the bytes of the samples: 10 is a tenth
+    bits,      ///< the same in so many bits a sample
   };
   Kind kind = Kind::noise;
   double value = 0;
+
+  /// True if it is found by trial encodings, in which a step of a transform takes part.
+  bool is_tried() const { return kind >= Kind::psnr; }
   friend bool operator==(const ErrorRule&, const ErrorRule&) = default;
 };
+
+/// The setting that a rule is given by.
+const Setting& setting_of(ErrorRule::Kind kind);
 
 /// The factors of the overviews of a volume, if none are given: 4, 16, 64, ... until the longest axis has at
 /// most 256 samples; none if the longest axis of the volume has at most 512.
@@ -53,7 +63,8 @@ std::string text_of(const std::vector<int>& factors);
 struct EncodeOptions {
   bool strip = false;  ///< The file keeps only what is needed to understand the samples; see stripped().
   bool grid_only = false;
-  GridOrigin grid = GridOrigin::stored;
+  /// If not given, stored, but derived with a PSNR or a size, where the grid would take most of the bytes.
+  std::optional<GridOrigin> grid;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
   std::optional<ErrorRule> error_rule;  ///< instead of max_error, or a PSNR besides it; see settle()
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
@@ -62,7 +73,7 @@ struct EncodeOptions {
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< for a limited run
   std::optional<int>
-      brick_edge;  ///< in root cubes; if not given, max(2, 64 / S), with a PSNR max(2, 128 / S)
+      brick_edge;  ///< in root cubes; if not given, max(2, 64 / S), with a PSNR or a size max(2, 128 / S)
   int lead = 1;    ///< planes of padding before the first sample, 0 or 1; see Domain
   Effort effort = Effort::normal;  ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;

@@ -68,7 +68,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   const std::optional<double> max_error =
       options.error_rule ? 2 * options.surface_error.value_or(0) + 1 : options.max_error;
   p.mesh_error = whole(options.mesh_error);
-  p.grid = options.grid;
+  p.grid = options.grid.value();
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
@@ -133,10 +133,9 @@ std::string turn_into_samples(const Rescale& rescale, SampleType type, EncodeOpt
 // At low rates, what each brick takes in any case would matter.
 constexpr int length_of_transformed_bricks = 128;
 
-// True if a PSNR may be reached by a transform, which knows one bound of the voxels of narrow types.
-bool may_be_transformed(const EncodeOptions& options, SampleType type) {
-  return options.error_rule && options.error_rule->kind == ErrorRule::Kind::psnr && !is_wide_type(type) &&
-         !options.grid_only && !options.surface_error && !options.mesh_error;
+// True if a transform may be best. It knows one bound of the voxels.
+bool may_be_transformed(const EncodeOptions& options) {
+  return options.error_rule && options.error_rule->is_tried() && !options.mesh_error;
 }
 
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
@@ -146,8 +145,8 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.effort = options.effort;
   p.cube_size = options.cube_size;
-  // Until the PSNR has given a step, any that is not 0 stands for it.
-  p.transform_step = may_be_transformed(options, p.type) ? 1 : 0;
+  // Until the rule has given a step, any that is not 0 stands for it.
+  p.transform_step = may_be_transformed(options) ? 1 : 0;
   p.brick_edge = options.brick_edge.value_or(
       p.transform_step > 0 ? std::max(2, length_of_transformed_bricks / options.cube_size)
                            : usual_brick_edge(options.cube_size));
@@ -180,6 +179,10 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   ResolvedOptions resolved;
   resolved.options = options;
   EncodeOptions& o = resolved.options;
+  if (!o.grid) {
+    const bool low_rate = o.error_rule && o.error_rule->is_tried() && !o.mesh_error;
+    o.grid = low_rate ? GridOrigin::derived : GridOrigin::stored;
+  }
   resolved.reason_of_bound = turn_into_samples(source.rescale, info.type, o);
   o.validate();
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
@@ -219,15 +222,13 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
   return all;
 }
 
-ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
-                           std::uint32_t transform_step) {
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error, double transform_step) {
   options.options.max_error = max_error;
   options.options.error_rule.reset();
   options.options.validate();
   set_bounds(options.options, options.parameters);
   options.parameters.transform_step = transform_step;
-  if (transform_step == 0 && !options.options.brick_edge)
-    options.parameters.brick_edge = usual_brick_edge(options.parameters.cube_size);
+  if (transform_step == 0) options.parameters.brick_edge = options.usual_edge();
   require_valid(options);
   return options;
 }

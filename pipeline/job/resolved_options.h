@@ -13,6 +13,9 @@
 
 namespace tagrid {
 
+/// The edge of bricks in root cubes of this size, if none is given and nothing is transformed.
+constexpr int usual_brick_edge(int cube_size) { return std::max(2, 64 / cube_size); }
+
 /// The options of an encoding, resolved for one volume before a sample is read. Two encodings are the same if
 /// these are: where a step of the samples is 1, errors of 0.9 and of 0.1 are both none.
 struct ResolvedOptions {
@@ -25,13 +28,13 @@ struct ResolvedOptions {
   std::string fields;            ///< the metadata that the file keeps
   std::string reason_of_bound;   ///< how a bound of samples follows from that of values; "" if it is the same
   std::string volume;            ///< its name, for messages
+
+  /// The edge of bricks that are not transformed, in root cubes.
+  int usual_edge() const { return options.brick_edge.value_or(usual_brick_edge(parameters.cube_size)); }
 };
 
 /// Throws UsageError if the volume does not allow the options, or if the scale of bounded values is unknown.
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
-
-/// The edge of bricks in root cubes of this size, if none is given and nothing is transformed.
-constexpr int usual_brick_edge(int cube_size) { return std::max(2, 64 / cube_size); }
 
 /// The settings of an encoding by name, as text, for messages and to compare two runs.
 std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters& parameters);
@@ -39,7 +42,7 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
 /// The options with this largest error of samples. Throws UsageError if the other options do not allow it.
 /// `transform_step`: see CodingParameters; if it is 0, bricks are of the usual size, unless their size was given.
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
-                           std::uint32_t transform_step = 0);
+                           double transform_step = 0);
 
 /// The parameters for this range of the samples. Throws UsageError if the volume does not allow it.
 CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range);

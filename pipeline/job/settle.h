@@ -29,7 +29,7 @@ struct EncodeJob {
 /// What was found out earlier about the same samples, which need not be read for that again.
 struct EarlierFindings {
   std::optional<double> max_error = {};
-  std::uint32_t transform_step = 0;
+  double transform_step = 0;
   std::string reason_of_bound = {};
   std::optional<std::pair<double, double>> range = {};
 };

@@ -75,7 +75,9 @@ std::vector<int> factors_of(const std::int64_t* factors) {
 EncodeOptions options_of(const tagrid_encode_options& given) {
   EncodeOptions options;
   options.grid_only = given.grid_only != 0;
-  options.grid = given.grid_derived != 0 ? GridOrigin::derived : GridOrigin::stored;
+  require(given.grid >= TAGRID_GRID_DEFAULT && given.grid <= TAGRID_GRID_DERIVED, "there is no such grid");
+  if (given.grid != TAGRID_GRID_DEFAULT)
+    options.grid = given.grid == TAGRID_GRID_DERIVED ? GridOrigin::derived : GridOrigin::stored;
   options.max_error = unless_nan(given.max_error);
   options.surface_error = unless_nan(given.surface_error);
   options.mesh_error = unless_nan(given.mesh_error);
@@ -93,10 +95,10 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
     options.range = {given.range[0], given.range[1]};
   options.field_scale = unless_nan(given.field_scale);
   options.range_from_data = given.range_from_data != 0;
-  require(given.error_rule >= TAGRID_RULE_NONE && given.error_rule <= TAGRID_RULE_PSNR,
+  require(given.error_rule >= TAGRID_RULE_NONE && given.error_rule <= TAGRID_RULE_BITS,
           "there is no such error_rule");
   constexpr ErrorRule::Kind kinds[] = {ErrorRule::Kind::noise, ErrorRule::Kind::relative,
-                                       ErrorRule::Kind::psnr};
+                                       ErrorRule::Kind::psnr, ErrorRule::Kind::ratio, ErrorRule::Kind::bits};
   if (given.error_rule != TAGRID_RULE_NONE)
     options.error_rule = ErrorRule{kinds[given.error_rule - TAGRID_RULE_NOISE], given.error_rule_value};
   if (given.overviews != nullptr) options.overviews = factors_of(given.overviews);

@@ -66,7 +66,7 @@ std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effo
   options.metadata = lines.c_str();
   // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded
   // samples.
-  options.grid_derived = 1;
+  options.grid = TAGRID_GRID_DERIVED;
   // A chunk is read as a whole.
   constexpr std::int64_t no_overviews = 0;
   options.overviews = &no_overviews;

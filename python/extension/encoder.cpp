@@ -31,11 +31,12 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
   std::string metadata;
   set("metadata", metadata);
   options.metadata = metadata.c_str();
-  bool grid_only = false, grid_derived = false;
+  bool grid_only = false;
   set("grid_only", grid_only);
-  set("grid_derived", grid_derived);
   options.grid_only = grid_only;
-  options.grid_derived = grid_derived;
+  int grid = TAGRID_GRID_DEFAULT;
+  set("grid", grid);
+  options.grid = static_cast<tagrid_grid>(grid);
   set("max_error", options.max_error);
   set("surface_error", options.surface_error);
   set("mesh_error", options.mesh_error);

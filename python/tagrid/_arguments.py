@@ -10,9 +10,10 @@ from ._errors import ArgumentError
 
 #: The number of each effort, in the library and in HDF5 files.
 EFFORTS = {"default": 0, "fast": 1, "best": 2}
-GRIDS = ("stored", "derived")
+#: The number of each place of the grid, in the library; 0 is its default.
+GRIDS = {"stored": 1, "derived": 2}
 #: The number of each rule for the largest error, in the library.
-_RULES = {"noise": 1, "relative": 2, "psnr": 3}
+_RULES = {"noise": 1, "relative": 2, "psnr": 3, "ratio": 4, "bits": 5}
 
 
 def number(name: str, value: Any) -> float:
@@ -94,19 +95,19 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
         raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")
 
 
-def error_rule(max_error: Any, relative_error: Any, psnr: Any) -> dict[str, Any]:
+def error_rule(max_error: Any, **given: Any) -> dict[str, Any]:
     """The setting of a bound that depends on the samples; none if max_error is a number."""
-    rules = [(name, value) for name, value in (("relative", relative_error), ("psnr", psnr)) if value is not None]
+    rules = [(name.removesuffix("_error"), value) for name, value in given.items() if value is not None]
     if isinstance(max_error, str) and max_error.startswith("noise"):
         try:
             rules.append(("noise", float(max_error.removeprefix("noise:"))))
         except ValueError:
             raise ArgumentError(f'max_error must be a number, or "noise:K" for K times the noise, not {max_error!r}') from None
-    elif relative_error is not None and max_error:
+    elif rules and "psnr" not in dict(rules) and max_error:
         rules.append(("max_error", max_error))
     if len(rules) > 1:
-        raise ArgumentError("max_error, relative_error and psnr each give the bound; give one of them, or psnr and a "
-                            "number as max_error")
+        raise ArgumentError("max_error, relative_error, psnr, ratio and bits each set the errors; give one of them, or "
+                            "psnr and a number as max_error")
     if not rules:
         return {}
     (name, value), = rules

@@ -45,7 +45,7 @@ class Writer:
     shape: samples along z, y and x. dtype: one of the eight types of samples.
     samples: samples(first, count) returns samples first .. first + count - 1 of the volume, x fastest, as an
         array. It is called before the first slice, for settings that depend on the samples:
-        max_error="noise:K", relative_error, psnr, and the range of samples of 32 and 64 bits. Without it,
+        max_error="noise:K", relative_error, psnr, ratio, bits, and the range of samples of 32 and 64 bits. Without it,
         such bounds are refused, and the range needs value_range or field_scale.
     The other arguments are those of encode().
     """
@@ -54,25 +54,27 @@ class Writer:
                  max_error: Union[float, str, None] = 0, spacing: Optional[Sequence[float]] = None,
                  affine: Optional[npt.ArrayLike] = None,
                  metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0,
-                 surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+                 surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: Optional[str] = None,
                  grid_only: bool = False, value_range: Optional[Sequence[float]] = None,
                  field_scale: Optional[float] = None, max_level: Optional[int] = None, cube: Optional[int] = None,
                  brick: Optional[int] = None, lead: Optional[int] = None, accuracy: Optional[int] = None,
                  memory_limit: int = 0, progress: Progress = None, relative_error: Optional[float] = None,
-                 psnr: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None,
+                 psnr: Optional[float] = None, ratio: Optional[float] = None,
+                 bits: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None,
                  overviews: Union[str, Sequence[int]] = "auto"):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
-        one_of("grid", grid, GRIDS)
+        if grid is not None:
+            one_of("grid", grid, GRIDS)
         if self._dtype.itemsize > 2 and value_range is None and field_scale is None and samples is None:
             raise ArgumentError(f"{self._dtype.name} samples have no usual range: give value_range=(low, high), the span of "
                                 "values that matters, or field_scale")
         z, y, x = self._shape
         options: dict[str, Any] = {
-            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid_derived": grid == "derived",
+            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid": GRIDS.get(grid, 0),
             "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
-        rule = error_rule(max_error, relative_error, psnr)
+        rule = error_rule(max_error, relative_error=relative_error, psnr=psnr, ratio=ratio, bits=bits)
         if rule and samples is None:
             raise ArgumentError("the bound follows from the samples; give samples=, a function that reads them, or a number")
         options.update(rule)
@@ -184,11 +186,12 @@ class Writer:
 def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
-           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: Optional[str] = None,
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
+           bits: Optional[float] = None,
            overviews: Union[str, Sequence[int]] = "auto") -> bytes: ...
 
 
@@ -196,22 +199,24 @@ def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, No
 def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
-           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: Optional[str] = None,
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
+           bits: Optional[float] = None,
            overviews: Union[str, Sequence[int]] = "auto") -> None: ...
 
 
 def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
-           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: Optional[str] = None,
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
-           relative_error: Optional[float] = None, psnr: Optional[float] = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
+           bits: Optional[float] = None,
            overviews: Union[str, Sequence[int]] = "auto") -> Optional[bytes]:
     """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
@@ -226,8 +231,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     max_error: no sample is off by more than this, in units of the samples; 0: lossless. "noise:K": K times
         the standard deviation of the noise. None, with grid_only: no bound.
     relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the smallest
-        file that reaches this many dB; with a positive number as max_error, both hold. They and "noise:K" read
-        the samples before encoding; Volume.max_error is the resulting bound.
+        file that reaches this many dB; with a positive number as max_error, both hold. ratio, bits: the best PSNR
+        in a file that is so many times smaller than the samples, or has so many bits a voxel. They and "noise:K"
+        read the samples before encoding; Volume.max_error is the resulting bound.
     spacing: the distances between samples along z, y and x, usually in mm.
     affine: 4 x 4: from voxels (x, y, z, 1) to world coordinates, as in Volume.affine.
     metadata: names and strings to keep, as in Volume.metadata; or lines of an NRRD header, as in
@@ -235,7 +241,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     effort: "fast", "default" or "best": trades time for size.
     threads: 0: all processors that the process may use.
     surface_error, mesh_error: bounds for the active points and for the mesh.
-    grid: "stored", or "derived": computed from the decoded samples on demand. grid_only: stores only the
+    grid: "stored", the default, or "derived", the default with psnr, ratio and bits: computed from the decoded
+        samples on demand. grid_only: stores only the
         grid, and samples are interpolated.
     value_range: (low, high), the span of values that matters for the grid. The default is the range of the
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
@@ -257,7 +264,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                                 "volume, or volume.read(), the samples as they are")
         if isinstance(volume, Volume) and metadata is None:
             metadata = volume.header if spacing is None and affine is None else volume.metadata
-        follows = error_rule(max_error, relative_error, psnr)
+        follows = error_rule(max_error, relative_error=relative_error, psnr=psnr, ratio=ratio, bits=bits)
         check_missing(volume, None if follows or isinstance(max_error, str) else max_error)
         label = label_of(volume, spacing is None and affine is None, metadata)
         if label.spacing is not None or label.affine is not None:
@@ -273,7 +280,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
                     accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error,
-                    psnr=psnr, samples=AnySamples(volume).read, overviews=overviews) as writer:
+                    psnr=psnr, ratio=ratio, bits=bits, samples=AnySamples(volume).read, overviews=overviews) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:

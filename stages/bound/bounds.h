@@ -79,7 +79,7 @@ struct BrickOfVoxels {
   const LatticeBits* activity = nullptr;
   Bounds bounds;
   Effort effort = Effort::normal;
-  std::uint32_t transform_step = 0;  ///< see CodingParameters; 0: none
+  double transform_step = 0;  ///< see CodingParameters; 0: none
 };
 using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 

@@ -26,7 +26,11 @@ namespace {
 template <class T>
 auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
   if constexpr (is_wide<T>)
-    return WideBrick{owned, &active, {parameters.max_error, parameters.surface_error}, parameters.effort};
+    return WideBrick{owned,
+                     &active,
+                     {parameters.max_error, parameters.surface_error},
+                     parameters.effort,
+                     parameters.transform_step};
   else
     return VoxelBrick{owned,
                       &active,

@@ -62,7 +62,7 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
   }
   const WideBounds bounds = {p.max_error, p.surface_error};
   const std::uint64_t values =
-      z.wide ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds, p.effort)
+      z.wide ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds, p.effort, p.transform_step > 0)
              : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort, p.transform_step > 0);
   // The activity is coded before the values are finished. Wide samples are then numbers of 16 bits.
   const std::uint64_t pending =
@@ -89,7 +89,7 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
     return bits + std::max(activity, z.point_bytes + z.voxel_bytes + std::max(values, interpolation(z)));
   }
   const std::uint64_t values =
-      z.wide ? working_bytes_of_decoding_wide_voxels(z.type, z.owned, p.effort)
+      z.wide ? working_bytes_of_decoding_wide_voxels(z.type, z.owned, p.effort, p.transform_step > 0)
              : working_bytes_of_decoding_voxels(z.type, z.owned, p.effort, p.transform_step > 0);
   if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
   if (!grid) return z.voxel_bytes + values;

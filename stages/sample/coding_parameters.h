@@ -39,8 +39,11 @@ inline std::string_view name_of(Effort effort) { return effort_names[static_cast
 
 inline constexpr int max_accuracy = 1'000'000;
 
-/// The largest step of a transform; see CodingParameters.
+/// Steps of a transform of integers are multiples of this part of a sample, up to the largest number of them.
+inline constexpr double least_transform_step = 1.0 / 64;
 inline constexpr std::uint32_t largest_transform_step = (1u << 23) - 1;
+/// The largest float below 2^100: what a step of floats may be.
+inline constexpr double largest_step_of_floats = 0x1.fffffep99;
 
 /// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
 /// number of bytes fits for every type.
@@ -55,6 +58,15 @@ constexpr bool is_volume_size(const Index3& dims) {
 /// The bound that is kept for samples of a type: errors of integers are whole numbers.
 inline double kept_bound(double bound, SampleType type) {
   return is_float_type(type) ? bound : std::floor(bound);
+}
+
+/// The step of a transform that a file can hold, next to a positive one: a multiple of 2^-6 for integers, a binary32
+/// for floats.
+inline double kept_step(double step, SampleType type) {
+  if (is_float_type(type))
+    return static_cast<float>(std::clamp(step, 1 / largest_step_of_floats, largest_step_of_floats));
+  return std::clamp(std::round(step / least_transform_step), 1.0, double{largest_transform_step}) *
+         least_transform_step;
 }
 
 struct CodingParameters {
@@ -80,9 +92,9 @@ struct CodingParameters {
   double mesh_error = -1;
   /// E_n: largest error of a stored point value in grid mode.
   double point_error = 0;
-  /// The step of quantization of a wavelet, in 2^-6 of a sample, for low rates; 0: there is none. Only for voxels of
-  /// 8 and 16 bits with one bound. See stages/values/transform.
-  std::uint32_t transform_step = 0;
+  /// The step of quantization of a wavelet, for low rates; 0: there is none. Only for voxels with one bound. See
+  /// kept_step() and stages/values/transform.
+  double transform_step = 0;
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }

@@ -166,9 +166,8 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
   }
   const bool both_hold = options.max_error && rules.contains(ErrorRule::Kind::psnr);
   require(rules.size() + options.max_error.has_value() - both_hold <= 1,
-          "--max-error, --relative-error and --psnr all set the maximum error; give only one, or --psnr with "
-          "a number "
-          "as --max-error");
+          "--max-error, --relative-error, --psnr, --ratio and --bits all set the errors; give only one, or "
+          "--psnr with a number as --max-error");
   for (const auto& [kind, value] : rules) encoding.options.error_rule = ErrorRule{kind, value};
   encoding.options.validate();
   return encoding;

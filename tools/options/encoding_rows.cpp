@@ -46,9 +46,9 @@ Set to(ErrorRule::Kind kind) {
   };
 }
 
-/// For words that are among `names`, in the order of their values.
-template <class Value, class Names>
-Set to(Value EncodeOptions::*member, const Names& names) {
+/// For words that are among `names`, in the order of the values of Value.
+template <class Value, class Member, class Names>
+Set to(Member EncodeOptions::*member, const Names& names) {
   return [member, &names](EncodingOptions& o, const std::string&, const std::string& word) {
     o.options.*member = static_cast<Value>(std::ranges::find(names, word) - names.begin());
   };
@@ -104,18 +104,21 @@ std::vector<OptionRow> all_rows() {
       row(setting::psnr.name, kept, "D",
           "Smallest file that reaches D dB; with a number as --max-error, both hold",
           to(ErrorRule::Kind::psnr)),
+      row(setting::ratio.name, kept, "R", "Best PSNR in a file R times smaller than the samples",
+          to(ErrorRule::Kind::ratio)),
+      row(setting::bits.name, kept, "B", "Best PSNR in a file of B bits a voxel", to(ErrorRule::Kind::bits)),
       row(setting::surface_error.name, kept, "F", "Tighter bound at the active points of the grid",
           to(&E::surface_error)),
       row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
       row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
           to(&E::grid_only)),
       row("grid", kept, "stored|derived",
-          "stored, the default: keep the grid of the original; derived: recompute it from decoded voxels on "
-          "demand",
-          to(&E::grid, grid_origin_names), {"stored", "derived"}),
+          "stored, the default: keep the grid of the original; derived, the default with --psnr, --ratio and "
+          "--bits: recompute it from decoded voxels on demand",
+          to<GridOrigin>(&E::grid, grid_origin_names), {"stored", "derived"}),
       row("effort", kept, "fast|default|best",
           "Trade time for size; no effect on bricks whose values span more than 65536 units",
-          to(&E::effort, effort_names), {"fast", "default", "best"}),
+          to<Effort>(&E::effort, effort_names), {"fast", "default", "best"}),
       row(setting::overviews.name, kept, "none|auto|4,16,...",
           "Downsampled copies for quick viewing, by factor (powers of 4, up to 1024); auto, the default: if "
           "the longest axis has more than 512 samples. For label maps, use none: averaging label numbers "
@@ -142,7 +145,8 @@ std::vector<OptionRow> all_rows() {
       row(setting::field_scale.name, grid, "lambda", "Voxels of height per unit of value, instead of --range",
           to(&E::field_scale)),
       row(setting::brick.name, grid, "N",
-          "Edge of a brick in root cubes (default: 64/S, with --psnr 128/S, but at least 2)",
+          "Edge of a brick in root cubes (default: 64/S, with --psnr, --ratio and --bits 128/S, but at least "
+          "2)",
           to(&E::brick_edge)),
       row("dims", headerless, "X,Y,Z", "Samples along x (fastest), y and z", to(&S::dims)),
       row("type", headerless, "TYPE",

@@ -208,7 +208,7 @@ ordered_json settings_json(const CodingParameters& p) {
           {"lead", p.lead},
           {"max_level", p.max_level},
           {"max_error", bound_or_null(p.max_error)},
-          {"transform_step", number_or_null(p.transform_step / 64.0, p.transform_step > 0)},
+          {"transform_step", number_or_null(p.transform_step, p.transform_step > 0)},
           {"surface_error", bound_or_null(p.surface_error)},
           {"mesh_error", bound_or_null(p.mesh_error)},
           {"effort", name_of(p.effort)},
@@ -330,7 +330,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
                                  fmt::join(index.unknown_sections, ", ")));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));
-  if (p.transform_step > 0) line("wavelet", fmt::format("step {:.4g}", p.transform_step / 64.0));
+  if (p.transform_step > 0) line("wavelet", fmt::format("step {:.4g}", p.transform_step));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0)
     line("mesh error",

@@ -1,4 +1,4 @@
-// Codes a brick of samples of 8 or 16 bits by a wavelet, for low rates: not each sample has a bound, but their mean
+// Codes a brick of samples of 8 or 16 bits, or of such numbers, by a wavelet, for low rates: not each sample has a bound, but their mean
 // squared error is small for the bytes. If there is a bound, too, samples beyond it are corrected.
 #pragma once
 

@@ -110,6 +110,11 @@ PendingVoxels<T> encode_narrow_voxels(std::span<const T> samples, const VoxelBri
   return {begin_in_lanes(samples, brick, parameters, reconstruction), samples, reconstruction, out};
 }
 
+TransformBrick transform_of(const VoxelBrick& brick) {
+  const double steps = brick.transform_step / least_transform_step;
+  return {brick.owned.size(), static_cast<std::uint32_t>(steps), brick.bounds.max_error};
+}
+
 /// In a file with a transform, bricks that are not transformed are exact.
 VoxelBrick exact(VoxelBrick brick) {
   if (brick.transform_step > 0) brick.bounds = {};
@@ -123,8 +128,7 @@ PendingVoxels<T> encode_transformed(std::span<const T> samples, const VoxelBrick
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
   const std::size_t begin = out.size();
   out.push_back(transformed_brick);
-  const TransformBrick transform{brick.owned.size(), brick.transform_step, brick.bounds.max_error};
-  if (*low == *high || !encode_transform(samples, transform, reconstruction, out) ||
+  if (*low == *high || !encode_transform(samples, transform_of(brick), reconstruction, out) ||
       out.size() - begin > samples.size_bytes()) {
     out.resize(begin);
     return encode_narrow_voxels(samples, exact(brick), true, reconstruction, out);
@@ -172,8 +176,7 @@ template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
   if (brick.transform_step > 0 && !bytes.empty() && bytes[0] == transformed_brick)
-    return decode_transform<T>(bytes.subspan(1),
-                               {brick.owned.size(), brick.transform_step, brick.bounds.max_error}, samples);
+    return decode_transform<T>(bytes.subspan(1), transform_of(brick), samples);
   if (is_few_brick(bytes)) return decode_few(bytes, exact(brick), samples, carried);
   return decode_as_it_is(bytes, exact(brick), samples, carried);
 }

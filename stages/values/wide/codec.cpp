@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <memory>
 #include <numeric>
 
@@ -197,6 +198,16 @@ bool constant_of(std::span<const T> samples, const WideBounds& bounds, T& consta
          within(static_cast<double>(*high), static_cast<double>(constant), bound);
 }
 
+/// The brick, if it is not coded as narrow numbers. Nothing else is transformed.
+template <class T>
+WideBrick not_transformed(WideBrick brick) {
+  if (!(brick.transform_step > 0)) return brick;
+  const double half = brick.transform_step / 2;
+  brick.bounds.max_error =
+      std::min(brick.bounds.max_error, std::is_floating_point_v<T> ? half : std::floor(half));
+  return brick;
+}
+
 /// The window and the models.
 std::uint64_t working_bytes_of_pass(Index3 size) {
   return WideWindow<std::int64_t>::working_bytes(size) + 2 * sizeof(WideResidualModel);
@@ -205,8 +216,9 @@ std::uint64_t working_bytes_of_pass(Index3 size) {
 }  // namespace
 
 template <class T>
-PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, std::span<T> reconstruction,
+PendingWide encode_voxels(std::span<const T> samples, const WideBrick& whole, std::span<T> reconstruction,
                           std::vector<std::uint8_t>& out) {
+  const WideBrick brick = not_transformed<T>(whole);
   assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
@@ -216,9 +228,9 @@ PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, st
     std::fill(reconstruction.begin(), reconstruction.end(), constant);
     return {};
   }
-  if (const auto form = narrow_form(samples, brick.bounds)) {
+  if (const auto form = narrow_form(samples, whole.bounds, whole.transform_step)) {
     out.push_back(narrow_brick);
-    return encode_narrow(samples, *form, brick, reconstruction, out);
+    return encode_narrow(samples, *form, whole, reconstruction, out);
   }
   if (auto few = encode_few(samples, brick, T{}, T{}, reconstruction, out)) return {{}, std::move(*few)};
   WideNumbers numbers;
@@ -238,12 +250,13 @@ PendingWide encode_voxels(std::span<const T> samples, const WideBrick& brick, st
 }
 
 template <class T>
-Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
+Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& whole, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
+  const WideBrick brick = not_transformed<T>(whole);
   const std::int64_t slices = slices_in(brick.owned, samples.size());
   assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
-    return decode_narrow(bytes.subspan(1), brick, samples, carried);
+    return decode_narrow(bytes.subspan(1), whole, samples, carried);
   if (is_few_brick(bytes)) return decode_few(bytes, brick, samples, carried);
   const auto count = static_cast<std::size_t>(brick.owned.count());
   return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
@@ -258,7 +271,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick
 }
 
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
-                                                    Effort effort) {
+                                                    Effort effort, bool transformed) {
   const auto voxels = static_cast<std::uint64_t>(size.x * size.y * size.z);
   const bool floats = is_float_type(type);
   // Differences of keys, which have a bit more than samples, or of numbers on a lattice, which have 48.
@@ -272,14 +285,15 @@ std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size
       numbers + std::max(floats ? numbers : 0,
                          working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));
   // Numbers that stand for samples take no more than narrow ones; the search for them takes much less.
-  return std::max({wide, working_bytes_of_encoding_narrow(size, effort),
+  return std::max({wide, working_bytes_of_encoding_narrow(size, effort, transformed),
                    working_bytes_of_encoding_few(
                        type, size, working_bytes_of_encoding_voxels(SampleType::uint16, size, effort))});
 }
 
-std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort) {
+std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort,
+                                                    bool transformed) {
   return std::max(
-      {working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort),
+      {working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort, transformed),
        working_bytes_of_decoding_few(type, size, working_bytes_of_decoding_as_it_is(size, effort))});
 }
 

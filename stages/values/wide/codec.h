@@ -5,6 +5,8 @@
 // may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow
 // samples codes them (narrow.cpp); others are coded closed loop in the same way. A float escapes if it is not
 // finite, or if its number would not lead back to it within its bound: its bits are stored.
+//
+// In a file with a transform, narrow numbers are transformed. Other bricks keep half a step of it as their bound.
 #pragma once
 
 #include <array>
@@ -52,9 +54,10 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick
 /// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,
 /// the models and the largest possible number of events.
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
-                                                    Effort effort);
+                                                    Effort effort, bool transformed = false);
 /// The same for decode_voxels(): the window and the models.
-std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort);
+std::uint64_t working_bytes_of_decoding_wide_voxels(SampleType type, Index3 size, Effort effort,
+                                                    bool transformed = false);
 
 /// Bricks whose numbers span less than 2^16 are coded as samples of 16 bits, as fast, in as few bytes and
 /// with the same efforts. Most CT in wide types is of this kind. A sample is (low + n) * 2^exponent for a
@@ -66,9 +69,11 @@ struct NarrowForm {
   std::array<std::int64_t, 2> errors{};
 };
 
-/// The form in which all samples keep their bounds, or nothing if there is none.
+/// The form in which all samples keep their bounds, or nothing if there is none. `transform_step`: see
+/// BrickOfVoxels; numbers are then far finer than it.
 template <class T>
-std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds);
+std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds,
+                                      double transform_step = 0);
 
 /// Appends the coded values of a brick, without the byte that marks them as narrow; see encode_voxels().
 template <class T>
@@ -81,7 +86,7 @@ Status decode_narrow(std::span<const std::uint8_t> bytes, const WideBrick& brick
                      std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that these take.
-std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort);
-std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort);
+std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort, bool transformed);
+std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort, bool transformed);
 
 }  // namespace tagrid

@@ -73,22 +73,27 @@ std::int64_t limited(double error) {
 }
 
 template <class T>
-std::optional<NarrowForm> narrow_floats(std::span<const T> samples, const WideBounds& bounds) {
-  const bool two = bounds.surface_error >= 0;
-  const double tight = two ? std::min(bounds.max_error, bounds.surface_error) : bounds.max_error;
+std::optional<NarrowForm> narrow_floats(std::span<const T> samples, const WideBounds& bounds,
+                                        double transform_step) {
+  const bool two = bounds.surface_error >= 0, transformed = transform_step > 0;
+  double tight = two ? std::min(bounds.max_error, bounds.surface_error) : bounds.max_error;
+  if (transformed) tight = std::min(tight, transform_step / 2);
   const auto range = range_of(samples, tight <= 0);
   if (!range) return {};
   NarrowForm form;
-  if (const auto unit = common_unit(samples, *range)) {
-    form.exponent = *unit;
-    const double per_unit = power_of_two(-*unit);
+  const auto common = common_unit(samples, *range);
+  // A step below that of numbers would have no use.
+  if (common && tight >= (transformed ? power_of_two(*common) / 2 : 0)) {
+    form.exponent = *common;
+    const double per_unit = power_of_two(-*common);
     form.low = static_cast<std::int64_t>((*range)[0] * per_unit);
     form.errors = {limited(std::floor(bounds.max_error * per_unit)),
                    limited(std::floor((two ? bounds.surface_error : bounds.max_error) * per_unit))};
     return form;
   }
-  // Otherwise numbers are rounded, which takes half a unit of the bound: at most a hundredth.
-  constexpr double least_units = 64;
+  // Otherwise numbers are rounded, which takes half a unit of the bound: at most a hundredth. Of the squared error
+  // of a transform, it is at most about as much.
+  const double least_units = transformed ? 8 : 64;
   const double span = (*range)[1] - (*range)[0],
                largest = std::max(std::fabs((*range)[0]), std::fabs((*range)[1]));
   if (!(tight > 0) || !std::isfinite(span) || span == 0) return {};
@@ -131,12 +136,20 @@ std::optional<NarrowForm> narrow_integers(std::span<const T> samples, const Wide
   return form;
 }
 
+/// The step in units of the numbers, as an integer coder takes it.
+double step_of_numbers(const NarrowForm& form, double transform_step) {
+  if (!(transform_step > 0)) return 0;
+  const double steps = std::floor(transform_step * power_of_two(-form.exponent) / least_transform_step);
+  return std::clamp(steps, 1.0, double{largest_transform_step}) * least_transform_step;
+}
+
 // The brick of the numbers.
 VoxelBrick brick_of_numbers(const NarrowForm& form, const WideBrick& brick) {
   return {brick.owned,
           brick.activity,
           {form.errors[0], brick.bounds.surface_error >= 0 ? form.errors[1] : -1},
-          brick.effort};
+          brick.effort,
+          step_of_numbers(form, brick.transform_step)};
 }
 
 template <class T>
@@ -170,9 +183,10 @@ bool is_possible(const NarrowForm& form) {
 }  // namespace
 
 template <class T>
-std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds) {
+std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds,
+                                      double transform_step) {
   if constexpr (std::is_floating_point_v<T>)
-    return narrow_floats(samples, bounds);
+    return narrow_floats(samples, bounds, transform_step);
   else
     return narrow_integers(samples, bounds);
 }
@@ -196,7 +210,15 @@ PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, co
       numbers[i] = static_cast<std::uint16_t>(samples[i] - static_cast<T>(form.low));
   }
   PendingWide pending;
-  pending.code = encode_voxels<std::uint16_t>(numbers, brick_of_numbers(form, brick), numbers, out);
+  const VoxelBrick of_numbers = brick_of_numbers(form, brick);
+  if (of_numbers.transform_step > 0) {
+    // Nothing of it is pending: the transform is complete, and other codes are exact.
+    std::vector<std::uint16_t> decoded(numbers.size());
+    encode_voxels<std::uint16_t>(numbers, of_numbers, decoded, out).finish();
+    numbers.swap(decoded);
+  } else {
+    pending.code = encode_voxels<std::uint16_t>(numbers, of_numbers, numbers, out);
+  }
   const double unit = power_of_two(form.exponent);
   for (std::size_t i = 0; i < samples.size(); ++i) reconstruction[i] = sample_of<T>(form, unit, numbers[i]);
   if (!pending.code.is_complete()) pending.numbers = std::move(numbers);
@@ -224,17 +246,18 @@ Status decode_narrow(std::span<const std::uint8_t> bytes, const WideBrick& brick
   return {};
 }
 
-std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort) {
-  return static_cast<std::uint64_t>(size.x * size.y * size.z) * sizeof(std::uint16_t) +
-         working_bytes_of_encoding_voxels(SampleType::uint16, size, effort);
+std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort, bool transformed) {
+  const auto voxels = static_cast<std::uint64_t>(size.x * size.y * size.z);
+  return (transformed ? 2 : 1) * voxels * sizeof(std::uint16_t) +
+         working_bytes_of_encoding_voxels(SampleType::uint16, size, effort, transformed);
 }
-std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort) {
+std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort, bool transformed) {
   return static_cast<std::uint64_t>(size.x * size.y * size.z) * sizeof(std::uint16_t) +
-         working_bytes_of_decoding_voxels(SampleType::uint16, size, effort);
+         working_bytes_of_decoding_voxels(SampleType::uint16, size, effort, transformed);
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                               \
-  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&);                    \
+  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&, double);            \
   template PendingWide encode_narrow(std::span<const T>, const NarrowForm&, const WideBrick&, std::span<T>, \
                                      std::vector<std::uint8_t>&);                                           \
   template Status decode_narrow(std::span<const std::uint8_t>, const WideBrick&, std::span<T>,              \

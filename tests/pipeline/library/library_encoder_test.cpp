@@ -78,7 +78,7 @@ struct LibraryEncoder : TemporaryFolder {
       tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
       if (seed % 3 == 0) options.cube = 8, options.brick = 0;
       options.grid_only = mode.grid_only;
-      options.grid_derived = mode.grid_derived;
+      options.grid = mode.grid_derived ? TAGRID_GRID_DERIVED : TAGRID_GRID_STORED;
       options.max_error = mode.max_error;
       options.surface_error = mode.surface_error;
       options.mesh_error = mode.mesh_error;

@@ -1,4 +1,4 @@
-#include "pipeline/estimate/block_means.h"
+#include "pipeline/overview/block_means.h"
 
 #include <algorithm>
 #include <cassert>
@@ -53,6 +53,12 @@ void BlockMeans::read(std::byte* out, std::int64_t first, std::int64_t count) {
     }
     row += rows;
   }
+}
+
+double share_of_level(int factor) {
+  double share = 1;
+  for (std::int64_t f = block_edge; f < factor; f *= block_edge) share /= 32;
+  return share;
 }
 
 }  // namespace tagrid

@@ -25,4 +25,8 @@ class BlockMeans : public VolumeSource {
   SumsLayout layout_;
 };
 
+/// What the bricks of the overview with a factor take of the bytes of that with factor 4, about: each level has a 64th of
+/// the samples of the one before, which are less alike. A 50th to a 16th was measured.
+double share_of_level(int factor);
+
 }  // namespace tagrid

@@ -1,0 +1,305 @@
+#include "pipeline/job/search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "io/errors/errors.h"
+#include "io/tag/header.h"
+#include "io/volume/one_of_volumes.h"
+#include "pipeline/job/source_survey.h"
+#include "pipeline/job/trials.h"
+#include "pipeline/overview/block_means.h"
+#include "pipeline/overview/header.h"
+#include "stages/sample/statistics.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
+
+// Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
+// the last two numbers. `least` needs no test; no number exceeds `most`.
+std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
+                               const std::function<bool(std::int64_t)>& reaches) {
+  std::int64_t low = std::clamp(start, least, most), high = low;
+  if (low == least || reaches(low)) {
+    for (;; step *= 2) {
+      if (low == most) return most;
+      high = step < most - low ? low + step : most;
+      if (!reaches(high)) break;
+      low = high;
+    }
+  } else {
+    for (;; step *= 2) {
+      low = step < high - least ? high - step : least;
+      if (low == least || reaches(low)) break;
+      high = low;
+    }
+  }
+  while (high - low > 1) {
+    const std::int64_t middle = low + (high - low) / 2;
+    (reaches(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+// Searches for the loosest bounds: among whole numbers for integers, and in steps of half a percent for floats.
+class Bounds {
+ public:
+  /// `reaches` holds for all bounds up to the one that is searched or, if `beyond`, up to the one before it.
+  Bounds(Trials& trials, double guess, double peak, bool whole, bool beyond,
+         std::function<bool(const Tried&)> reaches)
+      : trials_(trials), guess_(guess), whole_(whole), beyond_(beyond), reaches_(std::move(reaches)) {
+    if (!(guess_ > 0)) return;
+    most_ = whole ? static_cast<std::int64_t>(std::max(peak, 1.0))
+                  : std::max<std::int64_t>(
+                        static_cast<std::int64_t>(std::log(peak / guess_) / std::log(step)), 0);
+  }
+
+  // The bound for a sample of the volume, which is nearly that for all of it.
+  double of_sample() {
+    if (!(guess_ > 0)) return 0;
+    const std::int64_t start = nearly_.value_or(whole_ ? static_cast<std::int64_t>(guess_) : 0);
+    nearly_ = search(start, nearly_ ? 1 : whole_ ? std::max<std::int64_t>(start / 2, 1) : 64, true);
+    return bound(*nearly_ + beyond_);
+  }
+  double of_all() {
+    if (!(guess_ > 0)) return 0;
+    of_sample();
+    return bound(search(*nearly_, 1, false) + beyond_);
+  }
+
+ private:
+  static constexpr double step = 1.005;
+  static constexpr std::int64_t tiny = -3700;  // 1e-8 of the guess
+
+  double bound(std::int64_t n) const {
+    return whole_ ? static_cast<double>(n) : n == tiny ? 0 : guess_ * std::pow(step, static_cast<double>(n));
+  }
+  std::int64_t search(std::int64_t from, std::int64_t first_step, bool sampled) {
+    const std::int64_t least = (whole_ ? 0 : tiny) - beyond_;
+    return last_that_reaches(from, first_step, least, most_ - beyond_,
+                             [&](std::int64_t n) { return reaches_(trials_.of(bound(n), 0, sampled)); });
+  }
+
+  Trials& trials_;
+  double guess_;
+  bool whole_, beyond_;
+  std::function<bool(const Tried&)> reaches_;
+  std::int64_t most_ = 0;
+  std::optional<std::int64_t> nearly_;
+};
+
+// What a step has to reach.
+struct Goal {
+  std::function<double(const Tried&)> part;  ///< of what is allowed; at most 1, and as near to it as possible
+  bool largest;                              ///< whether the part grows with the step
+  double enough;                             ///< the part that ends the search
+  std::function<double(double)> factor;      ///< of the step that likely changes the part by this factor
+};
+
+struct FoundStep {
+  double step = 0;  ///< 0: none
+  Tried tried;
+};
+
+// The step of a transform that is best for a goal, nearly. What it reaches changes steadily with the step, but not
+// strictly. Searches from `first`. If some step loses nothing and reaches the goal, that is the result: its bricks are
+// not transformed.
+FoundStep best_step(Trials& trials, SampleType type, const Goal& goal, double max_error, double first,
+                    bool sampled) {
+  constexpr int most_tries = 12, most_guesses = 4;
+  double step = kept_step(first, type), missed = 0;
+  FoundStep best;
+  for (int i = 0; i < most_tries; ++i) {
+    const Tried& tried = trials.of(max_error, step, sampled);
+    const double part = goal.part(tried);
+    if (part <= 1) {
+      best = {step, tried};
+      if (tried.max_error == 0 || part >= goal.enough) break;
+    } else {
+      missed = step;
+    }
+    // A little less than what is allowed, so that the next try is more likely to be the last one.
+    double next = step * goal.factor((1 + goal.enough) / 2 / part);
+    // Where the part jumps, factors lead nowhere.
+    if (i >= 2 && best.step == 0) next = goal.largest ? std::min(next, step / 2) : std::max(next, step * 2);
+    if (best.step > 0 && missed > 0) {
+      const auto [low, high] = std::minmax(best.step, missed);
+      if (i >= most_guesses || !(next > low && next < high)) next = std::sqrt(low * high);
+      // If the nearest step is one of both ends, there may be one between them after all.
+      if (kept_step(next, type) <= low) next = low + least_transform_step;
+      if (kept_step(next, type) >= high) break;
+    }
+    next = kept_step(next, type);
+    if (next == step) break;
+    step = next;
+  }
+  return best;
+}
+
+double whole_bound(const std::optional<double>& given, SampleType type) {
+  return given ? kept_bound(*given, type) : is_float_type(type) ? std::numeric_limits<double>::max() : 65535;
+}
+
+// What a search by trials needs to know of a volume.
+struct Subject {
+  const ResolvedOptions& options;
+  VolumeSource& source;
+  Statistics range;  ///< low, high and finite alone
+  double peak;
+  Trials trials;
+
+  Subject(const ResolvedOptions& given, VolumeSource& volume, const Setting& setting,
+          const Progress& progress)
+      : options(given),
+        source(volume),
+        range(statistics_of(range_of_data(volume))),
+        peak(range.finite > 0 ? range.high - range.low : 0),
+        trials(volume, given.parameters, given.usual_edge(), peak, most_sampled, progress) {
+    require(std::isfinite(peak),
+            {"{}: {} is undefined for samples whose range is not finite", {volume.name(), setting}});
+  }
+
+  SampleType type() const { return source.info().type; }
+  bool whole() const { return !is_float_type(type()); }
+  bool may_be_transformed() const { return options.parameters.transform_step > 0 && peak > 0; }
+
+ private:
+  static Statistics statistics_of(const std::optional<std::pair<double, double>>& range) {
+    Statistics statistics;
+    if (!range) return statistics;
+    statistics.low = range->first;
+    statistics.high = range->second;
+    statistics.finite = 1;
+    return statistics;
+  }
+};
+
+// Bits a sample that a file takes besides the blocks of its bricks.
+double bits_besides(const Subject& subject, double max_error, double step, const Progress& progress) {
+  constexpr double bytes_of_end = 300, bytes_of_index_entry = 12;
+  constexpr std::int64_t most_means = most_sampled / 64;
+  const ResolvedOptions options = with_bound(subject.options, max_error, step);
+  const TagHeader header{options.parameters, options.fields};
+  const auto volume = one_of_volumes(subject.source, 0);
+  double bytes = static_cast<double>(serialize_header(header).size()) + bytes_of_end +
+                 bytes_of_index_entry * static_cast<double>(options.parameters.bricks().count());
+  if (!options.overviews.empty()) {
+    BlockMeans means(*volume);
+    const CodingParameters p = overview_header(header, block_edge, subject.range).parameters;
+    Trials trials(means, p, p.brick_edge, subject.peak, most_means, progress);
+    const double finest =
+        trials.of(p.max_error, step, true).bits / 8 * static_cast<double>(p.domain().volume().count());
+    for (const int factor : options.overviews) bytes += share_of_level(factor) * finest;
+  }
+  return 8 * bytes / static_cast<double>(options.parameters.domain().volume().count());
+}
+
+// Exact on every machine, as roots are: a power of 5 / 8.
+double power_of_error(double part) {
+  const double root = std::sqrt(part);
+  return root * std::sqrt(std::sqrt(root));
+}
+
+}  // namespace
+
+FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, double psnr,
+                         const Progress& progress) {
+  Subject subject(options, source, setting::psnr, progress);
+  Trials& trials = subject.trials;
+  const double rmse = subject.peak * std::pow(10, -psnr / 20), allowed = rmse * rmse;
+  const std::optional<double>& given = options.options.max_error;
+  FoundBound found;
+  found.reason = fmt::format("which reaches {} dB", psnr);
+  // Below a step of samples, a bound is 0.
+  if (given && kept_bound(*given, subject.type()) == 0) return found;
+  found.reason = fmt::format("to reach {} dB", psnr);
+  const double max_error = whole_bound(given, subject.type());
+  // If errors are spread evenly within a bound, their root mean square is its part 1 / sqrt(3).
+  Bounds bounds(trials, std::sqrt(3.0) * rmse, subject.peak, subject.whole(), false,
+                [psnr](const Tried& tried) { return tried.psnr >= psnr; });
+  if (subject.may_be_transformed()) {
+    const Goal goal = {[allowed](const Tried& tried) { return tried.rmse * tried.rmse / allowed; }, true,
+                       0.995, power_of_error};
+    FoundStep best = best_step(trials, subject.type(), goal, max_error, 8 * rmse, true);
+    const auto better = [&] {
+      return best.step > 0 && best.tried.max_error > 0 &&
+             best.tried.bits < trials.of(std::min(bounds.of_sample(), max_error), 0, true).bits;
+    };
+    if (better()) {
+      best = best_step(trials, subject.type(), goal, max_error, best.step, false);
+      if (best.step > 0 && best.tried.max_error > 0) {
+        // What is beyond a bound that was given is corrected, and then within it.
+        found.max_error = best.tried.max_error;
+        found.step = best.step;
+        return found;
+      }
+    }
+  }
+  found.max_error = bounds.of_all();
+  if (given && *given < found.max_error) {
+    found.max_error = *given;
+    found.reason = fmt::format("with which the PSNR is more than {} dB", psnr);
+  }
+  return found;
+}
+
+FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, double bits,
+                         const Progress& progress) {
+  const ErrorRule& rule = options.options.error_rule.value();
+  const Setting& setting = setting_of(rule.kind);
+  Subject subject(options, source, setting, progress);
+  Trials& trials = subject.trials;
+  const SampleType type = subject.type();
+  const double max_error = whole_bound({}, type);
+  double besides = 0;
+  const auto part = [&](const Tried& tried) { return (tried.bits + besides) / bits; };
+  // At low rates, twice the step takes half of the bits; above, it takes up to a bit of a sample less.
+  const auto factor = [bits](double more) {
+    return (bits > 1 ? std::sqrt(1 / more) : 1) * (bits > 2 ? std::sqrt(1 / more) : 1) / more;
+  };
+  const Goal goal = {part, false, 0.985, factor};
+  // A PSNR of 40 dB and 8 dB a bit are a guess to begin with.
+  const double rmse = subject.peak * std::pow(10, -(40 + 8 * bits) / 20);
+  Bounds bounds(trials, std::sqrt(3.0) * rmse, subject.peak, subject.whole(), true,
+                [&](const Tried& tried) { return part(tried) > 1; });
+  FoundStep best;
+  double first = 8 * rmse;
+  FoundBound found;
+  const auto search = [&] {
+    best = {};
+    found.max_error = bounds.of_sample();
+    if (!subject.may_be_transformed() || found.max_error == 0) return;
+    best = best_step(trials, type, goal, max_error, first, true);
+    const bool better = best.step > 0 && best.tried.max_error > 0 &&
+                        best.tried.psnr >= trials.of(found.max_error, 0, true).psnr;
+    if (!better) best = {};
+    first = best.step > 0 ? best.step : first;
+  };
+  search();
+  besides = best.step > 0 ? bits_besides(subject, best.tried.max_error, best.step, progress)
+                          : bits_besides(subject, found.max_error, 0, progress);
+  search();
+  if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, false);
+  found.reason = fmt::format("for {} {}", setting.words, rule.value);
+  if (best.step > 0 && best.tried.max_error > 0) {
+    found.max_error = best.tried.max_error;
+    found.step = best.step;
+    return found;
+  }
+  found.max_error = bounds.of_all();
+  const double least = trials.of(found.max_error, 0, false).bits + besides;
+  require(least <= bits, {"{}: {} {} cannot be reached: the file takes at least {} bits a voxel",
+                          {source.name(), setting, rule.value, fmt::format("{:.3g}", least)}});
+  return found;
+}
+
+}  // namespace tagrid

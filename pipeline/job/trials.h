@@ -1,0 +1,45 @@
+// Trial encodings: what a volume would take and lose.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <tuple>
+
+#include "io/volume/volume_source.h"
+#include "pipeline/progress/progress.h"
+#include "stages/sample/coding_parameters.h"
+
+namespace tagrid {
+
+struct Tried {
+  double psnr = 0;  ///< in dB; infinite if nothing is lost
+  double rmse = 0, max_error = 0;
+  double bits = 0;  ///< of a sample, in the blocks of bricks without the grid
+};
+
+/// Encodes the voxels of a volume, or of a part of its rows of bricks that is spread over it. Each encoding is made
+/// once. The arena is the caller's.
+class Trials {
+ public:
+  /// `peak`: of the PSNR. `most_sampled`: about how many samples a part has. `usual_edge`: of bricks that are not
+  /// transformed, and of those of a part, which has more rows of small bricks. REQUIRES: source.traits().any_rows,
+  /// and it outlives this object.
+  Trials(VolumeSource& source, CodingParameters parameters, int usual_edge, double peak,
+         std::int64_t most_sampled, const Progress& progress);
+
+  /// `step`: of a transform; 0: none. `sampled`: whether a part is enough.
+  const Tried& of(double max_error, double step, bool sampled);
+
+ private:
+  Tried encode(const CodingParameters& parameters, bool sampled);
+
+  VolumeSource& source_;
+  CodingParameters parameters_;
+  int usual_edge_;
+  double peak_;
+  std::int64_t most_sampled_;
+  const Progress& progress_;
+  std::map<std::tuple<double, double, bool>, Tried> earlier_;
+};
+
+}  // namespace tagrid
