@@ -21,6 +21,7 @@
 #include "io/tag/members.h"
 #include "io/tag/pages.h"
 #include "pipeline/estimate/sample.h"
+#include "pipeline/job/search.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
@@ -215,6 +216,7 @@ class Estimator {
                  threads = threads_;
     Estimate e;
     e.max_error = of_bounds_[bound].max_error;
+    e.transform_step = of_bounds_[bound].transform_step;
     e.file_bytes = whole * bytes + bytes_around_bricks(bound);
     e.rmse = finite > 0 ? std::sqrt(squared_error / finite) : 0;
     e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.range.high - sample_.range.low) / e.rmse) : NAN;
@@ -290,9 +292,10 @@ std::vector<std::optional<double>> usual_errors(double noise, const EncodeOption
 
 EstimateResult estimate_encoding(const EstimateRun& run) {
   constexpr std::size_t most_bounds = 64, usual_bounds = 8;
-  if (run.max_errors.size() > most_bounds)
-    throw UsageError(fmt::format("{} bounds are too many to try at once; give at most {}",
-                                 run.max_errors.size(), most_bounds));
+  const std::size_t asked = run.max_errors.size() + run.rules.size();
+  if (asked > most_bounds)
+    throw UsageError(
+        fmt::format("{} bounds are too many to try at once; give at most {}", asked, most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
   if (source->info().volumes > 1)
     throw UsageError(
@@ -307,10 +310,16 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     any.max_error = 0;
   const ResolvedOptions options = in_samples(any, source->facts());
   // Checked before anything is read.
-  const auto bounds =
-      static_cast<std::int64_t>(run.max_errors.empty() ? usual_bounds : run.max_errors.size());
+  const auto bounds = static_cast<std::int64_t>(asked == 0 ? usual_bounds : asked);
+  // With rules, bricks may be larger.
+  EncodeOptions ruled = any;
+  if (!run.rules.empty()) {
+    ruled.error_rule = run.rules[0];
+    ruled.max_error.reset();
+  }
+  const CodingParameters largest = in_samples(ruled, source->facts()).parameters;
   const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
-    const CodingParameters& p = options.parameters;
+    const CodingParameters& p = largest;
     return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;
   });
   if (!source->traits().any_rows) {
@@ -336,14 +345,30 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     one.max_error = error;
     try_bound(in_samples(one, source->facts()));
   }
-  if (run.max_errors.empty())
+  if (asked == 0)
     for (const auto& error : usual_errors(noise.deviation, options.options, first))
       try_bound(with_bound(options, error));
   EstimateResult result;
   Threads(threads).run([&] {
-    const SampleSize size = {.bricks = most_chosen(parameters[0].bricks())};
-    result = Estimator(*source, parameters, run.progress, threads).estimate(size);
-    if (!options.overviews.empty()) add_overviews(*source, parameters, options.overviews, threads, result);
+    const auto estimated = [&] {
+      const SampleSize size = {.bricks = most_chosen(parameters[0].bricks())};
+      EstimateResult found = Estimator(*source, parameters, run.progress, threads).estimate(size);
+      if (!options.overviews.empty()) add_overviews(*source, parameters, options.overviews, threads, found);
+      parameters.clear();
+      return found;
+    };
+    if (!parameters.empty()) result = estimated();
+    // Each for itself: the size of bricks depends on the result.
+    for (const ErrorRule& rule : run.rules) {
+      EncodeOptions one = run.options;
+      one.error_rule = rule;
+      const ResolvedOptions ruled = in_samples(one, source->facts());
+      const FoundBound bound = bound_by_trials(ruled, *source, true, {});
+      try_bound(with_bound(ruled, bound.max_error, bound.step));
+      EstimateResult of_rule = estimated();
+      of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
+      result = std::move(of_rule);
+    }
   });
   // In units of values, as they were given.
   const double slope = std::abs(rescale.slope);
@@ -354,6 +379,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   for (Estimate& estimate : result.estimates) {
     if (estimate.max_error > 0) estimate.max_error *= slope;
     estimate.asked_error = estimate.max_error;
+    estimate.transform_step *= slope;
     estimate.rmse *= slope;
   }
   for (std::size_t i = 0; i < run.max_errors.size(); ++i) result.estimates[i].asked_error = run.max_errors[i];

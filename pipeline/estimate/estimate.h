@@ -16,14 +16,16 @@ struct EstimateRun {
   std::string input;
   SourceDescription source = {};
   EncodeOptions options = {};           ///< max_error is not used
-  std::vector<double> max_errors = {};  ///< if there are none: a list that fits the noise
+  std::vector<double> max_errors = {};  ///< if there are none, and no rules: a list that fits the noise
+  std::vector<ErrorRule> rules = {};    ///< also tried, after them: PSNRs and sizes
   Resources resources{1};
   Progress progress = {};
 };
 
 struct Estimate {
-  double max_error = 0;    ///< as `encode` keeps it; negative: none
-  double asked_error = 0;  ///< of which that is the bound; the same if no bounds were given
+  double max_error = 0;       ///< as `encode` keeps it; negative: none
+  double asked_error = 0;     ///< of which that is the bound; the same if no bounds were given
+  double transform_step = 0;  ///< of the samples; 0: none
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
@@ -37,7 +39,7 @@ struct EstimateResult {
   double low = 0, high = 0;     ///< of the samples that were looked at
   int threads = 1;              ///< that fit into the limit on memory
   std::int64_t bricks = 0, encoded = 0;
-  std::vector<Estimate> estimates;  ///< in the order of max_errors
+  std::vector<Estimate> estimates;  ///< in the order of max_errors, then of rules
 };
 
 /// Encodes and decodes a sample of the bricks, or all of a small volume, with every bound. Infers the rest

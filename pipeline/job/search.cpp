@@ -209,9 +209,7 @@ double power_of_error(double part) {
   return root * std::sqrt(std::sqrt(root));
 }
 
-}  // namespace
-
-FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, double psnr,
+FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, double psnr, bool sampled,
                          const Progress& progress) {
   Subject subject(options, source, setting::psnr, progress);
   Trials& trials = subject.trials;
@@ -235,7 +233,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
              best.tried.bits < trials.of(std::min(bounds.of_sample(), max_error), 0, true).bits;
     };
     if (better()) {
-      best = best_step(trials, subject.type(), goal, max_error, best.step, false);
+      best = best_step(trials, subject.type(), goal, max_error, best.step, sampled);
       if (best.step > 0 && best.tried.max_error > 0) {
         // What is beyond a bound that was given is corrected, and then within it.
         found.max_error = best.tried.max_error;
@@ -244,7 +242,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
       }
     }
   }
-  found.max_error = bounds.of_all();
+  found.max_error = sampled ? bounds.of_sample() : bounds.of_all();
   if (given && *given < found.max_error) {
     found.max_error = *given;
     found.reason = fmt::format("with which the PSNR is more than {} dB", psnr);
@@ -252,7 +250,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
   return found;
 }
 
-FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, double bits,
+FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, double bits, bool sampled,
                          const Progress& progress) {
   const ErrorRule& rule = options.options.error_rule.value();
   const Setting& setting = setting_of(rule.kind);
@@ -288,18 +286,29 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
   besides = best.step > 0 ? bits_besides(subject, best.tried.max_error, best.step, progress)
                           : bits_besides(subject, found.max_error, 0, progress);
   search();
-  if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, false);
+  if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, sampled);
   found.reason = fmt::format("for {} {}", setting.words, rule.value);
   if (best.step > 0 && best.tried.max_error > 0) {
     found.max_error = best.tried.max_error;
     found.step = best.step;
     return found;
   }
-  found.max_error = bounds.of_all();
-  const double least = trials.of(found.max_error, 0, false).bits + besides;
+  found.max_error = sampled ? bounds.of_sample() : bounds.of_all();
+  const double least = trials.of(found.max_error, 0, sampled).bits + besides;
   require(least <= bits, {"{}: {} {} cannot be reached: the file takes at least {} bits a voxel",
                           {source.name(), setting, rule.value, fmt::format("{:.3g}", least)}});
   return found;
+}
+
+}  // namespace
+
+FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
+                           const Progress& progress) {
+  const auto [kind, value] = options.options.error_rule.value();
+  if (kind == ErrorRule::Kind::psnr) return bound_of_psnr(options, source, value, sampled, progress);
+  const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
+  const double bits = kind == ErrorRule::Kind::ratio ? bits_of_sample / value : value;
+  return bound_of_size(options, source, bits, sampled, progress);
 }
 
 }  // namespace tagrid

@@ -16,14 +16,13 @@ struct FoundBound {
   double step = 0;         ///< of a transform; 0: none
 };
 
-/// What takes the fewest bits and reaches a PSNR, in dB. A sample of the volume is coded some ten times, and all of it
-/// three times or a few more. The arena is the caller's. REQUIRES: source.traits().any_rows.
-FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, double psnr,
-                         const Progress& progress);
-
-/// What has the largest PSNR in so many bits a sample. They include header, index and overviews, but not parity and
-/// the envelope. Otherwise as above. Throws UsageError if that is too little for any file.
-FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, double bits,
-                         const Progress& progress);
+/// The bound of a rule that is tried:
+/// - for a PSNR, in dB, what takes the fewest bits and reaches it;
+/// - for a size, what has the largest PSNR in it. A size includes header, index and overviews, but not parity and the
+///   envelope. Throws UsageError if that is too little for any file.
+/// A sample of the volume is coded some ten times and, unless `sampled`, all of it three times or a few more. The arena
+/// is the caller's. REQUIRES: options.options.error_rule->is_tried(), source.traits().any_rows.
+FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
+                           const Progress& progress);
 
 }  // namespace tagrid

@@ -41,13 +41,9 @@ FoundBound by_range(VolumeSource& source, double part) {
 }
 
 FoundBound by_trials(const ResolvedOptions& options, VolumeSource& source, const Progress& progress) {
-  const auto [kind, value] = options.options.error_rule.value();
-  if (!source.traits().any_rows) refuse(source, setting_of(kind), "reads the volume several times");
-  const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
-  FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(options, source, value, progress)
-                     : kind == ErrorRule::Kind::bits
-                         ? bound_of_size(options, source, value, progress)
-                         : bound_of_size(options, source, bits_of_sample / value, progress);
+  if (!source.traits().any_rows)
+    refuse(source, setting_of(options.options.error_rule->kind), "reads the volume several times");
+  FoundBound found = bound_by_trials(options, source, false, progress);
   source.rewind();
   return found;
 }

@@ -42,8 +42,6 @@ inline constexpr int max_accuracy = 1'000'000;
 /// Steps of a transform of integers are multiples of this part of a sample, up to the largest number of them.
 inline constexpr double least_transform_step = 1.0 / 64;
 inline constexpr std::uint32_t largest_transform_step = (1u << 23) - 1;
-/// The largest float below 2^100: what a step of floats may be.
-inline constexpr double largest_step_of_floats = 0x1.fffffep99;
 
 /// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
 /// number of bytes fits for every type.
@@ -60,11 +58,10 @@ inline double kept_bound(double bound, SampleType type) {
   return is_float_type(type) ? bound : std::floor(bound);
 }
 
-/// The step of a transform that a file can hold, next to a positive one: a multiple of 2^-6 for integers, a binary32
-/// for floats.
+/// The step of a transform that a file can hold, next to a positive one: a multiple of 2^-6 for integers; for floats, a
+/// binary32 from 2^-100 to 2^100.
 inline double kept_step(double step, SampleType type) {
-  if (is_float_type(type))
-    return static_cast<float>(std::clamp(step, 1 / largest_step_of_floats, largest_step_of_floats));
+  if (is_float_type(type)) return static_cast<float>(std::clamp(step, 0x1p-100, 0x1p100));
   return std::clamp(std::round(step / least_transform_step), 1.0, double{largest_transform_step}) *
          least_transform_step;
 }

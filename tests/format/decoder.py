@@ -65,10 +65,13 @@ class Header:
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
         require(self.size - 132 - packed_size in (0, 4) and text_size <= 1 << 24, "fields do not fit")
-        self.step = None
+        self.step = None  # of samples
         if self.size == 136 + packed_size:
-            (self.step,) = struct.unpack_from("<I", data, 124 + packed_size)
-            require(1 <= self.step < 1 << 23, "an impossible step")
+            self.step = struct.unpack_from("<f" if type_number >= 7 else "<I", data, 124 + packed_size)[0]
+            if type_number < 7:
+                require(1 <= self.step < 1 << 23, "an impossible step")
+                self.step /= 64
+            require(2.0 ** -100 <= self.step <= 2.0 ** 100, "an impossible step")
         require(1 <= volumes <= 10000, "an impossible number of volumes")
         require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58),
                 "impossible sizes")
@@ -80,7 +83,8 @@ class Header:
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0),
                 "impossible grid")
-        require(self.step is None or (self.mode == 0 and not self.type.is_wide and surface_error < 0 and max_error >= 1),
+        require(self.step is None or (self.mode == 0 and surface_error < 0
+                                      and max_error >= (0 if self.type.is_float else 1) and max_error > 0),
                 "a transform of what has none")
         self.grid = grid
         self.stores_grid = grid == 0
@@ -183,21 +187,27 @@ def decode_samples(header, closed, owned, active, values):
     def decode_numbers(data, bounds):
         return decode_as_it_is(data, SampleType(3), bounds or (0, 0))
 
-    def decode_narrow(data, sample_type, bounds):
+    def decode_narrow(data, sample_type, bounds, step=None):
+        if step is not None:  # in 64ths
+            if data[:1] == TRANSFORMED:
+                return decode_transform(data[1:], size, sample_type, step, bounds[0])
+            bounds = 0, 0
         if is_few(data):
             return decode_few(data, size, sample_type, bounds, decode_numbers)
         return decode_as_it_is(data, sample_type, bounds)
 
     bounds = header.max_error, header.surface_error if two else header.max_error
-    if header.step is not None and values[:1] == TRANSFORMED:
-        samples = decode_transform(values[1:], size, header.type, header.step, header.max_error)
-    elif header.step is not None:
-        samples = decode_narrow(values, header.type, (0, 0))
-    elif not header.type.is_wide:
-        samples = decode_narrow(values, header.type, bounds)
+    if header.step is not None and header.type.is_wide and values[:1] != b"\2":
+        half = header.step / 2 if header.type.is_float else math.floor(header.step / 2)
+        bounds = (min(bounds[0], half),) * 2
+    if not header.type.is_wide:
+        samples = decode_narrow(values, header.type, bounds, header.step and int(header.step * 64))
     elif values[:1] == b"\2":
-        samples = decode_wide_as_narrow(values[1:], header.type, bounds,
-                                        lambda data, bounds: decode_narrow(data, SampleType(3), bounds))
+        def decode_narrow_numbers(data, bounds, exponent):
+            step = header.step and max(1, min(math.floor(header.step * 64 * 2.0 ** -exponent), (1 << 23) - 1))
+            return decode_narrow(data, SampleType(3), bounds, step)
+
+        samples = decode_wide_as_narrow(values[1:], header.type, bounds, decode_narrow_numbers)
     elif is_few(values):
         samples = decode_few(values, size, header.type, bounds, decode_numbers)
     else:

@@ -37,9 +37,9 @@ CodingParameters parameters_of(Bytes head) {
   p.max_error = head[5];
   p.point_error = head[5];
   if (p.mode == FileMode::voxels && head[6] < head[5]) p.surface_error = head[6];
-  if (head[1] / 64 == 3 && p.mode == FileMode::voxels && !is_wide_type(p.type) && p.max_error >= 1) {
+  if (head[1] / 64 == 3 && p.mode == FileMode::voxels && p.max_error >= 1) {
     p.surface_error = -1;
-    p.transform_step = 1u << head[6] % 23;
+    p.transform_step = (1u << head[6] % 23) * least_transform_step;
   }
   return p;
 }

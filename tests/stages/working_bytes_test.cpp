@@ -102,10 +102,9 @@ const Case cases[] = {
     {"best", [](CodingParameters& p) { p.effort = Effort::best; }},
     {"transform",
      [](CodingParameters& p) {
-       if (is_wide_type(p.type)) return;
        // So small that noise takes nearly as many events as the encoder allows.
        p.max_error = p.type == SampleType::uint8 ? 50 : 10000;
-       p.transform_step = 64 * (p.type == SampleType::uint8 ? 12 : 3000);
+       p.transform_step = p.type == SampleType::uint8 ? 12 : 3000;
      }},
     {"grid",
      [](CodingParameters& p) {

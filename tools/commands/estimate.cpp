@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/errors/errors.h"
@@ -18,13 +19,14 @@ namespace tagrid {
 namespace {
 
 /// "0,2,5"
-std::vector<double> errors_option(const std::string& text) {
+std::vector<double> numbers_option(const char* option, const std::string& text) {
   std::vector<double> errors;
+  if (text.empty()) return errors;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto error = finite_number(std::string_view(text).substr(begin, end - begin));
     if (!error || *error < 0)
-      throw usage_error("--errors {}: must be numbers of at least 0, with commas between them", text);
+      throw usage_error("{} {}: must be numbers of at least 0, with commas between them", option, text);
     errors.push_back(*error);
     begin = end + 1;
   }
@@ -32,7 +34,7 @@ std::vector<double> errors_option(const std::string& text) {
 }
 
 struct EstimateCommand {
-  std::string input, errors;
+  std::string input, errors, psnrs, ratios, bits;
   RunOptions run;
   bool overwrite = false;
   EncodingOptions encoding;
@@ -43,7 +45,12 @@ struct EstimateCommand {
     const Encoding asked = encoding.checked(run);
     EstimateRun request{
         .input = input, .source = asked.source, .options = asked.options, .resources = run.resources(ranks)};
-    if (!errors.empty()) request.max_errors = errors_option(errors);
+    request.max_errors = numbers_option("--errors", errors);
+    using Kind = ErrorRule::Kind;
+    for (const double psnr : numbers_option("--psnr", psnrs)) request.rules.push_back({Kind::psnr, psnr});
+    for (const double ratio : numbers_option("--ratio", ratios))
+      request.rules.push_back({Kind::ratio, ratio});
+    for (const double b : numbers_option("--bits", bits)) request.rules.push_back({Kind::bits, b});
     RunReport report(run.json, run.thread_count(), overwrite, "estimate", input, "");
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
     const EstimateResult result = estimate(request);
@@ -79,6 +86,8 @@ struct EstimateCommand {
       json["estimates"].push_back(
           {{"max_error",
             e.max_error < 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.max_error)},
+           {"transform_step", e.transform_step > 0 ? nlohmann::ordered_json(e.transform_step)
+                                                   : nlohmann::ordered_json(nullptr)},
            {"bytes", std::llround(e.file_bytes)},
            {"ratio", bytes_of(result) / e.file_bytes},
            {"bits_per_voxel", bits_per_voxel(result, e)},
@@ -106,11 +115,15 @@ struct EstimateCommand {
         result.bricks, "error", "size", "ratio", "bits/voxel", "PSNR", "encoding", "decoding");
     for (const Estimate& e : result.estimates)
       text += fmt::format("{:>10} {:>10} {:>8.2f} {:>11.4f} {:>9} {:>8.2g} s {:>8.2g} s\n",
-                          e.max_error < 0 ? "none" : fmt::format("{}", e.max_error),
+                          e.max_error < 0        ? "none"
+                          : e.transform_step > 0 ? fmt::format("{:.4g} w", e.max_error)
+                                                 : fmt::format("{}", e.max_error),
                           human_bytes(static_cast<std::uint64_t>(e.file_bytes)),
                           bytes_of(result) / e.file_bytes, bits_per_voxel(result, e),
                           std::isnan(e.psnr) ? "lossless" : fmt::format("{:.2f} dB", e.psnr),
                           e.encoding_seconds, e.decoding_seconds);
+    if (std::ranges::any_of(result.estimates, [](const Estimate& e) { return e.transform_step > 0; }))
+      text += "w: coded by a wavelet; most errors are far smaller\n";
     return text;
   }
 };
@@ -124,7 +137,13 @@ Action add_estimate_command(CLI::App& app) {
   command->add_option("INPUT", state->input, volume_input_help)->required();
   add_text_option(*command, "--errors", state->errors, "E,E,...",
                   "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)");
-  add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr", "parity"});
+  add_text_option(*command, "--psnr", state->psnrs, "D,D,...", "PSNRs to reach, such as 40,45");
+  add_text_option(*command, "--ratio", state->ratios, "R,R,...",
+                  "Ratios to reach with the best PSNR, such as 10,40");
+  add_text_option(*command, "--bits", state->bits, "B,B,...",
+                  "Bits a voxel to keep with the best PSNR, such as 0.5,1");
+  add_encoding_options(*command, state->encoding,
+                       {"max-error", "relative-error", "psnr", "ratio", "bits", "parity"});
   add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }

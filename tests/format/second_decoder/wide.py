@@ -253,21 +253,21 @@ def decode_wide_voxels(data, size, sample_type, active):
 
 
 def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
-    """11.3, kind 2. `decode_narrow` decodes samples of uint16, from bytes and both bounds."""
+    """11.3, kind 2. `decode_narrow` decodes samples of uint16, from bytes, both bounds and the exponent."""
     if len(data) < (14 if sample_type.is_float else 8):
         raise Broken("values end too soon")
     low, = struct.unpack_from("<q", data)
     if not sample_type.is_float:
         if not sample_type.limits[0] <= low <= sample_type.limits[1]:
             raise Broken("values with impossible parameters")
-        numbers = decode_narrow(data[8:], [min(b, 65535) for b in bounds])
+        numbers = decode_narrow(data[8:], [min(b, 65535) for b in bounds], 0)
         return {at: min(low + n, sample_type.limits[1]) for at, n in numbers.items()}
     exponent, *bounds_of_numbers = struct.unpack_from("<hHH", data, 8)
     if not -1000 <= exponent <= 960 or abs(low) > LARGEST_FIXED:
         raise Broken("values with impossible parameters")
     unit = math.ldexp(1.0, exponent)
     return {at: bits_of((low + n) * unit, sample_type.size)
-            for at, n in decode_narrow(data[14:], bounds_of_numbers).items()}
+            for at, n in decode_narrow(data[14:], bounds_of_numbers, exponent).items()}
 
 
 def decode_wide_points(data, box, active, S, point_error, sample_type):

@@ -194,7 +194,7 @@ TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
   }
 }
 
-// At low rates, narrow types are transformed. The promise holds, also of a bound besides it; the bytes are the same for
+// At low rates, samples are transformed. The promise holds, also of a bound besides it; the bytes are the same for
 // any number of threads, and the file says what it has.
 TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
   write_phantom({.dims = {50, 41, 37}, .type = sample_type_of<TypeParam>()}, this->in_, format_named("nrrd"),
@@ -202,18 +202,21 @@ TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
   for (const double wanted : {30.0, 40.0}) {
     EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
     const EncodeResult free = encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
-    EXPECT_EQ(free.header.parameters.transform_step > 0, !is_wide<TypeParam>);
-    if (is_wide<TypeParam>) continue;
+    EXPECT_GT(free.header.parameters.transform_step, 0);
     const Achieved achieved = achieved_of(free.index.total);
     EXPECT_GE(achieved.psnr, wanted);
     EXPECT_LT(achieved.psnr, wanted + 0.5);
-    EXPECT_EQ(achieved.max_error, free.header.parameters.max_error);
+    // Numbers of floats are rounded, so that some may be corrected that would have been within the bound.
+    if (std::is_integral_v<TypeParam>)
+      EXPECT_EQ(achieved.max_error, free.header.parameters.max_error);
+    else
+      EXPECT_LE(achieved.max_error, free.header.parameters.max_error);
     encode_volume(this->in_, {}, this->path("b.tag"), true, options, Resources(1));
     EXPECT_TRUE(file_content(this->path("a.tag")) == file_content(this->path("b.tag")));
     const VerifyResult verified = verify_file(this->path("a.tag"), this->in_, {}, Resources(2));
     EXPECT_EQ(verified.max_error, achieved.max_error);
     for (const double part : {0.9, 0.5, 0.1}) {
-      options.max_error = std::floor(part * achieved.max_error);
+      options.max_error = kept_bound(part * achieved.max_error, sample_type_of<TypeParam>());
       const EncodeResult both =
           encode_volume(this->in_, {}, this->path("b.tag"), true, options, Resources(2));
       const Achieved of_both = achieved_of(both.index.total);
@@ -225,7 +228,6 @@ TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
 
 // What is asked is a small file: a bound that reaches the PSNR is not smaller, nor is a file of a higher PSNR.
 TYPED_TEST(EstimatesOfType, AFileOfAPsnrIsNoLargerThanOneOfABoundThatReachesIt) {
-  if (is_wide<TypeParam>) return;
   const Index3 dims = {70, 61, 40};
   write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1, 3));
   std::uint64_t before = 0;

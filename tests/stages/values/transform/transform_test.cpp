@@ -11,9 +11,11 @@
 #include <random>
 
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/numbers.h"
 #include "stages/values/transform/lifting.h"
 #include "stages/values/transform/shape.h"
 #include "stages/values/voxels/codec.h"
+#include "stages/values/wide/codec.h"
 #include "tests/support/points.h"
 
 namespace tagrid {
@@ -179,7 +181,8 @@ void comes_back() {
   const auto samples = any_samples<T>(size, random);
   VoxelBrick brick{Box::of_size(size), nullptr, {*rc::gen::element<std::int64_t>(0, 1, 7, 100, 65535), -1}};
   brick.transform_step =
-      *rc::gen::element<std::uint32_t>(1, 17, 64, 200, 3000, 100000, largest_transform_step);
+      *rc::gen::element<std::uint32_t>(1, 17, 64, 200, 3000, 100000, largest_transform_step) *
+      least_transform_step;
   brick.effort = *rc::gen::element(Effort::normal, Effort::best);
   std::vector<T> decoded(samples.size()), back(samples.size());
   std::vector<std::uint8_t> bytes, carried;
@@ -210,6 +213,60 @@ std::vector<std::int16_t> body(Index3 size) {
   return samples;
 }
 constexpr Index3 body_size{48, 45, 32};
+
+// Wide samples keep the bound and what is no number, whether their numbers are narrow or not.
+template <class T>
+void wide_comes_back() {
+  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
+  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(sizes.begin(), sizes.end() - 1));
+  const double scale = *rc::gen::element(1.0, 3e4, std::is_integral_v<T> ? 17.0 : 1e-3);
+  const int special = *rc::gen::inRange(0, 20);
+  std::vector<T> samples;
+  for (const std::uint8_t sample : any_samples<std::uint8_t>(size, random))
+    samples.push_back(static_cast<T>(sample * scale));
+  if constexpr (std::is_floating_point_v<T>)
+    if (special < 4) samples[random() % samples.size()] = special < 2 ? NAN : -INFINITY;
+  WideBrick brick{Box::of_size(size), nullptr, {scale * *rc::gen::element(1.0, 7.0, 1000.0), -1}};
+  brick.transform_step = kept_step(scale * *rc::gen::element(0.01, 0.7, 5.0, 300.0), sample_type_of<T>());
+  std::vector<T> decoded(samples.size()), back(samples.size());
+  std::vector<std::uint8_t> bytes, carried;
+  encode_voxels<T>(samples, brick, decoded, bytes).finish();
+  RC_ASSERT(decode_voxels<T>(bytes, brick, back, carried).ok());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    RC_ASSERT(identical(back[i], decoded[i]));
+    RC_ASSERT(identical(back[i], samples[i]) ||
+              within(static_cast<double>(back[i]), static_cast<double>(samples[i]), brick.bounds.max_error));
+  }
+}
+RC_GTEST_PROP(Transform, BricksComeBack_int32, ()) { wide_comes_back<std::int32_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_uint32, ()) { wide_comes_back<std::uint32_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_float32, ()) { wide_comes_back<float>(); }
+RC_GTEST_PROP(Transform, BricksComeBack_float64, ()) { wide_comes_back<double>(); }
+
+// The numbers of floats are finer than the step, so that rounding them loses nothing to speak of.
+TEST(Transform, FloatsTakeTheBytesOfTheIntegersThatTheyWere) {
+  const auto samples = body(body_size);
+  std::vector<float> floats;
+  for (const std::int16_t sample : samples) floats.push_back(static_cast<float>(sample) * 0.017f + 0.3f);
+  VoxelBrick brick{Box::of_size(body_size), nullptr, {65535, -1}};
+  brick.transform_step = 40;
+  WideBrick wide{brick.owned, nullptr, {1e6, -1}};
+  wide.transform_step = kept_step(40 * 0.017, SampleType::float32);
+  std::vector<std::int16_t> decoded(samples.size());
+  std::vector<float> decoded_floats(samples.size());
+  std::vector<std::uint8_t> bytes, of_floats;
+  encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
+  encode_voxels<float>(floats, wide, decoded_floats, of_floats).finish();
+  EXPECT_NEAR(static_cast<double>(of_floats.size()), static_cast<double>(bytes.size()),
+              0.02 * static_cast<double>(bytes.size()));
+  double squares = 0, of_integers = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double error = (decoded_floats[i] - floats[i]) / 0.017, of_integer = decoded[i] - samples[i];
+    squares += error * error;
+    of_integers += of_integer * of_integer;
+  }
+  EXPECT_NEAR(squares, of_integers, 0.02 * of_integers);
+}
 
 TEST(Transform, ErrorsFallWithTheStepAndBytesRise) {
   const auto samples = body(body_size);
@@ -262,7 +319,7 @@ TEST(Transform, ABoundIsKeptByCorrections) {
 
 TEST(Transform, ValuesThatAreFewOrOneTakeTheirOwnCode) {
   VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
-  brick.transform_step = 64 * 50;
+  brick.transform_step = 50;
   std::vector<std::int16_t> samples(count_of(body_size), 7), decoded(samples.size());
   std::vector<std::uint8_t> bytes;
   encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
@@ -279,7 +336,7 @@ TEST(Transform, ValuesThatAreFewOrOneTakeTheirOwnCode) {
 TEST(Transform, NoiseBelowWhichTheStepLiesIsExact) {
   std::mt19937 random(3);
   VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
-  brick.transform_step = 1;
+  brick.transform_step = least_transform_step;
   std::vector<std::uint16_t> samples(count_of(body_size)), decoded(samples.size());
   for (std::uint16_t& s : samples) s = static_cast<std::uint16_t>(random());
   std::vector<std::uint8_t> bytes;
@@ -314,7 +371,7 @@ TEST(Transform, DamagedBytesAreDecodedOrRefusedWithoutHarm) {
 TEST(Transform, ATransformedBrickNeedsAStep) {
   const auto samples = body(body_size);
   VoxelBrick brick{Box::of_size(body_size), nullptr, {100, -1}};
-  brick.transform_step = 64 * 40;
+  brick.transform_step = 40;
   std::vector<std::int16_t> decoded(samples.size());
   std::vector<std::uint8_t> bytes, carried;
   encode_voxels<std::int16_t>(samples, brick, decoded, bytes).finish();
