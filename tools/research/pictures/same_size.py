@@ -9,16 +9,21 @@ def run(*command):
     subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
 
 
-def by_tagrid(programs, volume, samples, size, folder):
-    """The highest PSNR that takes no more than this size."""
-    tag, out, low, high = folder / "a.tag", folder / "a.raw", 30.0, 62.0
-    while high - low > 0.1:
-        middle = (low + high) / 2
-        run(programs / "tagrid", "encode", volume, "--psnr", middle, "--grid", "derived", "-q", "-f", "-o", tag)
-        low, high = (middle, high) if tag.stat().st_size <= size else (low, middle)
-    run(programs / "tagrid", "encode", volume, "--psnr", low, "--grid", "derived", "-q", "-f", "-o", tag)
+def at_psnr(psnr, programs, volume, samples, folder):
+    """The size of a file of tagrid, and what it decodes to."""
+    tag, out = folder / "a.tag", folder / "a.raw"
+    run(programs / "tagrid", "encode", volume, "--psnr", psnr, "--grid", "derived", "-q", "-f", "-o", tag)
     run(programs / "tagrid", "decode", tag, "--samples", "-q", "-f", "-o", out)
     return tag.stat().st_size, numpy.fromfile(out, samples.dtype).reshape(samples.shape)
+
+
+def by_tagrid(programs, volume, samples, size, folder):
+    """The highest PSNR that takes no more than this size."""
+    low, high = 30.0, 94.0
+    while high - low > 0.1:
+        middle = (low + high) / 2
+        low, high = (middle, high) if at_psnr(middle, programs, volume, samples, folder)[0] <= size else (low, middle)
+    return at_psnr(low, programs, volume, samples, folder)
 
 
 def by_sperr(samples, size, folder):
@@ -51,11 +56,11 @@ def by_jpegls(programs, samples, size, folder):
 
 
 def homogeneous(samples):
-    """The cube of 16 samples that varies least, of those above the median."""
-    best = None
-    for corner in numpy.ndindex(*(max((n - 16) // 8, 1) for n in samples.shape)):
+    """The cube of 16 samples that varies least, and is none of air: its mean is above the middle of the usual values."""
+    best, least = None, numpy.percentile(samples, (1, 99)).mean()
+    for corner in numpy.ndindex(*((n - 16) // 8 + 1 for n in samples.shape)):
         at = tuple(slice(8 * c, 8 * c + 16) for c in corner)
         cube = samples[at].astype(float)
-        if cube.mean() > numpy.median(samples) + 1 and (best is None or cube.std() < best[0]):
+        if cube.mean() > least and (best is None or cube.std() < best[0]):
             best = cube.std(), at
-    return best[1] if best else tuple(slice(0, 16) for _ in range(3))
+    return best[1]
