@@ -3,12 +3,12 @@
 
     tools/research/pictures/low_rates.py PROGRAMS VOLUME.nhdr RATIO Z OUT.png [X,Y,WIDTH,HEIGHT]
 
-PROGRAMS is the directory of tagrid and of bench/bench_jpegls, such as build/release. sperr3d must be on the PATH. It is
-given the size; tagrid the PSNR that has this size; JPEG-LS the smallest NEAR that does not exceed it. Columns: the volume,
-tagrid, SPERR, JPEG-LS. Rows: the part of slice Z, its error (gray is 0, black and white are four times the rmse of
-tagrid), and the magnitude of its gradient. It prints bits, PSNR and largest error of each, the standard deviation in the
-most homogeneous cube of 16 samples that is none of air, and the rmse in the layers at the faces of tagrid's bricks,
-divided by that in layers 4 to 12 samples away.
+PROGRAMS is the directory of tagrid and of bench/bench_jpegls, such as build/release. sperr3d must be on the PATH. It
+is given the size; tagrid the PSNR that has this size; JPEG-LS the smallest NEAR that does not exceed it. Columns: the
+volume, tagrid, SPERR, JPEG-LS. Rows: the part of slice Z, its error (gray is 0, black and white are four times the
+rmse of tagrid), and the magnitude of its gradient. It prints bits, PSNR and largest error of each, the standard
+deviation in the most homogeneous cube of 16 samples that is not air, and the rmse in the layers at the faces of
+tagrid's bricks, divided by that in layers 4 to 12 samples away.
 """
 
 import sys

@@ -4,7 +4,7 @@
     low_rates_histogram.py PROGRAMS RATIO OUT.png VOLUME.nhdr ...
 
 PROGRAMS is the directory of tagrid and of bench/bench_jpegls, such as build/release. sperr3d must be on the PATH. Each
-volume has a panel. The cube is chosen in the original: of 16 samples along an edge, and none of air. It prints where it
+volume has a panel. The cube is chosen in the original: of 16 samples along an edge, and not air. It prints where it
 is, and a table of mean and standard deviation.
 
 Needs what `tools/install_packages.sh pictures` and `bench` install.

@@ -3,11 +3,12 @@
 
     low_rates_seams.py PROGRAMS RATIO OUT.png VOLUME.nhdr ...
 
-PROGRAMS is the directory of tagrid, such as build/release. Each volume is compressed twice with the same PSNR, the
-second time rolled by half a brick, so that faces lie elsewhere. The same voxels are compared: the rms error at a
-distance from a face is divided by that of the file in which they lie inside, and by this ratio of voxels that lie
-inside in both. A volume of random numbers, smoothed, shows what remains without edges of objects. It prints a
-table: at faces (distance 0), where two and where three of them meet.
+PROGRAMS is the directory of tagrid, such as build/release. Each volume is compressed with the same PSNR as it is and
+rolled, so that faces lie elsewhere. The same voxels are compared: the rms error at a distance from a face is divided by
+that of the files in which they lie inside, and by this ratio of voxels that lie inside in all. A volume of random
+numbers, smoothed, shows what remains without edges of objects. Theory is what mirrored functions of the wavelet make of
+errors of coefficients that are independent and of one size. It prints a table: at faces (distance 0), where two and
+where three of them meet.
 
 Needs what `tools/install_packages.sh pictures` installs.
 """
@@ -28,7 +29,8 @@ import nrrd  # noqa: E402
 from markdown import print_table  # noqa: E402
 from same_size import at_psnr, by_tagrid  # noqa: E402
 
-BRICK, INSIDE = 128, 16
+BRICK, INSIDE, LEVELS = 128, 16, 6
+ROLLS = (49, 54)  # inside, errors depend on the position modulo 2, 4 ...; here, their mean is that of all positions
 DISTANCES = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 
 
@@ -46,6 +48,28 @@ def layers(length, faces):
     return numpy.min([numpy.where(at < face, face - 1 - at, at - face) for face in faces], axis=0)
 
 
+def joined(low, high):
+    """One level of the inverse wavelet (9/7), of columns: mirrored at the first and at the last sample."""
+    even, odd = low.copy(), high.copy()
+    for even_factor, odd_factor in ((-0.4435069, -0.8829111), (0.0529801, 1.5861343)):
+        even += even_factor * (numpy.concatenate([odd[:1], odd[:-1]]) + odd)
+        odd += odd_factor * (even + numpy.concatenate([even[1:], even[-1:]]))
+    return numpy.stack([even, odd], axis=1).reshape(2 * len(even), -1)
+
+
+def expected(finest):
+    """The rms error by distance if all coefficients along an axis from a level on have errors of the same size."""
+    power = numpy.zeros(BRICK)
+    for level in range(finest, LEVELS + 1):
+        functions = numpy.eye(BRICK >> level)
+        functions = joined(0 * functions, functions)
+        while len(functions) < BRICK:
+            functions = joined(functions, 0 * functions)
+        power += (functions**2).sum(axis=1) / (functions[:, functions.shape[1] // 2]**2).sum()
+    both_ends = (power + power[::-1])[list(DISTANCES)] / 2
+    return numpy.sqrt(both_ends / power[INSIDE:-INSIDE].mean())
+
+
 def psnr_of(programs, volume, ratio, folder):
     """The PSNR that compresses a volume so many times."""
     samples = numpy.array(nrrd.read(volume).samples())
@@ -55,34 +79,36 @@ def psnr_of(programs, volume, ratio, folder):
 
 
 class Compared:
-    """The squared errors of two files. Each voxel that is considered lies inside of a brick of the second one."""
+    """The squared errors of several files. Each voxel that is considered lies inside of bricks of all but the first."""
 
     def __init__(self, programs, volume, psnr, folder):
         samples = numpy.array(nrrd.read(volume).samples())
         self._axes = [axis for axis in range(3) if samples.shape[axis] > BRICK]
-        squares = (at_psnr(psnr, programs, volume, samples, folder)[1].astype(float) - samples)**2
-        rolled = numpy.roll(samples, BRICK // 2, self._axes)
-        decoded = at_psnr(psnr, programs, nrrd.write(folder / "rolled.nhdr", rolled), rolled, folder)[1]
-        self._squares = squares, numpy.roll((decoded.astype(float) - rolled)**2, -BRICK // 2, self._axes)
+        self._squares = []
+        for roll in (0, *ROLLS):
+            rolled = numpy.roll(samples, roll, self._axes)
+            decoded = at_psnr(psnr, programs, nrrd.write(folder / "rolled.nhdr", rolled), rolled, folder)[1]
+            self._squares.append(numpy.roll((decoded.astype(numpy.float32) - rolled)**2, -roll, self._axes))
         self._near, self._valid = [], []
         for axis, length in enumerate(samples.shape):
             cut = axis in self._axes
-            others = [0, *range(BRICK // 2, length, BRICK), length - BRICK // 2, length]
+            others = [face for roll in ROLLS
+                      for face in (0, *range(BRICK - roll, length, BRICK), length - roll, length)]
             self._near.append(layers(length, range(BRICK, length, BRICK)) if cut else numpy.full(length, BRICK))
             self._valid.append(layers(length, others) >= INSIDE if cut else numpy.ones(length, bool))
         self._inside = self._sums({})
 
     def _sums(self, distances):
-        """Of the squared errors of both files, at distances from the faces across some axes and inside along others."""
+        """Of the squared errors of each file, at distances from the faces across some axes and inside along others."""
         chosen = [valid & (near == distances[axis] if axis in distances else near >= INSIDE)
                   for axis, (near, valid) in enumerate(zip(self._near, self._valid))]
-        return numpy.array([squares[numpy.ix_(*chosen)].sum() for squares in self._squares])
+        return numpy.array([squares[numpy.ix_(*chosen)].sum(dtype=float) for squares in self._squares])
 
     def ratio(self, distance, axes=1):
         """How much larger the rms error is at this distance from the faces across so many axes than inside."""
         sums = [self._sums(dict.fromkeys(some, distance)) for some in itertools.combinations(self._axes, axes)]
-        first, second = sum(sums, numpy.zeros(2)) / self._inside
-        return numpy.sqrt(first / second) if second > 0 else numpy.nan
+        first, *others = sum(sums, numpy.zeros(len(self._squares))) / self._inside
+        return numpy.sqrt(first / numpy.mean(others)) if sums else numpy.nan
 
 
 def main():
@@ -99,15 +125,16 @@ def main():
             for volume, part in volumes.items():
                 compared = Compared(programs, volume, psnr_of(programs, part, ratio, folder), folder)
                 is_noise = volume != part
-                ax.plot(places, [compared.ratio(distance) for distance in DISTANCES], label=volume.stem, marker="o", markersize=3,
-                        color="black" if is_noise else None, linewidth=2 if is_noise else 1.2)
+                ax.plot(places, [compared.ratio(distance) for distance in DISTANCES], label=volume.stem, marker="o",
+                        markersize=3, color="black" if is_noise else None, linewidth=2 if is_noise else 1.2)
                 yield volume.stem, *(f"{compared.ratio(0, axes):.2f}" for axes in (1, 2, 3))
 
         print_table(["volume", "face", "edge", "corner"], rows())
-    ax.axhline(2**0.5, color="gray", linestyle=":", linewidth=1)
-    ax.text(places[-1], 2**0.5, "√2", color="gray", ha="right", va="bottom")
-    ax.axhline(1, color="gray", linewidth=0.8)
-    ax.set(xlabel="voxels between the voxel and the nearest face", ylabel="rms error, divided by that inside", ylim=(0.8, None))
+    for finest, style, label in ((1, "--", "theory, all bands"), (2, ":", "without the finest")):
+        ax.plot(places, expected(finest), label=label, color="gray", linestyle=style)
+    ax.axhline(1, color="lightgray", linewidth=0.8, zorder=0)
+    ax.set(xlabel="voxels between the voxel and the nearest face", ylabel="rms error, divided by that inside",
+           ylim=(0.8, None))
     ax.set_xticks(places, DISTANCES)
     ax.legend(frameon=False)
     figure.savefig(out, dpi=100)

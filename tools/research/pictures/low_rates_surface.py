@@ -3,9 +3,9 @@
 
     xvfb-run -a low_rates_surface.py PROGRAMS VOLUME.nhdr RATIO ISO VIEW OUT.png [X,Y,Z,EDGE]
 
-PROGRAMS is the directory of tagrid, such as build/release; sperr3d must be on the PATH. All surfaces are made of samples,
-by marching cubes. VIEW is the direction of view: x,y,z. With X,Y,Z,EDGE, a second row shows a cube of samples. It
-prints a table of distances in samples, from the vertices of each surface to that of the volume, and back.
+PROGRAMS is the directory of tagrid, such as build/release; sperr3d must be on the PATH. All surfaces are made of
+samples, by marching cubes. VIEW is the direction of view: x,y,z. With X,Y,Z,EDGE, a second row shows a cube of samples.
+It prints a table of distances in samples, from the vertices of each surface to that of the volume, and back.
 
 Needs what `tools/install_packages.sh paper` installs.
 """

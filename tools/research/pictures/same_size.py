@@ -56,7 +56,7 @@ def by_jpegls(programs, samples, size, folder):
 
 
 def homogeneous(samples):
-    """The cube of 16 samples that varies least, and is none of air: its mean is above the middle of the usual values."""
+    """The cube of 16 samples that varies least and is not air: its mean is above the middle of the usual values."""
     best, least = None, numpy.percentile(samples, (1, 99)).mean()
     for corner in numpy.ndindex(*((n - 16) // 8 + 1 for n in samples.shape)):
         at = tuple(slice(8 * c, 8 * c + 16) for c in corner)
