@@ -25,7 +25,7 @@ from markdown import print_table
 from running import Parser, checked, main, output_of, usage_of
 from vtk_data import image_of, made_by, points_of, read_ply
 
-MOST_POINTS = 50000  # of one surface that are measured
+MOST_POINTS = 50000  # of one surface that are usually measured
 
 
 def timed(work):
@@ -43,9 +43,9 @@ def decimated(surface, triangles):
     return timed(lambda: made_by(vtk.vtkQuadricDecimation(), surface, TargetReduction=reduction))
 
 
-def distances(from_surface, to_surface):
+def distances(from_surface, to_surface, most_points=MOST_POINTS):
     points = points_of(from_surface)
-    points = points[::max(1, len(points) // MOST_POINTS)]
+    points = points[::max(1, len(points) // most_points)]
     locator = vtk.vtkCellLocator()
     locator.SetDataSet(to_surface)
     locator.BuildLocator()
