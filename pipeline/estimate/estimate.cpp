@@ -312,12 +312,12 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   // Checked before anything is read.
   const auto bounds = static_cast<std::int64_t>(asked == 0 ? usual_bounds : asked);
   // With rules, bricks may be larger.
-  EncodeOptions ruled = any;
+  EncodeOptions first_rule = any;
   if (!run.rules.empty()) {
-    ruled.error_rule = run.rules[0];
-    ruled.max_error.reset();
+    first_rule.error_rule = run.rules[0];
+    first_rule.max_error.reset();
   }
-  const CodingParameters largest = in_samples(ruled, source->facts()).parameters;
+  const CodingParameters largest = in_samples(first_rule, source->facts()).parameters;
   const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
     const CodingParameters& p = largest;
     return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;

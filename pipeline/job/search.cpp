@@ -170,7 +170,10 @@ struct Subject {
 
   SampleType type() const { return source.info().type; }
   bool whole() const { return !is_float_type(type()); }
-  bool may_be_transformed() const { return options.parameters.transform_step > 0 && peak > 0; }
+  bool may_be_transformed() const {
+    // Far from the ends of what steps of floats can be.
+    return options.parameters.transform_step > 0 && peak > 0x1p-60 && peak < 0x1p90;
+  }
 
  private:
   static Statistics statistics_of(const std::optional<std::pair<double, double>>& range) {
@@ -213,7 +216,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
                          const Progress& progress) {
   Subject subject(options, source, setting::psnr, progress);
   Trials& trials = subject.trials;
-  const double rmse = subject.peak * std::pow(10, -psnr / 20), allowed = rmse * rmse;
+  const double rmse = subject.peak * std::pow(10, -psnr / 20);
   const std::optional<double>& given = options.options.max_error;
   FoundBound found;
   found.reason = fmt::format("which reaches {} dB", psnr);
@@ -225,7 +228,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
   Bounds bounds(trials, std::sqrt(3.0) * rmse, subject.peak, subject.whole(), false,
                 [psnr](const Tried& tried) { return tried.psnr >= psnr; });
   if (subject.may_be_transformed()) {
-    const Goal goal = {[allowed](const Tried& tried) { return tried.rmse * tried.rmse / allowed; }, true,
+    const Goal goal = {[rmse](const Tried& tried) { return tried.rmse / rmse * (tried.rmse / rmse); }, true,
                        0.995, power_of_error};
     FoundStep best = best_step(trials, subject.type(), goal, max_error, 8 * rmse, true);
     const auto better = [&] {
@@ -305,10 +308,12 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
 FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
                            const Progress& progress) {
   const auto [kind, value] = options.options.error_rule.value();
-  if (kind == ErrorRule::Kind::psnr) return bound_of_psnr(options, source, value, sampled, progress);
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
   const double bits = kind == ErrorRule::Kind::ratio ? bits_of_sample / value : value;
-  return bound_of_size(options, source, bits, sampled, progress);
+  FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(options, source, value, sampled, progress)
+                                                   : bound_of_size(options, source, bits, sampled, progress);
+  source.rewind();
+  return found;
 }
 
 }  // namespace tagrid

@@ -20,8 +20,8 @@ struct FoundBound {
 /// - for a PSNR, in dB, what takes the fewest bits and reaches it;
 /// - for a size, what has the largest PSNR in it. A size includes header, index and overviews, but not parity and the
 ///   envelope. Throws UsageError if that is too little for any file.
-/// A sample of the volume is coded some ten times and, unless `sampled`, all of it three times or a few more. The arena
-/// is the caller's. REQUIRES: options.options.error_rule->is_tried(), source.traits().any_rows.
+/// A sample of the volume is coded some ten times and, unless `sampled`, all of it three times or a few more; then the
+/// source is rewound. The arena is the caller's. REQUIRES: options.options.error_rule->is_tried(), source.traits().any_rows.
 FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
                            const Progress& progress);
 

@@ -43,9 +43,7 @@ FoundBound by_range(VolumeSource& source, double part) {
 FoundBound by_trials(const ResolvedOptions& options, VolumeSource& source, const Progress& progress) {
   if (!source.traits().any_rows)
     refuse(source, setting_of(options.options.error_rule->kind), "reads the volume several times");
-  FoundBound found = bound_by_trials(options, source, false, progress);
-  source.rewind();
-  return found;
+  return bound_by_trials(options, source, false, progress);
 }
 
 // The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all

@@ -63,6 +63,8 @@ class Encoding(unittest.TestCase):
                 self.assertLess(reached, 50.5 if bound == 0 else 60)
                 self.assertLessEqual(np.abs(found - noisy).max(), bound if bound > 0 else span)
         self.assertEqual(tagrid.encode(noisy, psnr=50), tagrid.encode(Loaded(noisy), psnr=50))
+        for settings in ({"ratio": 8}, {"bits": 2}):
+            self.assertAlmostEqual(len(tagrid.encode(noisy, **settings)) / (noisy.size * 2 / 8), 0.985, delta=0.025)
 
     def test_a_bound_that_follows_from_the_samples_does_not_change_missing_samples(self):
         array = Loaded(blobs(SHAPE, "int16"))
@@ -76,7 +78,8 @@ class Encoding(unittest.TestCase):
         for settings in ({"max_error": "noise:2"}, {"relative_error": 0.1}, {"psnr": 40}):
             with self.assertRaisesRegex(tagrid.ArgumentError, "samples="):
                 tagrid.Writer(self.folder / "a.tag", shape=SHAPE, dtype="int16", **settings)
-        for settings in ({"max_error": "noise"}, {"max_error": "noise:1", "psnr": 40}, {"relative_error": 1, "psnr": 40}, {"psnr": -1}):
+        for settings in ({"max_error": "noise"}, {"max_error": "noise:1", "psnr": 40}, {"relative_error": 1, "psnr": 40}, {"psnr": -1}, {"ratio": 8, "bits": 2},
+                         {"ratio": 8, "max_error": 2}):
             with self.assertRaises(tagrid.ArgumentError):
                 tagrid.encode(samples, self.folder / "a.tag", **settings)
         self.assertEqual(self.left(), [])

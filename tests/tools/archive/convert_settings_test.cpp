@@ -27,6 +27,8 @@ const std::vector<Pair> pairs = {
     {"max-error", "noise:1", "0.4"},
     {"relative-error", "0.01", "0.02"},
     {"psnr", "40", "45"},
+    {"ratio", "10", "20"},
+    {"bits", "0.5", "1"},
     {"surface-error", "0.1", "0.2", "max-error=0.9"},
     {"surface-error", "0.1", "", "max-error=0.9"},
     {"mesh-error", "1", "2"},

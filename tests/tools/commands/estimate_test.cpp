@@ -102,11 +102,24 @@ TEST_F(EstimateCommand, BoundsAreRoundedAsEncodeRoundsThemAndThatIsSaid) {
   EXPECT_EQ(info()["max_error"], 2);
 }
 
+// What is coded by a wavelet is marked: its bound says little of most errors.
+TEST_F(EstimateCommand, TriesPsnrsAndSizes) {
+  phantom("volume.nrrd");
+  const Json json = estimates({"--psnr", "40,45", "--ratio", "40", "--errors", "3"});
+  ASSERT_EQ(json["estimates"].size(), 4);
+  EXPECT_TRUE(json["estimates"][0]["transform_step"].is_null());
+  EXPECT_GE(json["estimates"][2]["psnr"].get<double>(), 45);
+  EXPECT_NEAR(json["estimates"][3]["ratio"].get<double>(), 40, 1.5);
+  EXPECT_TRUE(has(tagrid({"estimate", "volume.nrrd", "--psnr", "40"}).out, " w "));
+}
+
 TEST_F(EstimateCommand, RefusesWhatIsNoList) {
   phantom("volume.nrrd");
   for (const char* list : {"1,x", ",", "1,,2", "-1", "1 2", "nan"})
     expect_error(tagrid({"estimate", "volume.nrrd", "--errors", list}), usage, "--errors");
-  for (const char* option : {"--max-error", "--psnr", "--relative-error"})
+  for (const char* option : {"--psnr", "--ratio", "--bits"})
+    expect_error(tagrid({"estimate", "volume.nrrd", option, "40,x"}), usage, option);
+  for (const char* option : {"--max-error", "--relative-error"})
     expect_error(tagrid({"estimate", "volume.nrrd", option, "3"}), usage, option);
   expect_error(tagrid({"estimate", "missing.nrrd"}), world, "missing.nrrd");
   expect_error(tagrid({"estimate", "volume.nrrd", "-M", "1M"}), usage, "give -M ");

@@ -29,7 +29,7 @@ std::string text_of_options(const EncodingOptions& all) {
   const SourceOptions& source = all.source;
   const std::string overviews = o.overviews ? text_of(*o.overviews) : "auto";
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
-                     rules, name_of(o.grid), o.grid_only, number(o.max_error), number(o.surface_error),
+                     rules, o.grid ? name_of(*o.grid) : "", o.grid_only, number(o.max_error), number(o.surface_error),
                      number(o.mesh_error), o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge),
                      name_of(o.effort), number(o.field_scale), all.range, source.dims, source.type,
                      source.endian, source.spacing, source.offset, source.vdb_grid, source.from,
@@ -55,6 +55,8 @@ TEST(EncodingRows, AMultipleOfTheNoiseReplacesANumberAndTheOtherWayRound) {
   EXPECT_EQ(encoding_of({{"max-error", "noise:2.5"}}).options.error_rule,
             (ErrorRule{ErrorRule::Kind::noise, 2.5}));
   EXPECT_EQ(encoding_of({{"psnr", "50"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::psnr, 50}));
+  EXPECT_EQ(encoding_of({{"ratio", "40"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::ratio, 40}));
+  EXPECT_EQ(encoding_of({{"bits", "0.5"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::bits, 0.5}));
   EXPECT_EQ(encoding_of({{"relative-error", "0.5"}}).options.error_rule,
             (ErrorRule{ErrorRule::Kind::relative, 0.5}));
   CLI::App command;
@@ -71,6 +73,10 @@ TEST(EncodingRows, AMultipleOfTheNoiseReplacesANumberAndTheOtherWayRound) {
   EXPECT_EQ(both.max_error, 1);
   for (const OptionTexts& two : {OptionTexts{{"max-error", "noise:1"}, {"psnr", "50"}},
                                  {{"relative-error", "1"}, {"psnr", "50"}},
+                                 {{"ratio", "10"}, {"psnr", "50"}},
+                                 {{"ratio", "10"}, {"max-error", "5"}},
+                                 {{"bits", "1"}, {"grid", "stored"}},
+                                 {{"bits", "1"}, {"mesh-error", "5"}},
                                  {{"relative-error", "1"}, {"max-error", "0"}}})
     EXPECT_THROW(encoding_of(two), UsageError);
 }
