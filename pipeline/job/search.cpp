@@ -310,6 +310,7 @@ FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source,
   const auto [kind, value] = options.options.error_rule.value();
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
   const double bits = kind == ErrorRule::Kind::ratio ? bits_of_sample / value : value;
+  source.rewind();
   FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(options, source, value, sampled, progress)
                                                    : bound_of_size(options, source, bits, sampled, progress);
   source.rewind();
