@@ -52,6 +52,8 @@ struct ConvertCommand {
     if (manifest.empty() || options.output_dir.empty())
       throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
     options.run.obey_memory_limit();
+    refuse_address(manifest);
+    refuse_address(find);
     if (options.trust_description && !remove_verified)
       throw UsageError(
           "--trust-description: has an effect only together with --remove-verified; give --remove-verified, "
