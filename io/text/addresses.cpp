@@ -1,5 +1,7 @@
 #include "io/text/addresses.h"
 
+#include <algorithm>
+
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -21,17 +23,14 @@ std::string shown_address(std::string_view text) {
   std::string_view rest = text.substr(begin);
   // The key of an object may contain any characters, and has no secrets.
   if (scheme == "s3://") return scheme + std::string(rest);
+  // A password with one of these characters ends too early, and must not be shown either.
+  const std::string_view host = rest.substr(0, rest.find_first_of("/?#"));
+  const std::size_t colon = host.rfind(':');
+  const bool has_port =
+      colon == host.npos || host.ends_with(']') || std::ranges::all_of(host.substr(colon + 1), is_digit);
+  const std::size_t at = has_port || host.find('@') != host.npos ? host.rfind('@') : rest.rfind('@');
+  if (at != rest.npos) rest.remove_prefix(at + 1);
   rest = rest.substr(0, rest.find_first_of("?#"));
-  // The last @ before the path; a password with a slash would end there, and must not be shown either.
-  const std::size_t path = rest.find('/');
-  if (const std::size_t at = rest.substr(0, path).rfind('@'); at != rest.npos)
-    rest.remove_prefix(at + 1);
-  else if (const std::size_t colon = rest.find(':'); colon < path && rest.find('@') != rest.npos)
-    for (const char c : rest.substr(colon + 1, path - colon - 1))
-      if (!is_digit(c)) {
-        rest.remove_prefix(rest.rfind('@') + 1);
-        break;
-      }
   return scheme + std::string(rest);
 }
 

@@ -45,6 +45,8 @@ struct ConvertCommand {
   std::string find;
 
   void execute(Ranks& ranks, const OptionTexts& given) const {
+    refuse_address(find);
+    refuse_address(manifest);
     if (!find.empty()) {
       refuse_beside_find(given);
       return list_volumes(given.contains("gaps-ok"));
@@ -52,8 +54,6 @@ struct ConvertCommand {
     if (manifest.empty() || options.output_dir.empty())
       throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
     options.run.obey_memory_limit();
-    refuse_address(manifest);
-    refuse_address(find);
     if (options.trust_description && !remove_verified)
       throw UsageError(
           "--trust-description: has an effect only together with --remove-verified; give --remove-verified, "

@@ -95,6 +95,9 @@ class WebServer(ThreadingHTTPServer):
         self.shutdown()
         self.server_close()
 
+    def handle_error(self, *_):
+        """A client that has seen enough hangs up."""
+
     def ranges(self):
         return [headers["Range"] for _, headers in self.requests]
 
