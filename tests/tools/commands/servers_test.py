@@ -31,7 +31,7 @@ def settings(language):
 def program(name, package):
     found = shutil.which(name, path="/usr/sbin:/usr/bin:" + os.environ.get("PATH", ""))
     if found is None:
-        print(f"skipped: there is no {name} on this machine ({package})")
+        print(f"there is no {name} on this machine ({package}), so its settings are not tested", flush=True)
         raise unittest.SkipTest(f"no {name}")
     return found
 
