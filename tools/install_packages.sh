@@ -16,7 +16,7 @@ test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev cla
   libopenvdb-tools python3 pkgconf dpkg-dev file jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
-  gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)
+  gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)

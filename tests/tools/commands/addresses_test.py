@@ -9,6 +9,7 @@ import hmac
 import os
 import re
 import shutil
+import signal
 import ssl
 import subprocess
 import time
@@ -397,6 +398,19 @@ class Addresses(ProgramTest):
         self.refused("scan.tag: ", "info", url + "/scan.tag")
         self.refused("resolve", "info", "http://nowhere.invalid/scan.tag")
         self.assertLess(time.monotonic() - begin, 20)
+
+    def test_a_run_that_waits_can_be_interrupted(self):
+        self.environment["TAGRID_HTTP_TIMEOUT"] = "60"
+        with self.server(after(3, silent)) as server:
+            before = sorted(os.listdir(self.folder))
+            run = subprocess.Popen([TAGRID, "decode", server.url + "/scan.tag", "-o", "a.nrrd"], cwd=self.folder,
+                                   env=self.environment, stderr=subprocess.DEVNULL)
+            while len(server.requests) < 4:
+                self.assertIsNone(run.poll())
+                time.sleep(0.05)
+            run.send_signal(signal.SIGINT)
+            self.assertEqual(run.wait(10), -signal.SIGINT)
+            self.assertEqual(sorted(os.listdir(self.folder)), before)
 
     # Commands that do not read addresses, and names that are none.
 

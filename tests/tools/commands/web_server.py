@@ -30,6 +30,13 @@ class Handler(BaseHTTPRequestHandler):
         except (BrokenPipeError, ConnectionResetError):
             self.close_connection = True
 
+    def do_HEAD(self):
+        content = self.content()
+        self.send_response(404 if content is None else 200)
+        self.send_header("Content-Length", str(len(content or b"")))
+        self.send_header("Accept-Ranges", "bytes")
+        self.end_headers()
+
     def respond(self, status, headers=(), body=b"", length=None):
         """All of an answer. `length`: what is announced, if not the length of the body."""
         self.send_response(status)
