@@ -1,5 +1,5 @@
-"""Files on servers are read as files of this machine are, in few requests; and a server that misbehaves is an error that says
-so, after which nothing is left.
+"""Files on servers are read as files of this machine are, in few requests; and a server that misbehaves is an error that
+says so, after which nothing is left.
 
     addresses_test.py TAGRID
 """
@@ -184,7 +184,8 @@ class Addresses(ProgramTest):
         for version in (date, {"ETag": 'W/"weak"', **date}):
             with self.server(lambda handler, _, version=version: handler.answer(version=version) or True) as server:
                 self.tagrid("decode", server.url + "/scan.tag", "-o", "-")
-                wanted = [(headers.get("If-Match"), headers.get("If-Unmodified-Since")) for _, headers in server.requests]
+                wanted = [(headers.get("If-Match"), headers.get("If-Unmodified-Since"))
+                          for _, headers in server.requests]
                 self.assertEqual(wanted, [(None, None)] + [(None, date["Last-Modified"])] * (len(wanted) - 1))
 
     def test_what_passes_is_tried_again(self):
@@ -198,7 +199,8 @@ class Addresses(ProgramTest):
         local = self.tagrid("decode", "local.tag", "-o", "-").stdout
         for name, wrong in [("503", busy(503)), ("429", busy(429, **{"Retry-After": "1"})), ("500", busy(500)),
                             ("short", short), ("no answer", hang_up), ("silent", silent_in_body)]:
-            for misbehave in (until(1, wrong), lambda handler, number, wrong=wrong: number == 3 and wrong(handler, number)):
+            for misbehave in (until(1, wrong),
+                              lambda handler, number, wrong=wrong: number == 3 and wrong(handler, number)):
                 if IS_SANITIZED and name != "503":
                     continue
                 with self.subTest(name), self.server(misbehave) as server:
@@ -212,8 +214,9 @@ class Addresses(ProgramTest):
 
     def test_redirections_are_followed(self):
         with self.server() as target, self.server(redirected_to(target.url + "/scan.tag")) as server:
-            self.assertEqual(self.tagrid("decode", server.url + "/here", "--region", "0:64,0:64,0:64", "-o", "-").stdout,
-                             self.tagrid("decode", "local.tag", "--region", "0:64,0:64,0:64", "-o", "-").stdout)
+            region = ["--region", "0:64,0:64,0:64", "-o", "-"]
+            self.assertEqual(self.tagrid("decode", server.url + "/here", *region).stdout,
+                             self.tagrid("decode", "local.tag", *region).stdout)
             self.assertEqual(len(target.requests), len(server.requests))
 
     def test_a_secret_is_sent_but_not_shown(self):
@@ -229,7 +232,8 @@ class Addresses(ProgramTest):
             run = self.tagrid(*arguments, "-o", "a.nrrd")
             self.assertEqual(server.requests[-1][0], "/small.tag?X-Signature=abc")
             self.assertEqual(self.statistics("run.json")["input"], server.url + "/small.tag")
-            self.assertFalse(re.search(rb"secret|Signature", run.stdout + run.stderr + (self.folder / "run.json").read_bytes()))
+            shown = run.stdout + run.stderr + (self.folder / "run.json").read_bytes()
+            self.assertFalse(re.search(rb"secret|Signature", shown))
             for address, code in [(f"http://user:wrong@{host}/small.tag?X-Signature=abc", 74),
                                   (f"http://user:sec/ret@{host}/small.tag?X-Signature=abc", 74),
                                   (f"http://user:sec@{host}:x/small.tag?X-Signature=abc", 74)]:
@@ -250,8 +254,8 @@ class Addresses(ProgramTest):
     def test_https_wants_a_certificate_that_is_known(self):
         if shutil.which("openssl") is None:
             self.skipTest("there is no openssl on this machine")
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "key.pem", "-out", "cert.pem",
-                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1"],
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "key.pem", "-out",
+                        "cert.pem", "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1"],
                        cwd=self.folder, check=True, capture_output=True)
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.load_cert_chain(self.folder / "cert.pem", self.folder / "key.pem")
@@ -355,10 +359,12 @@ class Addresses(ProgramTest):
         for count in (1, 2, 4):
             with self.subTest(count):
                 with self.server(changes_after(count)) as server:
-                    self.refused("scan.tag: was changed while it was being read", "decode", server.url + "/scan.tag", "-o", "a.nrrd")
+                    self.refused("scan.tag: was changed while it was being read", "decode", server.url + "/scan.tag", "-o",
+                                 "a.nrrd")
                     self.assertEqual(len(server.requests), count + 1)
                 with self.server(changes_after(count, conditions=False)) as server:
-                    self.refused("was changed while it was being read", "decode", server.url + "/scan.tag", "-o", "a.nrrd")
+                    self.refused("was changed while it was being read", "decode", server.url + "/scan.tag", "-o",
+                                 "a.nrrd")
                 # Nothing shows it: then the checksums do.
                 with self.server(changes_after(count, version={})) as server:
                     self.refused("scan.tag: brick", "decode", server.url + "/scan.tag", "-o", "a.nrrd", code=65)
@@ -421,7 +427,8 @@ class Addresses(ProgramTest):
             for words, *arguments in [("only .tag files are read from servers", "encode", url),
                                       ("only .tag files are read from servers", "encode", url, "-o", "a.tag"),
                                       ("only .tag files are read from servers", "estimate", url),
-                                      ("only .tag files are read from servers", "verify", "small.tag", "--against", url),
+                                      ("only .tag files are read from servers", "verify", "small.tag", "--against",
+                                       url),
                                       ("only .tag files are read from servers", "convert", "--manifest", "list.tsv",
                                        "--output-dir", "out"),
                                       ("download it first", "convert", "--manifest", url, "--output-dir", "out"),
@@ -453,16 +460,18 @@ class Addresses(ProgramTest):
         def check(handler, _):
             headers = {name.lower(): value.strip() for name, value in handler.headers.items()}
             found = re.fullmatch(r"AWS4-HMAC-SHA256 Credential=(\w+)/(\d{8})/([\w-]+)/s3/aws4_request, ?"
-                                 r"SignedHeaders=([\w;-]+), ?Signature=([0-9a-f]{64})", headers.get("authorization", ""))
+                                 r"SignedHeaders=([\w;-]+), ?Signature=([0-9a-f]{64})",
+                                 headers.get("authorization", ""))
             handler.server.wrong = ""
             if not found:
                 handler.server.wrong = headers.get("authorization", "no signature")
                 return handler.respond(403, {}, b"<Error><Code>AccessDenied</Code></Error>") or True
             key, day, region, names, signature = found.groups()
-            canonical = "\n".join(["GET", handler.path, "", *(f"{name}:{headers[name]}" for name in names.split(";")), "",
-                                   names, headers["x-amz-content-sha256"]])
+            lines = [f"{name}:{headers[name]}" for name in names.split(";")]
+            canonical = "\n".join(["GET", handler.path, "", *lines, "", names, headers["x-amz-content-sha256"]])
             scope = f"{day}/{region}/s3/aws4_request"
-            text = "\n".join(["AWS4-HMAC-SHA256", headers["x-amz-date"], scope, hashlib.sha256(canonical.encode()).hexdigest()])
+            text = "\n".join(["AWS4-HMAC-SHA256", headers["x-amz-date"], scope,
+                              hashlib.sha256(canonical.encode()).hexdigest()])
             signing = ("AWS4" + secret).encode()
             for part in (day, region, "s3", "aws4_request"):
                 signing = hmac.new(signing, part.encode(), hashlib.sha256).digest()
@@ -483,7 +492,8 @@ class Addresses(ProgramTest):
         key = "scans/a b+c=d&~(1)/\u00e4.tag"
         for token in ("", "a/session+token=="):
             secret = "wJalrXUtnFEMI/K7MDENG+bPxRfiCYEXAMPLEKEY"
-            with self.subTest(token), self.server(self.signed(secret, token), **{f"/bucket.x/{key}": self.data}) as server:
+            files = {f"/bucket.x/{key}": self.data}
+            with self.subTest(token), self.server(self.signed(secret, token), **files) as server:
                 self.environment.update(AWS_ACCESS_KEY_ID="KEY", AWS_SECRET_ACCESS_KEY=secret, AWS_SESSION_TOKEN=token,
                                         AWS_ENDPOINT_URL=server.url + "/", AWS_REGION="eu-central-1")
                 run = self.tagrid("decode", f"s3://bucket.x/{key}", "-o", "-", "-v")

@@ -57,7 +57,8 @@ class Servers(ProgramTest):
         self.url = f"http://127.0.0.1:{self.port}/scan.tag"
 
     def start(self, *command):
-        server = subprocess.Popen(list(map(str, command)), cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        server = subprocess.Popen(list(map(str, command)), cwd=self.folder, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE)
 
         def stop():
             server.terminate()
@@ -92,7 +93,8 @@ class Servers(ProgramTest):
         self.assertIn("404", self.tagrid("info", self.url + ".tag", code=74, env=environment).stderr.decode())
         # As a browser asks that would like compressed bytes.
         data = (self.folder / "scan.tag").read_bytes()
-        status, headers, body = self.answer(Range="bytes=100-299", Origin="https://example.org", Accept_Encoding="gzip, br")
+        status, headers, body = self.answer(Range="bytes=100-299", Origin="https://example.org",
+                                            Accept_Encoding="gzip, br")
         self.assertEqual((status, body), (206, data[100:300]))
         self.assertEqual(headers["Content-Range"], f"bytes 100-299/{len(data)}")
         self.assertIsNone(headers["Content-Encoding"])
@@ -122,8 +124,8 @@ class Servers(ProgramTest):
             events {{ }}
             http {{
                 access_log off;
-                client_body_temp_path {self.folder}/a; proxy_temp_path {self.folder}/b; fastcgi_temp_path {self.folder}/c;
-                uwsgi_temp_path {self.folder}/d; scgi_temp_path {self.folder}/e;
+                client_body_temp_path {self.folder}/a; proxy_temp_path {self.folder}/b;
+                fastcgi_temp_path {self.folder}/c; uwsgi_temp_path {self.folder}/d; scgi_temp_path {self.folder}/e;
                 gzip on; gzip_types *; gzip_min_length 1;
                 server {{
                     listen 127.0.0.1:{self.port};

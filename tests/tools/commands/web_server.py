@@ -61,7 +61,7 @@ class Handler(BaseHTTPRequestHandler):
         return {"ETag": '"' + hashlib.md5(content).hexdigest() + '"', "Last-Modified": "Wed, 25 Nov 2026 10:00:00 GMT"}
 
     def answer(self, status=206, start=0, size=None, body=None, length=None, version=None, conditions=True, **headers):
-        """The right answer, but for what is given: `start` moves its Content-Range, `size` is what it says of the file."""
+        """The right answer, but for what is given: `start` moves its Content-Range, which says `size` of the file."""
         content = self.content()
         if content is None:
             return self.respond(404, {}, b"<html>nothing here</html>")
