@@ -13,14 +13,14 @@ void* library() {
   // Debian has the library with OpenSSL, and with GnuTLS under another name.
   for (const char* name : {"libcurl.so.4", "libcurl-gnutls.so.4"})
     if (void* found = dlopen(name, RTLD_NOW | RTLD_LOCAL); found != nullptr) return found;
-  throw WorldError("libcurl, which reads addresses, is not installed; on Debian: apt-get install libcurl4");
+  throw WorldError("needs libcurl, which is not installed; on Debian: apt-get install libcurl4");
 }
 
 template <class Function>
 void find(void* in, const char* name, Function& function) {
   function = reinterpret_cast<Function>(dlsym(in, name));
   if (function == nullptr)
-    throw WorldError(std::string("libcurl, which reads addresses, is too old: it has no ") + name);
+    throw WorldError(std::string("needs libcurl, which is too old here: it has no ") + name);
 }
 
 CurlLibrary load() {
@@ -37,7 +37,7 @@ CurlLibrary load() {
   find(in, "curl_slist_append", curl.slist_append);
   find(in, "curl_slist_free_all", curl.slist_free_all);
   if (curl.global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK)
-    throw WorldError("libcurl, which reads addresses, does not start");
+    throw WorldError("needs libcurl, which does not start");
   return curl;
 }
 

@@ -20,7 +20,8 @@ struct CurlLibrary {
   decltype(&curl_slist_free_all) slist_free_all;
 };
 
-/// Loads the library when it is first called. Throws WorldError, which says which package has it.
+/// Loads the library when it is first called. Throws WorldError, whose sentence goes on after a name: "needs
+/// libcurl, which is not installed ...".
 const CurlLibrary& curl_library();
 
 /// The most memory that the library takes, with the libraries that it needs and as many connections as

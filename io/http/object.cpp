@@ -111,7 +111,7 @@ Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, co
 void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, const RequestLines& lines) {
   const auto set = [&](CURLoption option, auto value) {
     if (curl.easy_setopt(handle, option, value) != CURLE_OK)
-      throw WorldError("libcurl, which reads addresses, is too old: it does not know an option");
+      throw WorldError(address.name + ": needs libcurl, which is too old here: it does not know an option");
   };
   const long silence = seconds_of_silence();
   const bool is_secure = address.url.size() > 5 && (address.url[4] == 's' || address.url[4] == 'S');
@@ -206,6 +206,11 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
 }
 
 std::vector<std::byte> Object::open(std::size_t size) {
+  try {
+    curl_library();
+  } catch (const WorldError& error) {
+    throw WorldError(address_.name + ": " + error.what());
+  }
   std::vector<std::byte> bytes(size);
   std::optional<ObjectVersion> version;
   bytes.resize(request(0, bytes, version));
