@@ -6,17 +6,17 @@
 # shellcheck disable=SC2034
 set -euo pipefail
 
-build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev libcurl4-openssl-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
   libtiff-dev libseccomp-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev pkgconf
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
 packages=("${python[@]}" dpkg-dev file)
-test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
+test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc openssl shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
-  gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)
+  gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)

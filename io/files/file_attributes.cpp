@@ -6,6 +6,7 @@
 #include <cerrno>
 
 #include "io/errors/errors.h"
+#include "io/files/open_source.h"
 #include "io/files/system_call.h"
 #include "io/text/text.h"
 
@@ -44,6 +45,7 @@ void set_times(int descriptor, const FileAttributes& attributes) {
 }
 
 bool is_regular_input(const std::string& path) {
+  if (is_declared_source(path)) return true;
   const auto status = status_of_stream_or(path, STDIN_FILENO);
   return status && S_ISREG(status->st_mode);
 }

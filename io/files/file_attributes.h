@@ -30,7 +30,8 @@ void set_permissions(int descriptor, const FileAttributes& attributes);
 /// Gives a file the times. If they cannot be set, the file is still good.
 void set_times(int descriptor, const FileAttributes& attributes);
 
-/// True if `path` is a regular file, or "-" and the standard input is one. FileSource reads it in any order.
+/// True if `path` is a regular file or a declared source, or "-" and the standard input is a regular file:
+/// open_source() reads it in any order.
 bool is_regular_input(const std::string& path);
 
 /// True if `path` is a directory; throws if that cannot be known.

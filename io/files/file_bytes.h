@@ -17,6 +17,12 @@
 
 namespace tagrid {
 
+/// Bytes from `begin` up to `end`, which is not one of them.
+struct ByteRange {
+  std::uint64_t begin = 0, end = 0;
+  std::uint64_t size() const { return end - begin; }
+};
+
 /// Bytes that can be read in any order, by several threads: a file, or an object of a library's caller.
 class ByteSource {
  public:
@@ -26,6 +32,10 @@ class ByteSource {
   virtual void read_at(std::uint64_t position, std::span<std::byte> to) const = 0;
   /// For messages; the path, for a file.
   virtual const std::string& name() const = 0;
+  /// True if each read costs a wait, so that it helps to say what will be read.
+  virtual bool waits() const { return false; }
+  /// What is read next, in any order; replaces what was said before. REQUIRES: the ranges are in the source.
+  virtual void will_read(std::vector<ByteRange>) const {}
 };
 
 /// Bytes that are read in order: from a file, a pipe, or an object of a caller of the library. Every failure
@@ -75,6 +85,11 @@ class PartOfSource : public ByteSource {
     source_->read_at(position_ + position, to);
   }
   const std::string& name() const override { return name_; }
+  bool waits() const override { return source_->waits(); }
+  void will_read(std::vector<ByteRange> ranges) const override {
+    for (ByteRange& range : ranges) range = {position_ + range.begin, position_ + range.end};
+    source_->will_read(std::move(ranges));
+  }
 
  private:
   std::shared_ptr<const ByteSource> source_;

@@ -7,6 +7,7 @@
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/system_call.h"
 #include "io/parity/pages.h"
 #include "io/parity/reed_solomon.h"
@@ -260,10 +261,10 @@ std::string file_of_link(const std::string& path) {
 }
 
 std::optional<ProtectedFile> protected_file(const std::string& path) {
-  auto file = std::make_shared<FileSource>(path);
+  auto file = open_source(path);
   const std::string beside = parity_beside(path);
   if (path == "-" || !is_regular_input(beside)) return ProtectedFile::find(std::move(file));
-  return ProtectedFile::find(std::move(file), std::make_shared<FileSource>(beside));
+  return ProtectedFile::find(std::move(file), open_source(beside));
 }
 
 }  // namespace tagrid

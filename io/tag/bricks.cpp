@@ -9,6 +9,7 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/tag/file.h"
 
 namespace tagrid {
@@ -118,6 +119,17 @@ IndexEntry TagBricks::entry(std::int64_t brick) const {
   return entry;
 }
 
+void TagBricks::will_read(std::span<const std::int64_t> bricks) const {
+  if (!source_->waits()) return;
+  std::vector<ByteRange> ranges;
+  ranges.reserve(bricks.size());
+  for (const std::int64_t brick : bricks) {
+    const Place at = place(brick);
+    ranges.push_back({at.start() - 8, at.start() + at.bytes()});
+  }
+  source_->will_read(std::move(ranges));
+}
+
 BrickBytes TagBricks::read(std::int64_t brick) const {
   const Place at = place(brick);
   const std::uint64_t start = at.start(), size = at.bytes();
@@ -216,7 +228,7 @@ std::optional<std::invoke_result_t<Read>> if_intact(const Read& read) {
 
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
-    const TagBricks file(std::make_shared<FileSource>(path));
+    const TagBricks file(open_source(path));
     TagSummary summary = {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(),
                           file.parity()};
     VolumeNames names(file.header());
@@ -279,8 +291,6 @@ std::shared_ptr<const TagBricks> volume_in(std::shared_ptr<const TagBricks> file
   return member ? file->nested(*member) : std::move(file);
 }
 
-int count_of_volumes(const std::string& path) {
-  return HeaderOnly(std::make_shared<FileSource>(path)).header().volumes;
-}
+int count_of_volumes(const std::string& path) { return HeaderOnly(open_source(path)).header().volumes; }
 
 }  // namespace tagrid

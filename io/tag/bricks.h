@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,8 @@ class TagBricks : public IndexedTag {
   /// What the index says of a brick. Reads both parts of its page.
   IndexEntry entry(std::int64_t brick) const;
 
+  /// Tells a source that waits which bricks are read next, in any order. Reads their pages then.
+  void will_read(std::span<const std::int64_t> bricks) const;
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
   /// Gives the envelope block by block; false after the last one. This object must outlive the function.

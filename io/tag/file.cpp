@@ -7,6 +7,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/files/open_source.h"
 
 namespace tagrid {
 namespace {
@@ -63,7 +64,7 @@ void TagWriter::finish() {
   position_ += end.size();
 }
 
-TagReader::TagReader(const std::string& path) : TagReader(std::make_unique<FileBytes>(path)) {}
+TagReader::TagReader(const std::string& path) : TagReader(open_stream(path)) {}
 
 TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stream)) {
   block_.resize(tag_preamble_size);

@@ -1,3 +1,4 @@
+#include "io/files/open_source.h"
 #include "pipeline/decode/decode_run.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 namespace tagrid {
 
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
-  std::shared_ptr<const ByteSource> file = std::make_shared<FileSource>(run.input);
+  std::shared_ptr<const ByteSource> file = open_source(run.input);
   if (run.volume) file = volume_in(std::move(file), *run.volume);
   return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
 }

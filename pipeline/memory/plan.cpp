@@ -166,6 +166,7 @@ std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, co
 
 DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,
                          std::uint64_t besides, std::size_t value_bytes) {
+  besides += resources.besides;
   const std::int64_t all = p.bricks().bricks(1);
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
   const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;

@@ -16,6 +16,8 @@ struct Resources {
   /// Peak resident memory of the entire process. If not given, the target is a quarter of the memory
   /// available to each process, and a run is refused only if the machine cannot hold it.
   std::optional<std::uint64_t> memory = std::nullopt;
+  /// Of these, bytes that something else takes than the work itself: what reads an input from a server.
+  std::uint64_t besides = 0;
   /// Number of such processes that share the machine.
   int processes = 1;
   /// The directory for a temporary file of samples whose order must change; "": none.
@@ -79,8 +81,9 @@ template <class Needed>
 int threads_within(const Resources& resources, const char* what, Needed needed) {
   int threads = std::max(resources.threads, 1);
   if (!resources.memory) return threads;
-  while (threads > 1 && needed(threads) > *resources.memory) --threads;
-  if (const std::uint64_t least = needed(threads); least > *resources.memory)
+  const auto all = [&](int count) { return needed(count) + resources.besides; };
+  while (threads > 1 && all(threads) > *resources.memory) --threads;
+  if (const std::uint64_t least = all(threads); least > *resources.memory)
     throw MemoryLimit(what, *resources.memory, least, {});
   return threads;
 }

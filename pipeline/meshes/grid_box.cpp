@@ -27,11 +27,17 @@ class Layer {
   Layer(const TagBricks& file, const Box& positions, const Box& taken, Threads& threads)
       : positions_(positions), bricks_(static_cast<std::size_t>(positions.count())) {
     const BrickGrid grid = file.parameters().bricks();
+    const auto position_of = [&](std::int64_t i) {
+      const Index3 size = positions_.size();
+      return positions_.low + Index3{i % size.x, i / size.x, 0};
+    };
+    std::vector<std::int64_t> ids(bricks_.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = grid.id(position_of(static_cast<std::int64_t>(i)));
+    file.will_read(ids);
     threads.run([&] {
       oneapi::tbb::parallel_for(std::int64_t{0}, positions.count(), [&](std::int64_t i) {
-        const Index3 size = positions_.size();
-        const Index3 position = positions_.low + Index3{i % size.x, i / size.x, 0};
-        const BrickBytes block = file.read(grid.id(position));
+        const Index3 position = position_of(i);
+        const BrickBytes block = file.read(ids[static_cast<std::size_t>(i)]);
         const Wanted wanted = taken.contains(position) ? Wanted::samples_and_grid : Wanted::samples;
         bricks_[static_cast<std::size_t>(i)] = decode_block(block, file.parameters(), file.name(), wanted);
       });

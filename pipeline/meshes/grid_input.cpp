@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/output_file.h"
 #include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
@@ -30,10 +31,10 @@ GridInput::GridInput(const std::string& path, std::int64_t volume, bool is_part,
   refuse_same_file(path, output);
   check_output(output, overwrite);
   if (is_part && is_regular_input(path))
-    bricks_ = std::make_unique<TagBricks>(volume_in(std::make_shared<FileSource>(path), volume));
+    bricks_ = std::make_unique<TagBricks>(volume_in(open_source(path), volume));
   else if (volume != 0)
-    stream_ = std::make_unique<TagReader>(
-        std::make_unique<SourceStream>(volume_in(std::make_shared<FileSource>(path), volume)));
+    stream_ =
+        std::make_unique<TagReader>(std::make_unique<SourceStream>(volume_in(open_source(path), volume)));
   else
     stream_ = std::make_unique<TagReader>(path);
 }

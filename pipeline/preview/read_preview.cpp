@@ -204,7 +204,7 @@ struct Plan {
 Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Resources& resources,
                   std::uint64_t besides) {
   const Panel& levels = content.levels.panel;
-  std::uint64_t fixed = besides;
+  std::uint64_t fixed = besides + resources.besides;
   // Bricks are counted as if none was met twice, in a list that grows by copying.
   for (const PreviewSlice* part : parts_of(content, p)) {
     const Panel& panel = part->panel;
@@ -349,9 +349,13 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
     progress(done += bytes, total);
   };
   Threads(plan.threads).run([&] {
-    for (const PreviewSource& source : sources)
+    for (const PreviewSource& source : sources) {
+      std::vector<std::int64_t> ids;
+      for (const WantedBrick& wanted : source.bricks) ids.push_back(wanted.id);
+      source.of(file).will_read(ids);
       oneapi::tbb::parallel_for(std::size_t{0}, source.bricks.size(),
                                 [&](std::size_t i) { read(source, source.bricks[i]); });
+    }
   });
   if (p.grid == GridOrigin::implied)
     take_some(file, bricks_across(of_levels, p), 0, Resources(plan.threads), leaves);

@@ -1,3 +1,4 @@
+#include "io/files/open_source.h"
 #include "pipeline/reading/read_region.h"
 
 #include <fmt/format.h>
@@ -40,7 +41,8 @@ Blocks indexed_blocks(const DecodeRun& run) {
   const auto file = std::make_shared<TagBricks>(source_of(run));
   return {file->header(),
           &file->index(),
-          {file->name(), [file](std::int64_t id) { return file->read(id); }},
+          {file->name(), [file](std::int64_t id) { return file->read(id); },
+           [file](std::span<const std::int64_t> ids) { file->will_read(ids); }},
           [file](DecodeResult& result, const Region&) {
             result.index = file->index();
             result.bytes_in = file->sizes().file;
@@ -77,12 +79,14 @@ class SalvagedBlocks {
     const auto next = [&file](std::int64_t id) {
       return file.is_whole(id) ? std::optional(file.read(id)) : std::nullopt;
     };
-    return {
-        file.header(),
-        file.index() ? &*file.index() : nullptr,
-        {file.name(), next, [self](const DecodedBrick& brick) { return self->can_be_of_this_file(brick); },
-         [self](std::int64_t id) { self->broken_.insert(id); }},
-        [self](DecodeResult& result, const Region& region) { self->finish(result, region); }};
+    return {file.header(),
+            file.index() ? &*file.index() : nullptr,
+            {file.name(),
+             next,
+             {},
+             [self](const DecodedBrick& brick) { return self->can_be_of_this_file(brick); },
+             [self](std::int64_t id) { self->broken_.insert(id); }},
+            [self](DecodeResult& result, const Region& region) { self->finish(result, region); }};
   }
 
  private:
@@ -108,7 +112,7 @@ class SalvagedBlocks {
 
 // The first volume can be found even if the index is damaged.
 std::shared_ptr<const ByteSource> source_to_salvage(const DecodeRun& run) {
-  return run.volume.value_or(0) == 0 ? std::make_shared<const FileSource>(run.input) : source_of(run);
+  return run.volume.value_or(0) == 0 ? open_source(run.input) : source_of(run);
 }
 
 Blocks blocks_of(const DecodeRun& run) {
@@ -207,7 +211,7 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
       static_cast<std::uint64_t>(bricks.owned_box({0, 0, 0}).count()) * value_bytes;
   const auto needed = [&](int threads, std::int64_t rows) {
     return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows, sample_bytes) +
-           static_cast<std::uint64_t>(threads) * values_of_brick + besides;
+           static_cast<std::uint64_t>(threads) * values_of_brick + besides + resources.besides;
   };
   const std::int64_t least = any_order ? 1 : all;
   const auto best = [&](std::uint64_t limit) -> std::optional<RegionPlan> {

@@ -104,6 +104,7 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
     copy_samples(brick, stored, region, out, strides);
   };
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
+  if (blocks.will_read) blocks.will_read(ids);
   std::mutex reading;
   auto id = ids.begin();
   // A free thread takes the next block, whatever number it was called with, because blocks are read in order.
@@ -137,6 +138,7 @@ void read_region(const TagBricks& file, const Region& region, std::byte* out, co
   std::mutex telling;
   std::uint64_t done = 0;
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
+  file.will_read(ids);
   for_each_number(ids.size(), threads, [&](std::size_t i) {
     const DecodedBrick brick = decode_for(region, file.read(ids[i]), parameters, file.name());
     const std::uint64_t bytes = copy_samples(brick, parameters, region, out, strides);

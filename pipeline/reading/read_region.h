@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,8 @@ struct BlocksInOrder {
   std::string name;  ///< of the file, for messages
   /// Called by one thread at a time, in the order of bricks_of(). Nothing: samples of the brick stay as is.
   std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
+  /// Told before which bricks are next. May be empty.
+  std::function<void(std::span<const std::int64_t> bricks)> will_read = {};
   /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of
   /// ending with an error, and its samples stay as they are.
   std::function<bool(const DecodedBrick& brick)> accepts = {};

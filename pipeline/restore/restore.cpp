@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
@@ -35,7 +36,7 @@ std::string stored_words(const std::string& compression) {
 
 std::uint64_t memory_of_envelope(const std::string& path) {
   try {
-    return memory_of_envelope(TagBricks(std::make_shared<FileSource>(path)));
+    return memory_of_envelope(TagBricks(open_source(path)));
   } catch (const BrokenInput&) {
     return 0;  // who reads it says what is wrong
   }
@@ -125,7 +126,7 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   if (is_folder(run.input)) throw UsageError(run.input + ": is a directory; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
     throw UsageError(run.input + ": only a regular file can be restored; save the pipe as one first");
-  const auto all = std::make_shared<const TagBricks>(std::make_shared<FileSource>(run.input));
+  const auto all = std::make_shared<const TagBricks>(open_source(run.input));
   const TagBricks& file = *all;
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/open_source.h"
 #include "io/files/spool_file.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
@@ -91,7 +92,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
 
 /// Volumes of a file of several, one after the other, each by its index: one that is damaged costs no other.
 FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) {
-  const auto file = std::make_shared<const TagBricks>(std::make_shared<FileSource>(run.input));
+  const auto file = std::make_shared<const TagBricks>(open_source(run.input));
   const std::int64_t number = run.volume.value_or(0);
   const auto first = volume_in(file, number);
   const CodingParameters& parameters = first->parameters();
@@ -122,7 +123,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
 
 /// The blocks that meet a region of samples of the volume in `input`.
 WantedRegion in_blocks(WantedRegion wanted, std::int64_t factor, const std::string& input) {
-  const TagBricks file(std::make_shared<FileSource>(input));
+  const TagBricks file(open_source(input));
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     const std::int64_t samples = file.parameters().dims[axis];
@@ -182,14 +183,16 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
 
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
-  const bool is_file = attributes_of(run.input).has_value();
+  const bool is_file = run.input != "-" && is_regular_input(run.input);
   VerifySetup setup = verify_setup(reader.name(), reader.header(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
   const std::string fields_of_original = setup.fields_of_original;
   const bool has_scale = !setup.is_original_headerless, again = setup.again;
   const auto verified = [&] {
-    if (ranks.count() == 1 || !setup.any_order || !is_file || reader.header().volumes > 1)
+    // Only this rank knows what the user declared.
+    if (ranks.count() == 1 || !setup.any_order || !is_file || is_declared_source(run.input) ||
+        reader.header().volumes > 1)
       return verify_all(reader, std::move(setup), run.progress);
     const VerifyOrder order{run.input, run.original, run.source, run.resources};
     send_order(ranks, order);
@@ -203,7 +206,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   result.are_members_decoded = is_file || !has_members;
   result.are_members_compared = again || run.original.empty() || !has_members;
   if (is_file) {
-    const TagBricks file(std::make_shared<FileSource>(run.input));
+    const TagBricks file(open_source(run.input));
     source_files_of(file);
     std::unique_ptr<VolumeSource> original;
     if (again && !file.index().members.empty())

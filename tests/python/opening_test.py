@@ -102,6 +102,24 @@ class Opening(unittest.TestCase):
         volume.close()
         file.seek(0)
 
+    def test_a_file_on_a_server_is_read_through_fsspec(self):
+        try:
+            import aiohttp  # noqa: F401
+            import fsspec
+        except ImportError as missing:
+            self.skipTest(f"{missing} (python3-fsspec, python3-aiohttp)")
+        sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools" / "commands"))
+        from web_server import WebServer, page
+
+        array = blobs((70, 80, 90))
+        with WebServer({"/scan.tag": tagrid.encode(array)}) as server:
+            with fsspec.open(server.url + "/scan.tag") as file, tagrid.open(file) as volume:
+                np.testing.assert_array_equal(volume[10:60, ::2, 33], array[10:60, ::2, 33])
+            self.assertTrue(any("Range" in headers for _, headers in server.requests))
+            server.misbehave = page
+            with fsspec.open(server.url + "/scan.tag") as file, self.assertRaises(tagrid.DamagedError):
+                tagrid.open(file)
+
     def test_an_overview_is_a_volume_of_its_own(self):
         path = pathlib.Path(__file__).parents[1] / "golden/lead_voxels_overviews_int16.tag"
         volume = tagrid.open(path)

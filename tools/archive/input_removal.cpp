@@ -16,6 +16,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
+#include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/archive/found_lines.h"
 
@@ -30,6 +31,7 @@ namespace fs = std::filesystem;
 
 void require_removable(const std::string& file, const char* advice) {
   if (file == "-") refuse("standard input", "it is not a regular file", advice);
+  if (is_address(file)) refuse(file, "it is an address", advice);
   // If the file does not exist, opening it gives the message.
   if (!is_regular_output(file)) refuse(file, "it is not a regular file", advice);
   // Only the link would be removed.

@@ -15,6 +15,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
+#include "io/text/addresses.h"
 #include "tools/report/failure.h"
 
 namespace tagrid {
@@ -108,6 +109,9 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
                         const OptionTexts& given, bool keep_folders) {
   ManifestLine line;
   std::string listed = columns[0];
+  if (is_address(listed))
+    throw usage_error("{}: is an address, and only .tag files are read from servers; download it first",
+                      shown_address(listed));
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")

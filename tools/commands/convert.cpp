@@ -45,6 +45,8 @@ struct ConvertCommand {
   std::string find;
 
   void execute(Ranks& ranks, const OptionTexts& given) const {
+    refuse_address(find);
+    refuse_address(manifest);
     if (!find.empty()) {
       refuse_beside_find(given);
       return list_volumes(given.contains("gaps-ok"));

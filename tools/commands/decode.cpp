@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
@@ -200,7 +201,7 @@ struct DecodeCommand {
   /// True if the input is a damaged .tag file of which something can be decoded.
   bool has_whole_bricks() const {
     try {
-      std::shared_ptr<const ByteSource> source = std::make_shared<FileSource>(input);
+      std::shared_ptr<const ByteSource> source = open_source(input);
       if (volume.value_or(0) > 0) source = volume_in(std::move(source), *volume);
       const WholeBricks file(std::move(source));
       return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());

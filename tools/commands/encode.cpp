@@ -36,12 +36,12 @@ struct EncodeCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
+    refuse_terminal_input(input);
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
                        ": has the name of an encoded volume; use tagrid decode to decode it, or give -o FILE "
                        "if it is a volume");
     const std::string path = output.path.empty() ? output_for(input) : output.path;
-    refuse_terminal_input(input);
     refuse_terminal(ranks, path, "compressed bytes");
     Encoding asked = encoding.checked(run);
     asked.source.all_volumes = true;

@@ -1,5 +1,6 @@
 // tagrid preview: writes a picture of the volume in a .tag file.
 
+#include "io/files/open_source.h"
 #include "pipeline/preview/read_preview.h"
 
 #include <filesystem>
@@ -47,7 +48,7 @@ struct PreviewCommand {
     RunReport report(run.json, run.thread_count(), output.overwrite, "preview", input, path);
 
     const std::int64_t number = chosen_volume(input, volume, run);
-    const TagBricks file(volume_in(std::make_shared<FileSource>(input), number));
+    const TagBricks file(volume_in(open_source(input), number));
     const PreviewContent content = read(ranks, file, wishes);
     const CodingParameters& parameters = file.parameters();
     const std::string& fields = file.header().nrrd_fields;
@@ -122,7 +123,7 @@ struct PreviewCommand {
 Action add_preview_command(CLI::App& app) {
   auto state = std::make_shared<PreviewCommand>();
   CLI::App* command = app.add_subcommand("preview", "Write a PNG of three slices and the levels of the grid");
-  command->add_option("INPUT", state->input, ".tag file, not a pipe")->required();
+  add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
   add_output_options(*command, state->output);
   command
       ->add_option("--slice", state->slices,

@@ -9,6 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/output_file.h"
 #include "io/parity/parity.h"
 #include "io/tag/bricks.h"
@@ -253,13 +254,15 @@ bool is_of_another_file(const SurveyedParity& parity) {
 
 std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
                                             const std::string& work) {
+  std::optional<std::uint64_t> limit = run.memory;
+  if (limit) *limit -= std::min(*limit, memory_of_declared_sources());
   const auto surveyed = [&](const ProtectedFile& file) {
-    return SurveyedParity{file, file.survey(memory_for_stripes(run.memory, file.layout(), work))};
+    return SurveyedParity{file, file.survey(memory_for_stripes(limit, file.layout(), work))};
   };
   const auto found = protected_file(path);
   if (!found) return std::nullopt;
   SurveyedParity parity = surveyed(*found);
-  const auto bytes = std::make_shared<FileSource>(path);
+  const auto bytes = open_source(path);
   if (found->is_beside()) {
     if (parity.condition.is_repairable() && bytes->size() <= found->whole_size()) return parity;
     // Parity in the file, whose foot is damaged, may be of more help, and is then rebuilt itself.

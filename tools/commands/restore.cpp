@@ -137,7 +137,7 @@ struct RestoreCommand {
 Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
   CLI::App* command = app.add_subcommand("restore", "Restore the source files of a .tag file, byte for byte");
-  command->add_option("INPUT", state->input, ".tag file");
+  add_tag_input(*command, state->input, ".tag file or its address");
   add_text_option(
       *command, "--records", state->records, "DIR",
       "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs");

@@ -10,6 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
 #include "io/tag/whole_bricks.h"
@@ -82,7 +83,7 @@ struct VerifyCommand {
 
   /// Only where parity is seen without a search.
   std::optional<SurveyedParity> parity_of_intact() const {
-    const bool is_in_file = parity_at_end(FileSource(input)).has_value();
+    const bool is_in_file = parity_at_end(*open_source(input)).has_value();
     if (!is_in_file && !is_regular_input(parity_beside(input))) return std::nullopt;
     auto parity = survey_parity(input, run, "checking parity");
     if (!parity)
@@ -159,7 +160,7 @@ struct VerifyCommand {
   std::string compare_files(const SourceDescription& description) const {
     if (original.empty() || original == "-" || !is_regular_input(input) || !is_file_or_folder(original))
       return "not compared";
-    const TagBricks file(std::make_shared<FileSource>(input));
+    const TagBricks file(open_source(input));
     if (file.sizes().envelope == 0) return "not kept";
     const auto volume = open_volume(original, source_of_as_many(description, file.header()));
     const SourceComparison found = compare_source_files(file, *volume, run.thread_count());
@@ -220,7 +221,7 @@ struct VerifyCommand {
   void tell_of_damage(RunReport& report, const std::optional<SurveyedParity>& parity) const {
     std::optional<WholeBricks> file;
     try {
-      file.emplace(std::make_shared<FileSource>(input));
+      file.emplace(open_source(input));
     } catch (const BrokenInput&) {
       return;  // not even the header is intact
     }

@@ -8,6 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/tag/bricks.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
@@ -21,6 +22,8 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 
 std::string output_beside(const std::string& input, const std::string& ending) {
   if (input == "-") return "-";
+  if (is_declared_source(input))
+    throw usage_error("{}: nothing can be written beside an address; give -o FILE", input);
   std::filesystem::path path(input);
   // ".nii.gz" is one extension to those who have such files.
   if (path.extension() == ".gz" && path.stem().extension() == ".nii") path.replace_extension();

@@ -6,7 +6,10 @@
 #include <filesystem>
 
 #include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
 #include "io/files/temporaries.h"
+#include "io/http/open_address.h"
+#include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
 
@@ -28,8 +31,16 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
 
 int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
 
+CLI::Option* add_tag_input(CLI::App& command, std::string& input, const std::string& help) {
+  // From here on, an address has its name without secrets.
+  const auto set = [&input](const std::string& text) {
+    input = is_address(text) ? declare_address(text) : text;
+  };
+  return command.add_option_function<std::string>("INPUT", set, help);
+}
+
 void add_tag_input(CLI::App& command, std::string& input) {
-  command.add_option("INPUT", input, ".tag file, or - for standard input")->required();
+  add_tag_input(command, input, ".tag file or its address, or - for standard input")->required();
 }
 
 void add_run_options(CLI::App& command, RunOptions& options) {
@@ -79,6 +90,7 @@ Resources RunOptions::resources(const Ranks& ranks) const {
 Resources RunOptions::resources_of_each_rank() const {
   Resources resources(threads);
   resources.memory = memory;
+  resources.besides = memory_of_declared_sources();
   resources.spool = spool;
   return resources;
 }
@@ -128,7 +140,16 @@ void add_trust_option(CLI::App& command, bool& trust) {
       "Confirm --dims, --type and --endian, so that headerless input may be removed after lossy encoding");
 }
 
+void refuse_address(const std::string& input) {
+  if (is_address(input) && !is_declared_source(input))
+    throw UsageError(
+        shown_address(input) +
+        ": is an address; only .tag files are read from servers, and not to change them; download "
+        "it first");
+}
+
 void refuse_terminal_input(const std::string& input) {
+  refuse_address(input);
   if (input == "-" && isatty(STDIN_FILENO))
     throw UsageError("standard input: is a terminal; give a file, or use a pipe");
 }

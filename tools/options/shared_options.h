@@ -100,7 +100,10 @@ CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::s
 /// Accepts one of a few words.
 CLI::Validator one_of(const std::vector<std::string>& words);
 
-/// INPUT, a .tag file
+/// INPUT, a .tag file. The user may give its address, of which `input` gets the name as a declared source.
+CLI::Option* add_tag_input(CLI::App& command, std::string& input, const std::string& help);
+
+/// The same for a command that needs it, and takes pipes.
 void add_tag_input(CLI::App& command, std::string& input);
 
 /// Throws UsageError if such an input is a directory, or standard input that is a terminal.
@@ -127,7 +130,10 @@ void add_removal_options(CLI::App& command, bool& remove);
 /// --trust-description
 void add_trust_option(CLI::App& command, bool& trust);
 
-/// Throws UsageError if `input` is standard input and that is a terminal.
+/// Throws UsageError if `input` is an address that add_tag_input() did not take.
+void refuse_address(const std::string& input);
+
+/// The same, and if `input` is standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);
 
 /// Writes a line to standard error about something that may be wrong.

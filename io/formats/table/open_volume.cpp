@@ -19,6 +19,7 @@
 #include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
+#include "io/text/addresses.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 
@@ -384,6 +385,9 @@ const Format* readable_format(const std::string& path) {
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
+  if (is_address(path))
+    throw UsageError(shown_address(path) +
+                     ": is an address, and only .tag files are read from servers; download it first");
   auto volume = source.series == every_volume ? open_all(path, source)
                 : is_folder(path)             ? open_folder(path, source)
                                               : open_file(path, source);

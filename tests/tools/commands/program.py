@@ -19,7 +19,7 @@ except ImportError as missing:
 
 import decoder  # noqa: E402
 
-__all__ = ["ProgramTest", "decoder", "numpy"]
+__all__ = ["ProgramTest", "TAGRID", "decoder", "numpy"]
 
 TAGRID = Path(sys.argv.pop(1)).resolve()
 

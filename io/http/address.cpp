@@ -1,0 +1,85 @@
+#include "io/http/address.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <initializer_list>
+#include <string_view>
+
+#include "io/errors/errors.h"
+#include "io/text/addresses.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+/// The first of these environment variables that is set and not empty.
+std::string variable(std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (const char* value = std::getenv(name); value != nullptr && *value != '\0') return value;
+  return "";
+}
+
+std::string percent_encoded(std::string_view key) {
+  constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/",
+                             digits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : key) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (plain.find(c) != plain.npos)
+      encoded += c;
+    else
+      encoded.append({'%', digits[byte >> 4], digits[byte & 15]});
+  }
+  return encoded;
+}
+
+bool is_bucket(std::string_view name) {
+  return name.size() >= 3 && name.size() <= 63 && std::ranges::all_of(name, [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '-' || c == '.' ||
+                  c == '_';
+         });
+}
+
+Address object_at(const std::string& name) {
+  const std::string_view rest = std::string_view(name).substr(std::string_view("s3://").size());
+  const std::size_t slash = rest.find('/');
+  const std::string_view bucket = rest.substr(0, slash), key = rest.substr(std::min(slash, rest.size()));
+  if (!is_bucket(bucket) || key.size() < 2) throw UsageError(name + ": must be s3://BUCKET/KEY");
+  Address address;
+  address.name = name;
+  address.is_object = true;
+  address.key = variable({"AWS_ACCESS_KEY_ID"});
+  address.secret = variable({"AWS_SECRET_ACCESS_KEY"});
+  address.token = variable({"AWS_SESSION_TOKEN"});
+  address.region = variable({"AWS_REGION", "AWS_DEFAULT_REGION"});
+  if (address.key.empty() != address.secret.empty())
+    throw UsageError(name + ": AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY need each other");
+  if (address.region.empty()) address.region = "us-east-1";
+  std::string server = variable({"AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL"});
+  while (server.ends_with('/')) server.pop_back();
+  if (!server.empty() && (!is_address(server) || server.starts_with("s3")))
+    throw UsageError(name + ": AWS_ENDPOINT_URL must begin with http:// or https://");
+  const std::string path = percent_encoded(key), host = "s3." + address.region + ".amazonaws.com";
+  // A name with dots does not fit the certificate of the server.
+  const bool is_host = bucket.find_first_of("._") == bucket.npos;
+  if (!server.empty())
+    address.url = server + "/" + std::string(bucket) + path;
+  else if (is_host)
+    address.url = "https://" + std::string(bucket) + "." + host + path;
+  else
+    address.url = "https://" + host + "/" + std::string(bucket) + path;
+  return address;
+}
+
+}  // namespace
+
+Address address_of(const std::string& text) {
+  const std::string name = shown_address(text);
+  if (name.starts_with("s3://")) return object_at(name);
+  Address address;
+  address.name = name;
+  address.url = text;
+  return address;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,20 @@
+// An address, and how a server is asked for it.
+#pragma once
+
+#include <string>
+
+namespace tagrid {
+
+struct Address {
+  std::string name;  ///< for messages: shown_address()
+  std::string url;   ///< http or https
+  /// Of an object store. Without keys, requests are not signed.
+  bool is_object = false;
+  std::string key, secret, token, region;
+};
+
+/// The address of a text for which is_address() is true. Of s3://BUCKET/KEY, the variables of AWS say the
+/// server, the region and the keys. Throws UsageError.
+Address address_of(const std::string& text);
+
+}  // namespace tagrid

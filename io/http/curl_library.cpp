@@ -1,0 +1,51 @@
+#include "io/http/curl_library.h"
+
+#include <dlfcn.h>
+
+#include <string>
+
+#include "io/errors/errors.h"
+
+namespace tagrid {
+namespace {
+
+void* library() {
+  // Debian has the library with OpenSSL, and with GnuTLS under another name.
+  for (const char* name : {"libcurl.so.4", "libcurl-gnutls.so.4"})
+    if (void* found = dlopen(name, RTLD_NOW | RTLD_LOCAL); found != nullptr) return found;
+  throw WorldError("needs libcurl, which is not installed; on Debian: apt-get install libcurl4");
+}
+
+template <class Function>
+void find(void* in, const char* name, Function& function) {
+  function = reinterpret_cast<Function>(dlsym(in, name));
+  if (function == nullptr)
+    throw WorldError(std::string("needs libcurl, which is too old here: it has no ") + name);
+}
+
+CurlLibrary load() {
+  void* in = library();
+  CurlLibrary curl = {};
+  find(in, "curl_global_init", curl.global_init);
+  find(in, "curl_easy_init", curl.easy_init);
+  find(in, "curl_easy_cleanup", curl.easy_cleanup);
+  find(in, "curl_easy_reset", curl.easy_reset);
+  find(in, "curl_easy_setopt", curl.easy_setopt);
+  find(in, "curl_easy_getinfo", curl.easy_getinfo);
+  find(in, "curl_easy_perform", curl.easy_perform);
+  find(in, "curl_easy_strerror", curl.easy_strerror);
+  find(in, "curl_slist_append", curl.slist_append);
+  find(in, "curl_slist_free_all", curl.slist_free_all);
+  if (curl.global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK)
+    throw WorldError("needs libcurl, which does not start");
+  return curl;
+}
+
+}  // namespace
+
+const CurlLibrary& curl_library() {
+  static const CurlLibrary curl = load();
+  return curl;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,226 @@
+#include "io/http/object.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "io/errors/errors.h"
+#include "io/http/answer.h"
+#include "io/http/curl_library.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+// A server that is silent for so long is given up.
+long seconds_of_silence() {
+  constexpr long usual = 30, most = 3600;
+  const char* given = std::getenv("TAGRID_HTTP_TIMEOUT");
+  if (given == nullptr || *given == '\0') return usual;
+  const auto seconds = whole_number_of(given);
+  if (!seconds || *seconds < 1 || *seconds > most)
+    throw UsageError(fmt::format("TAGRID_HTTP_TIMEOUT: {}: must be a number of seconds from 1 to {}",
+                                 quoted(given), most));
+  return static_cast<long>(*seconds);
+}
+
+constexpr int most_requests = 4;
+
+// 0.25, 0.75 and 2.25 seconds, or what the server wants. Jobs that started together drift apart.
+void wait_before_request(int number, int wanted) {
+  static thread_local std::minstd_rand random(
+      static_cast<unsigned>(std::chrono::steady_clock::now().time_since_epoch().count()));
+  double seconds = 0.25;
+  for (int i = 1; i < number; ++i) seconds *= 3;
+  seconds *= std::uniform_real_distribution(0.75, 1.25)(random);
+  std::this_thread::sleep_for(std::chrono::duration<double>(std::max(seconds, static_cast<double>(wanted))));
+}
+
+std::size_t take_header(char* line, std::size_t size, std::size_t count, void* answer) {
+  static_cast<Answer*>(answer)->take_header({line, size * count});
+  return size * count;
+}
+
+std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* answer) {
+  const std::span all(bytes, size * count);
+  return static_cast<Answer*>(answer)->take_body(std::as_bytes(all)) ? all.size() : 0;
+}
+
+/// The lines that a request has besides those that libcurl writes.
+class RequestLines {
+ public:
+  explicit RequestLines(const CurlLibrary& curl) : curl_(curl) {}
+  ~RequestLines() { curl_.slist_free_all(lines_); }
+  RequestLines(const RequestLines&) = delete;
+  RequestLines& operator=(const RequestLines&) = delete;
+  void add(const std::string& line) {
+    curl_slist* longer = curl_.slist_append(lines_, line.c_str());
+    if (longer == nullptr) throw std::bad_alloc();
+    lines_ = longer;
+  }
+  const curl_slist* get() const { return lines_; }
+
+ private:
+  const CurlLibrary& curl_;
+  curl_slist* lines_ = nullptr;
+};
+
+void add_lines(RequestLines& lines, const Address& address, const std::optional<ObjectVersion>& version) {
+  lines.add("Accept-Encoding: identity");
+  // Weak tags (W/"...") never match; what the answer says is compared anyway.
+  if (version && version->etag.starts_with('"'))
+    lines.add("If-Match: " + version->etag);
+  else if (version && !version->modified.empty())
+    lines.add("If-Unmodified-Since: " + version->modified);
+  if (address.key.empty()) return;
+  // Of an empty body.
+  lines.add("x-amz-content-sha256: e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  if (!address.token.empty()) lines.add("x-amz-security-token: " + address.token);
+}
+
+/// What libcurl says of a failure, without the texts that may contain a part of a wrongly written address.
+Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, const Address& address) {
+  switch (code) {
+    case CURLE_TOO_MANY_REDIRECTS:
+      return {"is redirected again and again"};
+    case CURLE_UNSUPPORTED_PROTOCOL:
+      return {address.url.starts_with("https")
+                  ? "is redirected to an address that is not https, or libcurl lacks https"
+                  : "is redirected to an address that is neither http nor https"};
+    case CURLE_URL_MALFORMAT:
+      return {"is no valid address; characters such as blanks are written as %20"};
+    case CURLE_COULDNT_RESOLVE_HOST:
+    case CURLE_COULDNT_RESOLVE_PROXY:
+      return {curl.easy_strerror(code), true};
+    case CURLE_OPERATION_TIMEDOUT:
+      return {"the server does not answer in time", true};
+    case CURLE_PARTIAL_FILE:
+      return {"the connection ended before all of the answer", true};
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_LOGIN_DENIED:
+      return {printable(*details != '\0' ? details : curl.easy_strerror(code))};
+    default:
+      return {printable(*details != '\0' ? details : curl.easy_strerror(code)), true};
+  }
+}
+
+void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, const RequestLines& lines) {
+  const auto set = [&](CURLoption option, auto value) {
+    if (curl.easy_setopt(handle, option, value) != CURLE_OK)
+      throw WorldError(address.name + ": needs libcurl, which is too old here: it does not know an option");
+  };
+  const long silence = seconds_of_silence();
+  const bool is_secure = address.url.size() > 5 && (address.url[4] == 's' || address.url[4] == 'S');
+  set(CURLOPT_URL, address.url.c_str());
+  set(CURLOPT_PROTOCOLS_STR, "http,https");
+  // What was asked for secretly is not answered openly.
+  set(CURLOPT_REDIR_PROTOCOLS_STR, is_secure ? "https" : "http,https");
+  set(CURLOPT_FOLLOWLOCATION, address.is_object ? 0L : 1L);
+  set(CURLOPT_MAXREDIRS, 8L);
+  set(CURLOPT_NOSIGNAL, 1L);
+  set(CURLOPT_CONNECTTIMEOUT, silence);
+  set(CURLOPT_LOW_SPEED_TIME, silence);
+  set(CURLOPT_LOW_SPEED_LIMIT, 100L);
+  set(CURLOPT_BUFFERSIZE, 128L << 10);
+  set(CURLOPT_USERAGENT, "tagrid");
+  set(CURLOPT_HTTPHEADER, lines.get());
+  for (const char* name : {"CURL_CA_BUNDLE", "SSL_CERT_FILE"})
+    if (const char* file = std::getenv(name); file != nullptr && *file != '\0') {
+      set(CURLOPT_CAINFO, file);
+      break;
+    }
+  if (!address.is_object) set(CURLOPT_NETRC, static_cast<long>(CURL_NETRC_OPTIONAL));
+  if (address.key.empty()) return;
+  set(CURLOPT_AWS_SIGV4, ("aws:amz:" + address.region + ":s3").c_str());
+  set(CURLOPT_USERNAME, address.key.c_str());
+  set(CURLOPT_PASSWORD, address.secret.c_str());
+}
+
+}  // namespace
+
+Object::~Object() {
+  for (CURL* handle : idle_) curl_library().easy_cleanup(handle);
+}
+
+// One that is still connected, if there is one.
+CURL* Object::connection() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      CURL* handle = idle_.back();
+      idle_.pop_back();
+      return handle;
+    }
+  }
+  CURL* handle = curl_library().easy_init();
+  if (handle == nullptr) throw std::bad_alloc();
+  return handle;
+}
+
+std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
+                            std::optional<ObjectVersion>& version) {
+  const CurlLibrary& curl = curl_library();
+  const auto give_back = [this](CURL* handle) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(handle);
+  };
+  for (int number = 1;; ++number) {
+    const std::unique_ptr<CURL, decltype(give_back)> handle(connection(), give_back);
+    RequestLines lines(curl);
+    add_lines(lines, address_, version);
+    curl.easy_reset(handle.get());
+    set_options(curl, handle.get(), address_, lines);
+    Answer answer(address_, position, to, version);
+    char details[CURL_ERROR_SIZE] = "";
+    const std::string range = fmt::format("{}-{}", position, position + to.size() - 1);
+    curl.easy_setopt(handle.get(), CURLOPT_RANGE, range.c_str());
+    curl.easy_setopt(handle.get(), CURLOPT_HEADERFUNCTION, take_header);
+    curl.easy_setopt(handle.get(), CURLOPT_HEADERDATA, static_cast<void*>(&answer));
+    curl.easy_setopt(handle.get(), CURLOPT_WRITEFUNCTION, take_body);
+    curl.easy_setopt(handle.get(), CURLOPT_WRITEDATA, static_cast<void*>(&answer));
+    curl.easy_setopt(handle.get(), CURLOPT_ERRORBUFFER, static_cast<char*>(details));
+    const CURLcode code = curl.easy_perform(handle.get());
+    curl.easy_setopt(handle.get(), CURLOPT_ERRORBUFFER, static_cast<char*>(nullptr));
+    std::optional<Wrong> wrong;
+    if (code == CURLE_OK || code == CURLE_WRITE_ERROR) wrong = answer.wrong();
+    if (!wrong && code != CURLE_OK) wrong = failure_of(code, details, curl, address_);
+    if (!wrong) {
+      if (!version) version = answer.version();
+      return answer.taken();
+    }
+    // A server that was never reached is more likely to have another name than to be busy. One that is silent
+    // takes long enough each time.
+    const bool is_unreachable =
+        !version && (code == CURLE_COULDNT_RESOLVE_HOST || code == CURLE_COULDNT_RESOLVE_PROXY ||
+                     code == CURLE_COULDNT_CONNECT || code == CURLE_SSL_CONNECT_ERROR);
+    const int most = code == CURLE_OPERATION_TIMEDOUT ? 2 : most_requests;
+    if (!wrong->again || number >= most || is_unreachable)
+      throw WorldError(fmt::format("{}: {}{}", address_.name, wrong->what,
+                                   number > 1 ? fmt::format(" ({} requests)", number) : ""));
+    wait_before_request(number, wrong->seconds);
+  }
+}
+
+std::vector<std::byte> Object::open(std::size_t size) {
+  try {
+    curl_library();
+  } catch (const WorldError& error) {
+    throw WorldError(address_.name + ": " + error.what());
+  }
+  std::vector<std::byte> bytes(size);
+  std::optional<ObjectVersion> version;
+  bytes.resize(request(0, bytes, version));
+  version_ = std::move(version);
+  return bytes;
+}
+
+void Object::read(std::uint64_t position, std::span<std::byte> to) {
+  std::optional<ObjectVersion> version = version_;
+  request(position, to, version);
+}
+
+}  // namespace tagrid

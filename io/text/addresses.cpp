@@ -1,0 +1,37 @@
+#include "io/text/addresses.h"
+
+#include <algorithm>
+
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::string_view slashes = "://";
+
+}  // namespace
+
+bool is_address(std::string_view text) {
+  const std::string scheme = lower_case(text.substr(0, text.find(slashes)));
+  return text.find(slashes) != text.npos && (scheme == "http" || scheme == "https" || scheme == "s3");
+}
+
+std::string shown_address(std::string_view text) {
+  if (!is_address(text)) return std::string(text);
+  const std::size_t begin = text.find(slashes) + slashes.size();
+  const std::string scheme = lower_case(text.substr(0, begin));
+  std::string_view rest = text.substr(begin);
+  // The key of an object may contain any characters, and has no secrets.
+  if (scheme == "s3://") return scheme + std::string(rest);
+  // A password with one of these characters ends too early, and must not be shown either.
+  const std::string_view host = rest.substr(0, rest.find_first_of("/?#"));
+  const std::size_t colon = host.rfind(':');
+  const bool has_port =
+      colon == host.npos || host.ends_with(']') || std::ranges::all_of(host.substr(colon + 1), is_digit);
+  const std::size_t at = has_port || host.find('@') != host.npos ? host.rfind('@') : rest.rfind('@');
+  if (at != rest.npos) rest.remove_prefix(at + 1);
+  rest = rest.substr(0, rest.find_first_of("?#"));
+  return scheme + std::string(rest);
+}
+
+}  // namespace tagrid
