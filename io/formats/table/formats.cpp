@@ -1,5 +1,8 @@
 #include "io/formats/table/formats.h"
 
+#include <filesystem>
+
+#include "io/files/system_call.h"
 #include "io/formats/bmp/image.h"
 #include "io/formats/metaimage/header.h"
 #include "io/formats/nifti/header.h"
@@ -7,6 +10,7 @@
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
+#include "io/text/text.h"
 #include "io/volume/vtk.h"
 
 namespace tagrid {
@@ -42,6 +46,27 @@ bool begins_analyze(std::string_view b) {
   };
   const int axes = number(40), bits = number(72);
   return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
+}
+
+/// A zip file whose first member has metadata of Zarr, as RFC-9 of OME-NGFF recommends.
+bool begins_zarr_in_zip(std::string_view b) {
+  constexpr std::size_t name_at = 30, size_at = 26;
+  if (!b.starts_with("PK\x03\x04") || b.size() < name_at) return false;
+  const std::size_t size =
+      static_cast<unsigned char>(b[size_at]) + 256u * static_cast<unsigned char>(b[size_at + 1]);
+  const std::string_view path = b.substr(name_at, size), name = path.substr(path.rfind('/') + 1);
+  return name == "zarr.json" || name == ".zgroup" || name == ".zarray" || name == ".zattrs";
+}
+
+/// Also a folder that has lost its metadata but not its name: then the reader says what is missing.
+bool is_zarr_folder(const std::string& folder) {
+  for (const char* name : {"zarr.json", ".zgroup", ".zarray"}) {
+    const auto status = status_of(std::filesystem::path(folder) / name);
+    if (status && S_ISREG(status->st_mode)) return true;
+  }
+  std::filesystem::path path(folder);
+  if (!path.has_filename()) path = path.parent_path();
+  return lower_case(path.extension().string()) == ".zarr";
 }
 
 /// Anything may be in it. `what` is for messages.
@@ -225,6 +250,14 @@ const std::vector<Format>& formats() {
        .help = "NeXus, which is HDF5",
        .what = "a NeXus file",
        .reader = "hdf5"},
+      {.name = "zarr",
+       .extensions = {".zarr", ".ozx"},
+       .help = "Zarr and OME-Zarr",
+       .what = "a Zarr hierarchy",
+       .peek = 128,
+       .is_mine = begins_zarr_in_zip,
+       .reader = "zarr",
+       .is_folder = is_zarr_folder},
       {.name = "jp2",
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",

@@ -64,6 +64,8 @@ struct Format {
   /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
   std::string_view reader = "";
   bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
+  /// True for a directory that is a file of this format, as it were; nullptr if there are none.
+  bool (*is_folder)(const std::string& folder) = nullptr;
 
   /// The format whose row reads such files, too; "" for this one.
   std::string_view read_as = "";
@@ -136,6 +138,9 @@ std::size_t bytes_to_recognize();
 /// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);
+
+/// The format of which a directory is a file, as it were; nullptr if it is one of no format.
+const Format* format_of_folder(const std::string& folder);
 
 /// What a file of this format cannot say of the volume, besides Format::lost_rescale: sentences for users.
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info);

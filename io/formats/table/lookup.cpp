@@ -156,6 +156,12 @@ const Format* format_of(std::string_view beginning, bool is_read) {
   return nullptr;
 }
 
+const Format* format_of_folder(const std::string& folder) {
+  for (const Format& format : formats())
+    if (format.is_folder != nullptr && format.is_folder(folder)) return &format;
+  return nullptr;
+}
+
 std::string samples_path(const std::string& path, const Format& format) {
   if (format.samples_extension.empty()) return path;
   return std::filesystem::path(path).replace_extension(format.samples_extension).string();
