@@ -65,6 +65,24 @@ void require_one_volume(const DecodeRun& run, int volumes) {
       {run.input, volumes, run.format.name, volume, volumes - 1}});
 }
 
+/// Decodes the overviews of a volume to the levels of its output.
+void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink& sink,
+                   const WrittenNumbers& numbers, const Resources& resources) {
+  for (std::size_t i = 0; i < output.levels().size(); ++i) {
+    DecodeRun of_level = run;
+    of_level.overview = output.levels()[i].factor;
+    TagReader reader(std::make_unique<SourceStream>(source_of(of_level)));
+    const DecodePlan plan = plan_decoding(reader.parameters(), resources, DecodeUse::stream,
+                                          run.format.memory(sink.info()), numbers.value_bytes());
+    RowOutput rows_out(sink.level(i), plan.spooled ? resources.spool : "", run.output);
+    RowDecoder decoder(reader.parameters(), plan.budget, numbers);
+    reader.stop_when(decoder.failed());
+    decoder.decode(
+        BrickRows::all(reader.parameters().bricks()), reader.bricks(),
+        [&](const DecodedRows& rows) { rows_out.write(rows); }, watch_for({}, 0));
+  }
+}
+
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
@@ -86,6 +104,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
       BrickRows::all(parameters.bricks()), reader.bricks(),
       [&](const DecodedRows& rows) { rows_out.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
+  decode_levels(run, output, *sink, numbers, resources);
   return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
 }
 
@@ -114,6 +133,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
             BrickRows::all(parameters.bricks()), volume->bricks_from(0),
             [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
   }
+  decode_levels(run, output, *sink, numbers, resources);
   DecodeResult result =
       result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
   result.nrrd_fields = numbers.fields(info.nrrd_fields);

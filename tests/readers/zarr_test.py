@@ -14,7 +14,7 @@ import unittest
 import zipfile
 
 import zarr_files
-from other_readers import ReaderTest, main, numcodecs, numpy, some, unless_sanitized, zarr
+from other_readers import PROGRAM, ReaderTest, main, numcodecs, numpy, some, unless_sanitized, zarr
 from zarr_files import multiscales, write_group, write_v3, zipped
 
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"]
@@ -265,7 +265,7 @@ class OmeZarr(Version3Test):
     def test_a_search_lists_it_once(self):
         self.write_levels(volume(), multiscales([[1, 1, 1]]), levels=1, name="b/a.ome.zarr")
         lines = [line for line in self.ok("convert", "--find", "b").stdout.splitlines() if not line.startswith("#")]
-        self.assertEqual(lines, ["a.ome.zarr"])
+        self.assertEqual([line.split("\t")[0] for line in lines], [str(self.folder / "b/a.ome.zarr")])
 
 
 @unittest.skipIf(numcodecs is None, "there is no numcodecs on this machine")
@@ -326,7 +326,7 @@ class Damaged(Version3Test):
         grid = {"name": "regular", "configuration": {"chunk_shape": [2**20] * 3}}
         for change in ({"shape": [2**40] * 3}, {"shape": [2**61, 8, 16]}, {"shape": [0, 8, 16]}, {"chunk_grid": grid}, {"shape": [2**20] * 3, "chunk_grid": grid}):
             path.write_text(json.dumps(good | change))
-            run = subprocess.run(["bash", "-c", 'ulimit -v 4000000; exec "$@"', "-", str(__import__("other_readers").PROGRAM), "encode", "a.zarr", "-o", "a.tag"],
+            run = subprocess.run(["bash", "-c", 'ulimit -v 4000000; exec "$@"', "-", str(PROGRAM), "encode", "a.zarr", "-o", "a.tag"],
                                  cwd=self.folder, capture_output=True, text=True, timeout=60)
             self.assertEqual(run.returncode, 65, (change, run.stderr))
 

@@ -1,8 +1,5 @@
 #include "io/formats/table/formats.h"
 
-#include <filesystem>
-
-#include "io/files/system_call.h"
 #include "io/formats/bmp/image.h"
 #include "io/formats/metaimage/header.h"
 #include "io/formats/nifti/header.h"
@@ -10,6 +7,8 @@
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
+#include "io/formats/zarr/container.h"
+#include "io/formats/zarr/written.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
 
@@ -60,13 +59,8 @@ bool begins_zarr_in_zip(std::string_view b) {
 
 /// Also a folder that has lost its metadata but not its name: then the reader says what is missing.
 bool is_zarr_folder(const std::string& folder) {
-  for (const char* name : {"zarr.json", ".zgroup", ".zarray"}) {
-    const auto status = status_of(std::filesystem::path(folder) / name);
-    if (status && S_ISREG(status->st_mode)) return true;
-  }
-  std::filesystem::path path(folder);
-  if (!path.has_filename()) path = path.parent_path();
-  return lower_case(path.extension().string()) == ".zarr";
+  const std::string path = folder.substr(0, folder.find_last_not_of('/') + 1);
+  return has_zarr_metadata(folder) || lower_case(path).ends_with(".zarr");
 }
 
 /// Anything may be in it. `what` is for messages.
@@ -251,13 +245,20 @@ const std::vector<Format>& formats() {
        .what = "a NeXus file",
        .reader = "hdf5"},
       {.name = "zarr",
-       .extensions = {".zarr", ".ozx"},
-       .help = "Zarr and OME-Zarr",
+       .extensions = {".ome.zarr", ".zarr", ".ozx"},
+       .help = "OME-Zarr, a directory or one file (.ozx)",
        .what = "a Zarr hierarchy",
        .peek = 128,
        .is_mine = begins_zarr_in_zip,
        .reader = "zarr",
-       .is_folder = is_zarr_folder},
+       .is_folder = is_zarr_folder,
+       .create = create_zarr,
+       .has_levels = true,
+       .slices_are_alike = true,
+       .keeps_header = true,
+       .lost_rescale = lost_rescale_in_zarr,
+       .lost = lost_in_zarr,
+       .memory = memory_of_zarr},
       {.name = "jp2",
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",

@@ -118,6 +118,7 @@ std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::str
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
   if (format.detached_header != nullptr) return create_detached(format, path, info, options.files);
+  if (format.create != nullptr) return format.create(path, info, options.known, options.files);
   if (format.header != nullptr) {
     const std::string header = format.header(info);
     auto file = std::make_unique<OutputFile>(path, options.files.overwrite, output_options(options.files));

@@ -177,7 +177,30 @@ class ZarrVolume final : public ServedVolume {
     if (std::string lost = lost_by_mixed_units(geometry); !lost.empty())
       warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_->path(), lost));
     geometry = in_one_unit(geometry);
-    nrrd = nrrd_fields_of(geometry, pairs);
+    const auto header = header_of_tagrid();
+    nrrd = header ? *header : nrrd_fields_of(geometry, pairs);
+    if (!header) return;
+    // Without any line, these would count.
+    geometry = {};
+    pairs.clear();
+  }
+
+  /// The header lines that tagrid keeps in the files that it writes, if the places are still those that they say:
+  /// somebody may have changed them.
+  std::optional<std::string> header_of_tagrid() const {
+    const Json& said_header = member(member(image_.attributes, "tagrid"), "nrrd_header");
+    if (!said_header.is_string() || !image_.is_finest) return std::nullopt;
+    const std::string header = said_header.get<std::string>();
+    try {
+      const Geometry said = in_one_unit(volume_info(dims, type, header).geometry);
+      for (std::size_t i = 0; i < 3; ++i)
+        if (spacing_or_1(said, i) != spacing_or_1(geometry, i) || said.origin[i] != geometry.origin[i] ||
+            length_unit(said.units[i]) != length_unit(geometry.units[i]))
+          return std::nullopt;
+    } catch (const BrokenInput&) {
+      return std::nullopt;  // another program's
+    }
+    return header;
   }
 
   /// A negative scale mirrors the volume, which directions can say. A scale of 0 says nothing.
