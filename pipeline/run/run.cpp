@@ -41,11 +41,12 @@ DecodeResult result_of(TagHeader header, TagIndex index, std::uint64_t bytes_in,
           plan.memory,       sink.facts(),     sink.warnings(), numbers};
 }
 
-/// The index is at the end of a file. It is read only where something depends on it.
-WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) {
-  if (!depends_on_range(run.format, run.numbers, header) || !is_regular_input(run.input))
+/// The index is at the end of a file. It is read only where something depends on it. `source`: nullptr for a pipe.
+WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header,
+                                 std::shared_ptr<const ByteSource> source) {
+  if (!source || !depends_on_range(run.format, run.numbers, header))
     return written_numbers(run.format, run.numbers, header, nullptr);
-  const TagBricks file(source_of(run));
+  const TagBricks file(std::move(source));
   return written_numbers(run.format, run.numbers, header, &file.index());
 }
 
@@ -84,6 +85,8 @@ void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink&
 }
 
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
+  // Opened first: the reader moves the standard input, where the source begins.
+  const std::shared_ptr<const ByteSource> source = is_regular_input(run.input) ? source_of(run) : nullptr;
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
   const CodingParameters& parameters = reader.parameters();
@@ -92,7 +95,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
     throw UsageError(
         fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
                     reader.name(), reader.header().volumes));
-  const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
+  const WrittenNumbers numbers = numbers_of_stream(run, reader.header(), source);
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);
   const DecodePlan plan = plan_of(output, parameters, numbers, resources);
