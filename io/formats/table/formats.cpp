@@ -57,6 +57,8 @@ bool begins_zarr_in_zip(std::string_view b) {
   return name == "zarr.json" || name == ".zgroup" || name == ".zarray" || name == ".zattrs";
 }
 
+bool begins_other_zip(std::string_view b) { return b.starts_with("PK\x03\x04") && !begins_zarr_in_zip(b); }
+
 /// Also a folder that has lost its metadata but not its name: then the reader says what is missing.
 bool is_zarr_folder(const std::string& folder) {
   const std::string path = folder.substr(0, folder.find_last_not_of('/') + 1);
@@ -245,7 +247,7 @@ const std::vector<Format>& formats() {
        .what = "a NeXus file",
        .reader = "hdf5"},
       {.name = "zarr",
-       .extensions = {".ome.zarr", ".zarr", ".ozx"},
+       .extensions = {".zarr", ".ozx"},
        .help = "OME-Zarr, a directory or one file (.ozx)",
        .what = "a Zarr hierarchy",
        .peek = 128,
@@ -289,7 +291,8 @@ const std::vector<Format>& formats() {
        .extensions = {".zip"},
        .help = "zip archive",
        .what = "is a zip archive; unpack it first",
-       .magic = {{"PK\x03\x04"}}},
+       .peek = 128,
+       .is_mine = begins_other_zip},
       {.name = "tar",
        .extensions = {".tar"},
        .help = "tar archive",

@@ -3,6 +3,10 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -10,7 +14,6 @@
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
 #include "io/files/output_folder.h"
-#include "io/files/system_call.h"
 #include "io/samples/file_sink.h"
 #include "io/text/text.h"
 
@@ -150,11 +153,10 @@ class ZipContainer final : public ZarrContainer {
 }  // namespace
 
 bool has_zarr_metadata(const std::string& folder) {
-  for (const char* name : {"/zarr.json", "/.zgroup", "/.zarray"}) {
-    const auto status = status_of(folder + name);
-    if (status && S_ISREG(status->st_mode)) return true;
-  }
-  return false;
+  std::error_code unknown;
+  return std::ranges::any_of(std::array{"/zarr.json", "/.zgroup", "/.zarray"}, [&](const char* name) {
+    return std::filesystem::is_regular_file(folder + name, unknown);
+  });
 }
 
 std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options) {
