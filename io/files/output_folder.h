@@ -15,16 +15,16 @@
 
 namespace tagrid {
 
-/// A directory of files that is being made: until commit() it is a hidden `.NAME.part*` beside its target. Without
-/// a commit, the destructor removes it, and an older directory of that name stays as it was. Every failure is a
-/// WorldError that names the directory.
+/// A directory of files that is being made: until commit() it is a hidden `.NAME.part*` beside its target.
+/// Without a commit, the destructor removes it, and an older directory of that name stays as it was. Every
+/// failure is a WorldError that names the directory.
 class OutputFolder {
  public:
   /// True for an existing directory that may be replaced.
   using MayReplace = bool (*)(const std::string& folder);
 
-  /// Begins a directory that will be `path`. Files get the permissions of `like`, and directories those that go
-  /// with them. Throws UsageError if `path` exists and `overwrite` is false, or if it may not be replaced.
+  /// Begins a directory that will be `path`. Files get the permissions of `like`, and directories those that
+  /// go with them. Throws UsageError if `path` exists and `overwrite` is false, or if it may not be replaced.
   OutputFolder(const std::string& path, bool overwrite, std::optional<FileAttributes> like,
                MayReplace may_replace);
   ~OutputFolder();

@@ -92,8 +92,8 @@ bool remove_entry(int folder, const char* name, int depth) noexcept {
   return unlinkat(folder, name, AT_REMOVEDIR) == 0;
 }
 
-// Reads the directory once and removes its files and directories; returns how many. It does not use readdir(),
-// which allocates: a signal handler must not.
+// Reads the directory once and removes its files and directories; returns how many. It does not use
+// readdir(), which allocates: a signal handler must not.
 int remove_files_in(int folder, int depth) noexcept {
   alignas(8) char entries[4096];
   int removed = 0;

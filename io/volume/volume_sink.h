@@ -95,8 +95,8 @@ class VolumeSink {
   virtual std::uint64_t memory() const { return 0; }
   /// What users should know of the files, a sentence each.
   virtual std::vector<std::string> warnings() const { return {}; }
-  /// The level with this number in KnownFacts::levels, a volume in raster order. It belongs to this sink, which
-  /// publishes it. REQUIRES: everything before it was written.
+  /// The level with this number in KnownFacts::levels, a volume in raster order. It belongs to this sink,
+  /// which publishes it. REQUIRES: everything before it was written.
   virtual VolumeSink& level(std::size_t /*number*/) { throw std::logic_error("this format has no levels"); }
   /// What is to be said of the files: a JSON object, also that of the program that has written them; or "".
   virtual std::string facts() const { return ""; }

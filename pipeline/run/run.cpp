@@ -41,7 +41,8 @@ DecodeResult result_of(TagHeader header, TagIndex index, std::uint64_t bytes_in,
           plan.memory,       sink.facts(),     sink.warnings(), numbers};
 }
 
-/// The index is at the end of a file. It is read only where something depends on it. `source`: nullptr for a pipe.
+/// The index is at the end of a file. It is read only where something depends on it. `source`: nullptr for a
+/// pipe.
 WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header,
                                  std::shared_ptr<const ByteSource> source) {
   if (!source || !depends_on_range(run.format, run.numbers, header))

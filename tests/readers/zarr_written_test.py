@@ -29,8 +29,8 @@ TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "floa
 class Written(ReaderTest):
     def encode(self, type="int16", shape=(70, 40, 150), fields="spacings: 0.25 0.5 2\nunits: \"um\" \"um\" \"um\"\n", options=()):
         random = numpy.random.default_rng(1)
-        x = numpy.linspace(0, 3, shape[2])[None, None, :] + numpy.linspace(0, 5, shape[1])[None, :, None] + numpy.linspace(0, 9, shape[0])[:, None, None]
-        samples = (numpy.sin(x) * 100 + 101 * (type != "int8") + random.uniform(-5, 5, shape)).astype(type)
+        z, y, x = numpy.ogrid[0:9:shape[0] * 1j, 0:5:shape[1] * 1j, 0:3:shape[2] * 1j]
+        samples = (numpy.sin(x + y + z) * 100 + 101 * (type != "int8") + random.uniform(-5, 5, shape)).astype(type)
         self.write_nrrd("a.nrrd", samples, fields)
         self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", *options)
         return samples
@@ -71,7 +71,8 @@ class ByZarrita(Written):
         self.decode("a.ome.zarr")
         samples, facts = self.read("a.ome.zarr", "/0")
         self.assert_same(samples, truth)
-        self.assertEqual(sorted(str(path.relative_to(self.folder / "a.ome.zarr/0/c")) for path in (self.folder / "a.ome.zarr/0/c").rglob("*") if path.is_file()),
+        chunks = self.folder / "a.ome.zarr/0/c"
+        self.assertEqual(sorted(str(path.relative_to(chunks)) for path in chunks.rglob("*") if path.is_file()),
                          [f"{z}/0/{x}" for z in range(3) for x in range(2)])
         truth = self.encode("uint8", (3, 1100, 20))
         self.decode("b.ozx")
@@ -124,9 +125,10 @@ class ByTagrid(Written):
         self.assertEqual((self.folder / "before.nrrd").read_bytes(), (self.folder / "after.nrrd").read_bytes(), name)
 
     def test_every_header_line_comes_back(self):
-        oblique = "space: left-posterior-superior\nspace directions: (0.4,0.3,0) (-0.3,0.4,0) (0,0,2.5)\nspace origin: (10,-20,30.5)\nspace units: \"mm\" \"mm\" \"mm\"\n"
-        for fields in ("", "spacings: 0.25 0.5 2\n", oblique, "spacings: 1 2 3\nunits: \"mm\" \"um\" \"mm\"\n", "spacings: 1 2 3\nunits: \"s\" \"s\" \"s\"\n",
-                       "content: head\nowner:=J. Doe\\n\u00b5\n# a remark\n", "spacings: nan nan 2\n"):
+        oblique = "space: left-posterior-superior\nspace directions: (0.4,0.3,0) (-0.3,0.4,0) (0,0,2.5)\n" + \
+            "space origin: (10,-20,30.5)\nspace units: \"mm\" \"mm\" \"mm\"\n"
+        for fields in ("", "spacings: 0.25 0.5 2\n", oblique, "spacings: 1 2 3\nunits: \"mm\" \"um\" \"mm\"\n",
+                       "spacings: 1 2 3\nunits: \"s\" \"s\" \"s\"\n", "content: head\nowner:=J. Doe\\n\u00b5\n# a remark\n", "spacings: nan nan 2\n"):
             self.encode(fields=fields, shape=(5, 6, 7))
             for name in ("a.ome.zarr", "a.ozx"):
                 said = self.decode(name, "-f")

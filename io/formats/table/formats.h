@@ -34,9 +34,9 @@ struct Magic {
   std::size_t at = 0;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header`, `create`
-/// and `writer` cannot be written. A format with none of them is only recognized, so that a message can say what
-/// to do with the file.
+/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header`,
+/// `create` and `writer` cannot be written. A format with none of them is only recognized, so that a message
+/// can say what to do with the file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.

@@ -1,4 +1,5 @@
-// Where the files of a Zarr hierarchy are written: into a directory, or into a zip file (.ozx, RFC-9 of OME-NGFF).
+// Where the files of a Zarr hierarchy are written: into a directory, or into a zip file (.ozx, RFC-9 of
+// OME-NGFF).
 #pragma once
 
 #include <cstddef>
@@ -36,8 +37,8 @@ class ZarrContainer {
 /// True for a directory that has the metadata of a Zarr hierarchy.
 bool has_zarr_metadata(const std::string& folder);
 
-/// Begins a zip file if `path` ends in .ozx, otherwise a directory. An existing directory is replaced only if it
-/// has_zarr_metadata(). Throws UsageError.
+/// Begins a zip file if `path` ends in .ozx, otherwise a directory. An existing directory is replaced only if
+/// it has_zarr_metadata(). Throws UsageError.
 std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options);
 
 }  // namespace tagrid

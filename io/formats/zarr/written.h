@@ -10,9 +10,9 @@
 
 namespace tagrid {
 
-/// Begins a volume: a zip file if `path` ends in .ozx, otherwise a directory. Chunks of 64 x 64 x 64 samples are
-/// compressed with zstd; a file (a shard) has 16 x 16 x 1 of them. A layer of chunks waits in a temporary file.
-/// Throws UsageError and WorldError.
+/// Begins a volume: a zip file if `path` ends in .ozx, otherwise a directory. Chunks of 64 x 64 x 64 samples
+/// are compressed with zstd; a file (a shard) has 16 x 16 x 1 of them. A layer of chunks waits in a temporary
+/// file. Throws UsageError and WorldError.
 std::unique_ptr<VolumeSink> create_zarr(const std::string& path, const VolumeInfo& info,
                                         const KnownFacts& facts, const SinkOptions& options);
 

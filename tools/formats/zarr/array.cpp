@@ -165,7 +165,8 @@ class Reading {
     array_.separator = separator.get<std::string>().front();
   }
 
-  /// Codecs of version 3, in the order of compression: of an array, then from an array to bytes, then of bytes.
+  /// Codecs of version 3, in the order of compression: of an array, then from an array to bytes, then of
+  /// bytes.
   void read_codecs(const Json& codecs, bool in_shards) {
     if (!codecs.is_array() || codecs.size() > most_axes)
       refuse(fmt::format("its codecs are {}", shown(codecs)));

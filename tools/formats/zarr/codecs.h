@@ -16,9 +16,9 @@ enum class ZarrCodec : std::uint8_t {
   crc32c,
 };
 
-/// Undoes `codecs`, given in the order of compression, of which at most one compresses. Returns exactly `size`
-/// bytes. `name` is that of the file, for messages. Safe for any bytes; takes `size` bytes of memory, and as
-/// many as `stored` has. Throws BrokenInput.
+/// Undoes `codecs`, given in the order of compression, of which at most one compresses. Returns exactly
+/// `size` bytes. `name` is that of the file, for messages. Safe for any bytes; takes `size` bytes of memory,
+/// and as many as `stored` has. Throws BrokenInput.
 std::vector<std::byte> decompressed(std::vector<std::byte> stored, std::span<const ZarrCodec> codecs,
                                     std::uint64_t size, const std::string& name);
 

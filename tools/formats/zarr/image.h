@@ -1,5 +1,5 @@
-// Which array of a store is meant, and what OME-Zarr says of it: https://ngff.openmicroscopy.org, versions 0.1 to
-// 0.5.
+// Which array of a store is meant, and what OME-Zarr says of it: https://ngff.openmicroscopy.org, versions
+// 0.1 to 0.5.
 #pragma once
 
 #include <array>
@@ -32,8 +32,8 @@ struct ZarrImage {
   std::array<std::optional<std::size_t>, 3> space() const;
 };
 
-/// The array that `wanted` names (or the finest one of the levels in the group that it names), or numbers, of all
-/// that could be meant; without `wanted`, the only one. Throws SeveralVolumes, UsageError, BrokenInput.
+/// The array that `wanted` names (or the finest one of the levels in the group that it names), or numbers, of
+/// all that could be meant; without `wanted`, the only one. Throws SeveralVolumes, UsageError, BrokenInput.
 ZarrImage chosen_image(const ZarrStore& store, const std::string& wanted);
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// tagrid-read-zarr: reads arrays of Zarr, versions 2 and 3, and of OME-Zarr, from folders and zip files (.ozx).
+// tagrid-read-zarr: reads arrays of Zarr, versions 2 and 3, and of OME-Zarr, from folders and zip files
+// (.ozx).
 
 #include <fmt/format.h>
 
@@ -185,8 +186,8 @@ class ZarrVolume final : public ServedVolume {
     pairs.clear();
   }
 
-  /// The header lines that tagrid keeps in the files that it writes, if the places are still those that they say:
-  /// somebody may have changed them.
+  /// The header lines that tagrid keeps in the files that it writes, if the places are still those that they
+  /// say: somebody may have changed them.
   std::optional<std::string> header_of_tagrid() const {
     const Json& said_header = member(member(image_.attributes, "tagrid"), "nrrd_header");
     if (!said_header.is_string() || !image_.is_finest) return std::nullopt;

@@ -20,7 +20,8 @@ class ZipFile {
     bool is_plain = true;  ///< stored as it is
   };
 
-  /// Throws BrokenInput if the table is damaged, or has a name twice, or one that leads elsewhere; WorldError.
+  /// Throws BrokenInput if the table is damaged, or has a name twice, or one that leads elsewhere;
+  /// WorldError.
   explicit ZipFile(const std::string& path);
 
   const std::map<std::string, Member>& members() const { return members_; }
