@@ -30,7 +30,7 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENT_TAGRID_DESCRIPTION
     "CT volumes as one file\n tagrid turns a CT volume into one .tag file and back: every voxel within a bound, and a\n crack-free tetrahedral grid that is fine where the volume bends.")
 set(CPACK_COMPONENT_TAGRID-READERS_DESCRIPTION
-    "CT volumes as one file, readers of other formats\n Programs that open volumes for tagrid (DICOM, HDF5, JPEG 2000, TIFF), or write them (HDF5, VTKHDF).")
+    "CT volumes as one file, readers of other formats\n Programs that open volumes for tagrid (DICOM, HDF5, JPEG 2000, TIFF, Zarr), or write them (HDF5, VTKHDF).")
 set(CPACK_COMPONENT_TAGRID-OPENVDB_DESCRIPTION
     "CT volumes as one file, OpenVDB\n Programs that read and write OpenVDB files for tagrid.")
 set(CPACK_COMPONENT_TAGRID-HDF5_DESCRIPTION

@@ -30,6 +30,6 @@ tag=$(stat -c %s "$folder/phantom.tag")
 echo
 awk -v raw="$raw" -v tag="$tag" 'BEGIN { printf "compression ratio %.2f (%d bytes became %d)\n", raw / tag, raw, tag }'
 
-step "Building the programs for DICOM, TIFF, JPEG 2000, HDF5 and OpenVDB; interrupt this if you need none of them"
+step "Building the programs for DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB; interrupt this if you need none of them"
 build
 step "Done: build/release/tagrid"

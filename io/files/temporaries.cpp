@@ -73,9 +73,28 @@ std::optional<std::string_view> target_of(std::string_view name, std::string_vie
   return name.substr(1, name.size() - end_size - 1);
 }
 
-// Reads the directory once and removes its files; returns how many. It does not use readdir(), which
-// allocates: a signal handler must not.
-int remove_files_in(int folder) noexcept {
+int remove_files_in(int folder, int depth) noexcept;
+
+/// More than any directory of ours has within it.
+constexpr int deepest = 16;
+
+/// Removes a file, or a directory with all that is in it.
+bool remove_entry(int folder, const char* name, int depth) noexcept {
+  if (unlinkat(folder, name, 0) == 0) return true;
+  if (errno != EISDIR || depth == deepest || std::strcmp(name, ".") == 0 || std::strcmp(name, "..") == 0)
+    return false;
+  const int inner = openat(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (inner >= 0) {
+    while (remove_files_in(inner, depth + 1) > 0) {
+    }
+    close(inner);
+  }
+  return unlinkat(folder, name, AT_REMOVEDIR) == 0;
+}
+
+// Reads the directory once and removes its files and directories; returns how many. It does not use
+// readdir(), which allocates: a signal handler must not.
+int remove_files_in(int folder, int depth) noexcept {
   alignas(8) char entries[4096];
   int removed = 0;
   lseek(folder, 0, SEEK_SET);
@@ -86,7 +105,7 @@ int remove_files_in(int folder) noexcept {
       // The layout of the kernel: number, offset, length of the entry, type, name.
       unsigned short length;
       std::memcpy(&length, entries + at + 16, sizeof length);
-      removed += unlinkat(folder, entries + at + 19, 0) == 0;
+      removed += remove_entry(folder, entries + at + 19, depth);
       at += length;
     }
   }
@@ -107,7 +126,7 @@ bool remove_new_files(const std::string& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
     files.push_back(entry->path());
   for (const fs::path& file : files)
-    if (file.extension() != ".old") unlink(file.c_str());
+    if (file.extension() != ".old") fs::remove_all(file, error);
   return rmdir(folder.c_str()) == 0;
 }
 
@@ -206,7 +225,7 @@ bool remove_folder(const char* path) noexcept {
   const int folder =
       uninterrupted([&] { return open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); });
   if (folder >= 0) {
-    while (remove_files_in(folder) > 0) {
+    while (remove_files_in(folder, 0) > 0) {
     }
     close(folder);
   }

@@ -36,7 +36,7 @@ std::optional<std::string_view> target_of_older(std::string_view name);
 /// Removes registered temporary files and gives older files their names back. Async-signal-safe.
 void unlink_temporaries() noexcept;
 
-/// Removes a directory and its files. Returns false if any of them stay. Async-signal-safe.
+/// Removes a directory with all that is in it. Returns false if anything stays. Async-signal-safe.
 bool remove_folder(const char* path) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.

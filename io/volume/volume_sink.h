@@ -1,6 +1,7 @@
 // Destinations of samples: files of any format, or a pipe.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cassert>
 #include <cstddef>
@@ -26,6 +27,19 @@ struct SinkOptions {
   std::string spool = "";
   /// Other processes write the samples; see VolumeSink::place().
   bool others_write = false;
+};
+
+/// A smaller copy of a volume: the means of blocks of `factor` samples along each axis.
+struct MeansLevel {
+  std::int64_t factor = 0;
+  Index3 dims;
+};
+
+/// What is known of a volume besides its samples, for formats that say it.
+struct KnownFacts {
+  std::vector<MeansLevel> levels = {};              ///< that are written after the volume
+  std::optional<double> max_error, achieved_error;  ///< the bound of each value, and what was measured
+  std::optional<std::array<double, 2>> range;       ///< the smallest and the largest value
 };
 
 /// A volume that is written in raster order or, if any_order(), in any order. Its files appear when it is
@@ -81,7 +95,10 @@ class VolumeSink {
   virtual std::uint64_t memory() const { return 0; }
   /// What users should know of the files, a sentence each.
   virtual std::vector<std::string> warnings() const { return {}; }
-  /// What the program says of the files that it has written: a JSON object; "" if there is no program.
+  /// The level with this number in KnownFacts::levels, a volume in raster order. It belongs to this sink,
+  /// which publishes it. REQUIRES: everything before it was written.
+  virtual VolumeSink& level(std::size_t /*number*/) { throw std::logic_error("this format has no levels"); }
+  /// What is to be said of the files: a JSON object, also that of the program that has written them; or "".
   virtual std::string facts() const { return ""; }
 
  protected:

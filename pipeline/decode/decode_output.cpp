@@ -6,6 +6,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/tag/bricks.h"
+#include "io/tag/members.h"
 
 namespace tagrid {
 
@@ -14,6 +15,27 @@ std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
   if (run.volume) file = volume_in(std::move(file), *run.volume);
   return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
 }
+
+namespace {
+
+/// Of a pipe, the index comes too late.
+KnownFacts known_facts(const DecodeRun& run, const WrittenNumbers& numbers,
+                       const CodingParameters& parameters) {
+  KnownFacts known;
+  if (parameters.max_error >= 0 && !run.fill) known.max_error = numbers.error_in_values(parameters.max_error);
+  const bool is_file = run.input != "-" && is_regular_input(run.input);
+  if (!run.region.is_all() || run.fill || !is_file) return known;
+  const TagBricks file(source_of(run));
+  const Statistics& total = file.index().total;
+  known.achieved_error = numbers.error_in_values(total.max_error);
+  if (total.low <= total.high) known.range = numbers.range_in_values(total.low, total.high);
+  for (const Member& member : file.index().members)
+    if (member.is_overview())
+      known.levels.push_back({member.factor, overview_dims(parameters.dims, member.factor)});
+  return known;
+}
+
+}  // namespace
 
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                            const CodingParameters& parameters, bool others_write)
@@ -27,6 +49,7 @@ DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, c
   // A value that stands for lost samples can be off by any amount.
   if (parameters.max_error >= 0 && !run.fill)
     options_.wishes["max-error"] = fmt::format("{}", numbers.error_in_values(parameters.max_error));
+  if (run.format.has_levels) options_.known = known_facts(run, numbers, parameters);
 }
 
 WriterProgram DecodeOutput::program() const { return {run_.format.writer, run_.format.writer_keeps_volume}; }

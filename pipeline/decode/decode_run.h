@@ -112,6 +112,8 @@ class DecodeOutput {
   }
   /// Samples can be written in any order.
   bool any_order() const;
+  /// The levels that are written after the volume.
+  const std::vector<MeansLevel>& levels() const { return options_.known.levels; }
   /// Opens the output. Throws UsageError if the machine lacks the memory for the program and no limit is set.
   std::shared_ptr<VolumeSink> begin();
 

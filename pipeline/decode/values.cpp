@@ -96,6 +96,12 @@ double WrittenNumbers::error_in_values(double error) const {
   return error * largest;
 }
 
+std::optional<std::array<double, 2>> WrittenNumbers::range_in_values(double low, double high) const {
+  if (rule.slopes.size() != 1) return std::nullopt;
+  const double a = rule.slopes[0] * low + rule.intercepts[0], b = rule.slopes[0] * high + rule.intercepts[0];
+  return std::array{std::min(a, b), std::max(a, b)};
+}
+
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header) {
   if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.applies_rescale)) return false;
   if (has_slopes_of_slices(header.nrrd_fields)) return wanted == Numbers::values;

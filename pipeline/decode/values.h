@@ -1,8 +1,10 @@
 // What a decoded volume has: stored samples, or the values that they mean.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "io/errors/errors.h"
@@ -39,6 +41,9 @@ struct WrittenNumbers {
   std::string fields(const std::string& of_samples) const;
   /// The largest error of what is written, if that of samples is `error`.
   double error_in_values(double error) const;
+  /// The smallest and the largest value, if those of samples are so; nothing if each slice has a slope of its
+  /// own.
+  std::optional<std::array<double, 2>> range_in_values(double low, double high) const;
   /// VolumeInfo of what is written, for a volume or region that `samples` describes.
   VolumeInfo info(const VolumeInfo& samples) const;
 };

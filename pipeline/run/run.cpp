@@ -42,11 +42,13 @@ DecodeResult result_of(TagHeader header, TagIndex index, std::uint64_t bytes_in,
           plan.memory,       sink.facts(),     sink.warnings(), numbers};
 }
 
-/// The index is at the end of a file. It is read only where something depends on it.
-WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) {
-  if (!depends_on_range(run.format, run.numbers, header) || !is_regular_input(run.input))
+/// The index is at the end of a file. It is read only where something depends on it. `source`: nullptr for a
+/// pipe.
+WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header,
+                                 std::shared_ptr<const ByteSource> source) {
+  if (!source || !depends_on_range(run.format, run.numbers, header))
     return written_numbers(run.format, run.numbers, header, nullptr);
-  const TagBricks file(source_of(run));
+  const TagBricks file(std::move(source));
   return written_numbers(run.format, run.numbers, header, &file.index());
 }
 
@@ -66,7 +68,27 @@ void require_one_volume(const DecodeRun& run, int volumes) {
       {run.input, volumes, run.format.name, volume, volumes - 1}});
 }
 
+/// Decodes the overviews of a volume to the levels of its output.
+void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink& sink,
+                   const WrittenNumbers& numbers, const Resources& resources) {
+  for (std::size_t i = 0; i < output.levels().size(); ++i) {
+    DecodeRun of_level = run;
+    of_level.overview = output.levels()[i].factor;
+    TagReader reader(std::make_unique<SourceStream>(source_of(of_level)));
+    const DecodePlan plan = plan_decoding(reader.parameters(), resources, DecodeUse::stream,
+                                          run.format.memory(sink.info()), numbers.value_bytes());
+    RowOutput rows_out(sink.level(i), plan.spooled ? resources.spool : "", run.output);
+    RowDecoder decoder(reader.parameters(), plan.budget, numbers);
+    reader.stop_when(decoder.failed());
+    decoder.decode(
+        BrickRows::all(reader.parameters().bricks()), reader.bricks(),
+        [&](const DecodedRows& rows) { rows_out.write(rows); }, watch_for({}, 0));
+  }
+}
+
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
+  // Opened first: the reader moves the standard input, where the source begins.
+  const std::shared_ptr<const ByteSource> source = is_regular_input(run.input) ? source_of(run) : nullptr;
   TagReader reader =
       run.overview == 0 ? TagReader(run.input) : TagReader(std::make_unique<SourceStream>(source_of(run)));
   const CodingParameters& parameters = reader.parameters();
@@ -75,7 +97,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
     throw UsageError(
         fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
                     reader.name(), reader.header().volumes));
-  const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
+  const WrittenNumbers numbers = numbers_of_stream(run, reader.header(), source);
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);
   const DecodePlan plan = plan_of(output, parameters, numbers, resources);
@@ -87,6 +109,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
       BrickRows::all(parameters.bricks()), reader.bricks(),
       [&](const DecodedRows& rows) { rows_out.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
+  decode_levels(run, output, *sink, numbers, resources);
   return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
 }
 
@@ -115,6 +138,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
             BrickRows::all(parameters.bricks()), volume->bricks_from(0),
             [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
   }
+  decode_levels(run, output, *sink, numbers, resources);
   DecodeResult result =
       result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
   result.nrrd_fields = numbers.fields(info.nrrd_fields);

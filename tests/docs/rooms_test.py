@@ -14,6 +14,7 @@ ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_tar
              "io/formats/tiff": ["tests/readers/tiff_test.py"],
              "io/formats/vendors": ["tests/readers/vendors_test.py", "tests/fuzz/vendors_target.cpp"],
              "io/formats/vti": ["tests/readers/written_test.py"],
+             "io/formats/zarr": ["tests/readers/zarr_written_test.py"],
              "io/tag": ["tests/fuzz/header_target.cpp", "tests/fuzz/index_target.cpp",
                         "tests/pipeline/decode/damage_test.cpp"],
              "io/parts": ["tests/fuzz/resume_target.cpp", "tests/tools/commands/resume_test.cpp"],

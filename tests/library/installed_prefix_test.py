@@ -179,7 +179,7 @@ class InstalledLibrary(unittest.TestCase):
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
             self.assertIn(path, content["tagrid"])
-        for format in ("bmp", "dicom", "hdf5", "jp2", "tiff"):
+        for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
         self.assertIn("/usr/libexec/tagrid/tagrid-write-hdf5\n", content["tagrid-readers"])
         for program in ("tagrid-read-vdb", "tagrid-write-vdb"):

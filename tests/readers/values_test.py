@@ -185,6 +185,15 @@ class Values(ReaderTest):
             numpy.testing.assert_array_equal(values[~lost], truth[~lost], name)
         self.assertEqual(self.tagrid("decode", "d.tag", "--salvage", "--fill", "40000", "-fo", "b.nrrd").returncode, 64)
 
+    def test_a_file_as_the_standard_input_gives_the_same_values(self):
+        """Its index is read, too, although it has been read in part when that is done."""
+        self.encode(stored(), "rescale_slope:=1\nrescale_intercept:=-1024\n")
+        self.decode("a.raw")
+        with open(self.folder / "a.tag", "rb") as file:
+            run = subprocess.run([PROGRAM, "decode", "-", "-o", "b.raw"], cwd=self.folder, stdin=file, capture_output=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual((self.folder / "b.raw").read_bytes(), (self.folder / "a.raw").read_bytes())
+
     def test_a_pipe_with_values_beyond_16_bits_is_refused_and_advice_helps(self):
         samples = stored("uint16", 0, 65535)
         self.encode(samples, "rescale_slope:=1\nrescale_intercept:=-1024\n")

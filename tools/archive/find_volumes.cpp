@@ -63,6 +63,7 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
+    if (const Format* format = format_of_folder(folder)) return look_at_volume(folder, {}, *format);
     std::vector<std::string> files, folders;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();

@@ -9,6 +9,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/system_call.h"
+#include "io/files/temporaries.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/tag/whole_bricks.h"
@@ -65,6 +66,7 @@ struct DecodeCommand {
     const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
     if (remove) require_replaceable_tag(input, path, {chosen, wanted, vdb, numbers()});
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
+    if (chosen.create != nullptr && path != "-") remove_abandoned_folders({path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
 
@@ -76,6 +78,8 @@ struct DecodeCommand {
     figures.volumes = volume ? 1 : result.header.volumes;
     report.write(figures, decoded);
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
+    if (chosen.has_levels && !run.quiet && facts.at("levels").size() == 1)
+      say("tagrid: {}: has the finest level alone; --overviews of encode makes others", path);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
     watched.require();

@@ -43,7 +43,7 @@ _tagrid() {
   local values=''
   case $before in
     --progress) values='auto bar plain none' ;;
-    --format) values='nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti vtkhdf hdf5' ;;
+    --format) values='nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti vtkhdf hdf5 zarr' ;;
     --vdb-type) values='float int32' ;;
     --grid) values='stored derived' ;;
     --effort) values='fast default best' ;;

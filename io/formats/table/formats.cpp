@@ -7,6 +7,9 @@
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
+#include "io/formats/zarr/container.h"
+#include "io/formats/zarr/written.h"
+#include "io/text/text.h"
 #include "io/volume/vtk.h"
 
 namespace tagrid {
@@ -42,6 +45,24 @@ bool begins_analyze(std::string_view b) {
   };
   const int axes = number(40), bits = number(72);
   return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
+}
+
+/// A zip file whose first member has metadata of Zarr, as RFC-9 of OME-NGFF recommends.
+bool begins_zarr_in_zip(std::string_view b) {
+  constexpr std::size_t name_at = 30, size_at = 26;
+  if (!b.starts_with("PK\x03\x04") || b.size() < name_at) return false;
+  const std::size_t size =
+      static_cast<unsigned char>(b[size_at]) + 256u * static_cast<unsigned char>(b[size_at + 1]);
+  const std::string_view path = b.substr(name_at, size), name = path.substr(path.rfind('/') + 1);
+  return name == "zarr.json" || name == ".zgroup" || name == ".zarray" || name == ".zattrs";
+}
+
+bool begins_other_zip(std::string_view b) { return b.starts_with("PK\x03\x04") && !begins_zarr_in_zip(b); }
+
+/// Also a folder that has lost its metadata but not its name: then the reader says what is missing.
+bool is_zarr_folder(const std::string& folder) {
+  const std::string path = folder.substr(0, folder.find_last_not_of('/') + 1);
+  return has_zarr_metadata(folder) || lower_case(path).ends_with(".zarr");
 }
 
 /// Anything may be in it. `what` is for messages.
@@ -225,6 +246,21 @@ const std::vector<Format>& formats() {
        .help = "NeXus, which is HDF5",
        .what = "a NeXus file",
        .reader = "hdf5"},
+      {.name = "zarr",
+       .extensions = {".zarr", ".ozx"},
+       .help = "OME-Zarr, a directory or one file (.ozx)",
+       .what = "a Zarr hierarchy",
+       .peek = 128,
+       .is_mine = begins_zarr_in_zip,
+       .reader = "zarr",
+       .is_folder = is_zarr_folder,
+       .create = create_zarr,
+       .has_levels = true,
+       .slices_are_alike = true,
+       .keeps_header = true,
+       .lost_rescale = lost_rescale_in_zarr,
+       .lost = lost_in_zarr,
+       .memory = memory_of_zarr},
       {.name = "jp2",
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",
@@ -255,7 +291,8 @@ const std::vector<Format>& formats() {
        .extensions = {".zip"},
        .help = "zip archive",
        .what = "is a zip archive; unpack it first",
-       .magic = {{"PK\x03\x04"}}},
+       .peek = 128,
+       .is_mine = begins_other_zip},
       {.name = "tar",
        .extensions = {".tar"},
        .help = "tar archive",

@@ -23,6 +23,7 @@ struct WriteOptions {
   /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have
   /// are ignored.
   std::map<std::string, std::string> wishes = {};
+  KnownFacts known = {};
   /// Bytes of memory that such a program may take until it has said how much it needs.
   std::uint64_t first_memory = most_first_memory;
 };
@@ -33,9 +34,9 @@ struct Magic {
   std::size_t at = 0;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header` and
-/// `writer` cannot be written. A format with none of them is only recognized, so that a message can say what
-/// to do with the file.
+/// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header`,
+/// `create` and `writer` cannot be written. A format with none of them is only recognized, so that a message
+/// can say what to do with the file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
@@ -64,6 +65,8 @@ struct Format {
   /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
   std::string_view reader = "";
   bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
+  /// True for a directory that is a file of this format, as it were; nullptr if there are none.
+  bool (*is_folder)(const std::string& folder) = nullptr;
 
   /// The format whose row reads such files, too; "" for this one.
   std::string_view read_as = "";
@@ -77,10 +80,16 @@ struct Format {
   /// The header of samples in a file of their own, with `samples_extension`. Throws UsageError if it cannot
   /// name that file.
   std::string (*detached_header)(const VolumeInfo& info, const std::string& data_file) = nullptr;
+  /// Begins files that are more than a header and samples. Throws as create_volume() does.
+  std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
+                                        const KnownFacts& known, const SinkOptions& options) = nullptr;
+  bool has_levels = false;  ///< Files have the levels of KnownFacts, too.
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";
   bool writer_keeps_volume = false;  ///< in memory, as a whole
-  bool is_written() const { return header != nullptr || detached_header != nullptr || !writer.empty(); }
+  bool is_written() const {
+    return header != nullptr || detached_header != nullptr || create != nullptr || !writer.empty();
+  }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
   bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
@@ -136,6 +145,9 @@ std::size_t bytes_to_recognize();
 /// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);
+
+/// The format of which a directory is a file, as it were; nullptr if it is one of no format.
+const Format* format_of_folder(const std::string& folder);
 
 /// What a file of this format cannot say of the volume, besides Format::lost_rescale: sentences for users.
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info);

@@ -118,6 +118,7 @@ std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::str
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
   if (format.detached_header != nullptr) return create_detached(format, path, info, options.files);
+  if (format.create != nullptr) return format.create(path, info, options.known, options.files);
   if (format.header != nullptr) {
     const std::string header = format.header(info);
     auto file = std::make_unique<OutputFile>(path, options.files.overwrite, output_options(options.files));
@@ -153,6 +154,12 @@ std::size_t bytes_to_recognize() {
 const Format* format_of(std::string_view beginning, bool is_read) {
   for (const Format& format : formats())
     if (format.is_read() == is_read && format.begins(beginning)) return &format;
+  return nullptr;
+}
+
+const Format* format_of_folder(const std::string& folder) {
+  for (const Format& format : formats())
+    if (format.is_folder != nullptr && format.is_folder(folder)) return &format;
   return nullptr;
 }
 

@@ -243,6 +243,7 @@ BrokenInput no_files_in(const std::string& folder) {
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
+  if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
@@ -331,21 +332,26 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
 std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {
   if (source.raw) return open_raw_folder(folder, source);
   const Way way = way_of_folder(folder, source);
-  if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
+  if (way.program.empty() ||
+      (way.format != nullptr && !way.format->has_folders && way.format->is_folder == nullptr))
     throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
   require_name_for_all(folder, way);
   return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
+}
+
+std::unique_ptr<VolumeSource> open_one(const std::string& path, const SourceDescription& source) {
+  return is_folder(path) ? open_folder(path, source) : open_file(path, source);
 }
 
 /// All volumes of a file. Readers that give one at a time list them.
 std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescription source) {
   source.series.clear();
   source.all_volumes = true;
-  if (is_folder(path))
+  if (is_folder(path) && format_of_folder(path) == nullptr)
     throw UsageError(Sentence{"{}: is a directory, whose volumes are files of their own; choose one with {}",
                               {path, Setting{"series", "its name"}}});
   try {
-    return open_file(path, source);
+    return open_one(path, source);
   } catch (const UsageError& error) {
     std::vector<std::string> names;
     for (const Choice& choice : error.detail().choices) names.push_back(choice.name);
@@ -355,7 +361,7 @@ std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescriptio
     return all_volumes(path, names, [path, source](const std::string& name) {
       SourceDescription one = source;
       one.series = name;
-      return open_file(path, one);
+      return open_one(path, one);
     });
   }
 }
@@ -388,9 +394,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
   if (is_address(path))
     throw UsageError(shown_address(path) +
                      ": is an address, and only .tag files are read from servers; download it first");
-  auto volume = source.series == every_volume ? open_all(path, source)
-                : is_folder(path)             ? open_folder(path, source)
-                                              : open_file(path, source);
+  auto volume = source.series == every_volume ? open_all(path, source) : open_one(path, source);
   volume->set_name(path);
   keep_doubts(*volume, path);
   return volume;

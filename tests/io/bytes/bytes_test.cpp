@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "io/bytes/checksum.h"
+#include "io/bytes/crc32c.h"
 #include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
@@ -70,6 +71,14 @@ TEST(ZstdBytes, WhatIsNoFrameIsRefused) {
   EXPECT_FALSE(zstd_decompress(bytes_of(std::string_view("\x50\x2A\x4D\x18\0\0\0\0", 8)), 0, out).ok())
       << "a skippable frame";
   EXPECT_FALSE(zstd_decompress(bytes_of("no frame"), 8, out).ok());
+}
+
+TEST(Checksums, Crc32cIsThatOfTheStandard) {
+  // The check value of the catalogue, and RFC 3720, appendix B.4.
+  EXPECT_EQ(crc32c(bytes_of("123456789")), 0xe3069283u);
+  EXPECT_EQ(crc32c(bytes_of(std::string(32, '\0'))), 0x8a9136aau);
+  EXPECT_EQ(crc32c(bytes_of(std::string(32, '\xff'))), 0x62a8ab43u);
+  EXPECT_EQ(crc32c({}), 0u);
 }
 
 TEST(Checksums, DifferWhereTheyDiffer) {

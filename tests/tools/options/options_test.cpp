@@ -285,7 +285,7 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
       {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
       {{"decode", "x", "--format", "png"},
        "--format: png: must be one of nrrd, nhdr, raw, vdb, nifti, nifti.gz, metaimage, mhd, tiff, vti, "
-       "vtkhdf, hdf5;"}};
+       "vtkhdf, hdf5, zarr;"}};
   for (const auto& [arguments, message] : wrong) {
     const Ending ending = tagrid(arguments);
     expect_error(ending, usage, message);

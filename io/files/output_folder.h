@@ -1,0 +1,66 @@
+// A directory that is written: with all its files, under its name only when it is complete.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+
+#include "io/files/file_attributes.h"
+#include "io/files/staging_folder.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+
+namespace tagrid {
+
+/// A directory of files that is being made: until commit() it is a hidden `.NAME.part*` beside its target.
+/// Without a commit, the destructor removes it, and an older directory of that name stays as it was. Every
+/// failure is a WorldError that names the directory.
+class OutputFolder {
+ public:
+  /// True for an existing directory that may be replaced.
+  using MayReplace = bool (*)(const std::string& folder);
+
+  /// Begins a directory that will be `path`. Files get the permissions of `like`, and directories those that
+  /// go with them. Throws UsageError if `path` exists and `overwrite` is false, or if it may not be replaced.
+  OutputFolder(const std::string& path, bool overwrite, std::optional<FileAttributes> like,
+               MayReplace may_replace);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Begins the next file, "a/b/c": all directories around it are made. REQUIRES: no file is open.
+  void begin(const std::string& file);
+  /// Appends bytes to the file.
+  void write(std::span<const std::byte> bytes);
+  /// Makes the file durable.
+  void end();
+  /// Bytes of all files so far.
+  std::uint64_t bytes() const { return bytes_; }
+  const std::string& name() const { return name_; }
+
+  /// As those of OutputFile: the directory gets its name, and loses it again without keep().
+  void publish();
+  void keep();
+
+ private:
+  enum class State { hidden, named, exchanged };
+  void require_target() const;
+  void sync_folders() const;
+  void take_back() noexcept;
+
+  std::string path_, name_;
+  bool overwrite_;
+  std::optional<FileAttributes> like_;
+  MayReplace may_replace_;
+  StagingFolder staging_;
+  std::set<std::string> folders_ = {""};  ///< that were made, relative to it
+  Descriptor file_;
+  std::uint64_t position_ = 0, bytes_ = 0;
+  State state_ = State::hidden;
+  std::optional<SignalsWait> signals_wait_;  ///< while it may lose its name
+};
+
+}  // namespace tagrid

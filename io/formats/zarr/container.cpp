@@ -1,0 +1,169 @@
+#include "io/formats/zarr/container.h"
+
+#include <sys/stat.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "io/bytes/little_endian.h"
+#include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/output_file.h"
+#include "io/files/output_folder.h"
+#include "io/samples/file_sink.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+class FolderContainer final : public ZarrContainer {
+ public:
+  FolderContainer(const std::string& path, const SinkOptions& options)
+      : folder_(path, options.overwrite, options.like, has_zarr_metadata) {}
+
+  void begin(const std::string& key) override { folder_.begin(key); }
+  void write(std::span<const std::byte> bytes) override { folder_.write(bytes); }
+  void end() override { folder_.end(); }
+  void publish() override { folder_.publish(); }
+  void keep() override { folder_.keep(); }
+  std::uint64_t bytes_written() const override { return folder_.bytes(); }
+
+ private:
+  OutputFolder folder_;
+};
+
+/// Numbers, little endian, one after the other.
+class Record {
+ public:
+  template <class T>
+  Record& add(T number) {
+    bytes_.resize(bytes_.size() + sizeof number);
+    store_little_endian(&bytes_[bytes_.size() - sizeof number], number);
+    return *this;
+  }
+  Record& add_text(std::string_view text) {
+    const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    return *this;
+  }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+constexpr std::uint16_t version = 45;  // that of sizes of 64 bits
+constexpr std::uint16_t names_are_utf8 = 1u << 11;
+constexpr std::uint16_t first_of_1980 =
+    0x21;  // a date that says nothing, so that equal volumes are equal files
+constexpr std::uint16_t short_all = 0xffff;
+constexpr std::uint32_t in_extra = 0xffffffff;
+constexpr std::uint16_t extra_of_sizes = 1;
+
+/// Members are stored as they are, and their sizes have 64 bits: APPNOTE.TXT 6.3.10 of PKWARE, section 4.3.
+class ZipContainer final : public ZarrContainer {
+ public:
+  ZipContainer(const std::string& path, const SinkOptions& options)
+      : file_(path, options.overwrite, output_options(options)) {
+    if (!file_.can_seek())
+      throw UsageError(file_.name() +
+                       ": zip files are not written to pipes or devices; give the name of a file");
+  }
+
+  void begin(const std::string& key) override {
+    member_ = {.key = key, .header = file_.position()};
+    file_.write(header());
+  }
+  void write(std::span<const std::byte> bytes) override {
+    file_.write(bytes);
+    member_.size += bytes.size();
+    member_.crc = static_cast<std::uint32_t>(
+        crc32_z(member_.crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+  }
+  void end() override {
+    file_.write_at(member_.header, header());
+    add_to_table();
+  }
+  void publish() override {
+    end_of_table();
+    file_.publish();
+  }
+  void keep() override { file_.keep(); }
+  std::uint64_t bytes_written() const override { return file_.position(); }
+
+ private:
+  struct Member {
+    std::string key;
+    std::uint64_t header = 0, size = 0;
+    std::uint32_t crc = 0;
+  };
+
+  /// What the header of a member and its entry in the table have in common, after the version that made it.
+  void add_facts(Record& record) const {
+    record.add(version).add(names_are_utf8).add(std::uint16_t{0}).add(std::uint16_t{0}).add(first_of_1980);
+    record.add(member_.crc).add(in_extra).add(in_extra).add(static_cast<std::uint16_t>(member_.key.size()));
+  }
+  std::vector<std::byte> header() const {
+    Record record;
+    record.add(std::uint32_t{0x04034b50});
+    add_facts(record);
+    record.add(std::uint16_t{4 + 16}).add_text(member_.key);
+    record.add(extra_of_sizes).add(std::uint16_t{16}).add(member_.size).add(member_.size);
+    return record.bytes();
+  }
+  void add_to_table() {
+    constexpr std::uint16_t made_on_unix = 3u << 8u | version;
+    Record record;
+    record.add(std::uint32_t{0x02014b50}).add(made_on_unix);
+    add_facts(record);
+    record.add(std::uint16_t{4 + 24}).add(std::uint16_t{0}).add(std::uint16_t{0}).add(std::uint16_t{0});
+    record.add(std::uint32_t{(S_IFREG | 0644u) << 16u}).add(in_extra).add_text(member_.key);
+    record.add(extra_of_sizes).add(std::uint16_t{24}).add(member_.size).add(member_.size).add(member_.header);
+    table_.insert(table_.end(), record.bytes().begin(), record.bytes().end());
+    ++members_;
+  }
+  void end_of_table() {
+    const std::uint64_t begin = file_.position(), size = table_.size(), end = begin + size;
+    using namespace std::string_view_literals;
+    constexpr std::string_view comment = "{\"ome\": {\"version\": \"0.5\"}}\0"sv;
+    Record record;
+    record.add(std::uint32_t{0x06064b50}).add(std::uint64_t{44}).add(version).add(version);
+    record.add(std::uint32_t{0}).add(std::uint32_t{0}).add(members_).add(members_).add(size).add(begin);
+    record.add(std::uint32_t{0x07064b50}).add(std::uint32_t{0}).add(end).add(std::uint32_t{1});
+    record.add(std::uint32_t{0x06054b50})
+        .add(std::uint16_t{0})
+        .add(std::uint16_t{0})
+        .add(short_all)
+        .add(short_all);
+    record.add(in_extra).add(in_extra).add(static_cast<std::uint16_t>(comment.size())).add_text(comment);
+    file_.write(table_);
+    file_.write(record.bytes());
+  }
+
+  OutputFile file_;
+  Member member_;
+  std::vector<std::byte> table_;
+  std::uint64_t members_ = 0;
+};
+
+}  // namespace
+
+bool has_zarr_metadata(const std::string& folder) {
+  std::error_code unknown;
+  return std::ranges::any_of(std::array{"/zarr.json", "/.zgroup", "/.zarray"}, [&](const char* name) {
+    return std::filesystem::is_regular_file(folder + name, unknown);
+  });
+}
+
+std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options) {
+  if (path == "-")
+    throw UsageError("Zarr is not written to the standard output; give the name of a directory");
+  if (lower_case(path).ends_with(".ozx")) return std::make_unique<ZipContainer>(path, options);
+  return std::make_unique<FolderContainer>(path, options);
+}
+
+}  // namespace tagrid
