@@ -113,6 +113,8 @@ export interface OpenOptions {
   connections?: number;
   /** How often a request is repeated after a failure that may pass. The default is 3. */
   retries?: number;
+  /** Milliseconds without a byte after which a request counts as failed. The default is 30000. */
+  timeout?: number;
   /** Bytes of compressed bricks that are kept. The default is 64 MB. */
   blockCache?: number;
   /** Bytes of decoded bricks that are kept. The default is 256 MB. */
