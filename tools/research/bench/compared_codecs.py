@@ -13,6 +13,7 @@ from running import Failure, output_of
 
 class Tagrid(Codec):
     name = "tagrid"
+    target = "--max-error"
     encodes_in_parallel = decodes_in_parallel = True
 
     def missing(self):
@@ -22,7 +23,7 @@ class Tagrid(Codec):
         return output_of(self.tagrid, "--version").split()[-1]
 
     def encode(self, work, setting, threads):
-        return [self.tagrid, "encode", work.volume.path.absolute(), "-q", "-f", "-T", threads, "--max-error", setting,
+        return [self.tagrid, "encode", work.volume.path.absolute(), "-q", "-f", "-T", threads, self.target, setting,
                 "-o", "coded"]
 
     def decode(self, work, setting, threads):
@@ -117,11 +118,9 @@ class Sperr(OfFloats):
         return [self.program, "-d", "coded", "--decomp_f", "decoded.raw", *self.threads(threads)]
 
 
-class SperrOfPsnr(Sperr):
-    """SPERR with a PSNR, that of tagrid at a bound, instead of a bound: this is where it is at its best."""
+class OfPsnr:
+    """Codecs that are asked for a PSNR, that of tagrid at a bound, instead of a bound."""
 
-    name = "SPERR --psnr"
-    target = "--psnr"
     keeps_bounds = False
 
     def refusal(self, work, bound):
@@ -129,6 +128,21 @@ class SperrOfPsnr(Sperr):
 
     def first_setting(self, bound, psnr):
         return psnr
+
+    def next_setting(self, row, psnr):
+        return None
+
+
+class TagridOfPsnr(OfPsnr, Tagrid):
+    name = "tagrid --psnr"
+    target = "--psnr"
+
+
+class SperrOfPsnr(OfPsnr, Sperr):
+    """This is where SPERR is at its best."""
+
+    name = "SPERR --psnr"
+    target = "--psnr"
 
     def next_setting(self, row, psnr):
         """It often exceeds the requested PSNR; with a lower request it meets the wanted one."""
@@ -240,7 +254,7 @@ class Copy(Lossless):
         return ["cp", "coded", "decoded.raw"]
 
 
-ALL = (Tagrid, JpegLs, Sz3, Sperr, SperrOfPsnr, Zfp, JpegXl, Zstd, Copy)
+ALL = (Tagrid, TagridOfPsnr, JpegLs, Sz3, Sperr, SperrOfPsnr, Zfp, JpegXl, Zstd, Copy)
 
 
 def present(names, tagrid):

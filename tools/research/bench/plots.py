@@ -8,7 +8,7 @@ import rates
 from running import WORLD, Failure, say
 
 # Colors that the color-blind can tell apart (Okabe and Ito); tagrid is black, and thicker.
-COLORS = {"tagrid": "#000000", "JPEG-LS": "#0072B2", "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
+COLORS = {"tagrid": "#000000", "tagrid --psnr": "#666666", "JPEG-LS": "#0072B2", "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
            "zfp": "#CC79A7", "JPEG XL": "#E69F00", "zstd -1": "#999999"}
 
 PREAMBLE = """set encoding utf8
@@ -40,7 +40,7 @@ def lines_of(results, volume, x_of):
         points = sorted(point for point in points if point[0] is not None)
         if points:
             blocks += block(f"codec{i}", points)
-            width = 3 if codec == "tagrid" else 1.5
+            width = 3 if codec.startswith("tagrid") else 1.5
             curves.append(f"$codec{i} using 1:2 with linespoints lw {width} pt 7 ps 0.4 lc rgb '{COLORS[codec]}' "
                           f"title {quoted(codec)}")
     return blocks, "plot " + ", ".join(curves) + "\n" if curves else ""
@@ -51,7 +51,7 @@ def rate_plot(results, volume):
     bounds = rates.bounds_of(results, volume)
 
     def position(row):
-        return bounds.index(row["bound"]) if row["codec"] != "SPERR --psnr" else None
+        return bounds.index(row["bound"]) if row["codec"] not in rates.OF_PSNR else None
 
     by_bound = lines_of(results, volume, position)
     by_psnr = lines_of(results, volume, lambda row: row["psnr"])
@@ -76,7 +76,7 @@ def speed_plot(results, volume):
     if not rates.rows_of(results, volume):
         return ""
     bound, threads = rates.speed_bound(results, volume), results["machine"]["threads"]
-    rows = [row for row in rates.rows_of(results, volume, bound=bound) if row["codec"] not in ("copy", "SPERR --psnr")]
+    rows = [row for row in rates.rows_of(results, volume, bound=bound) if row["codec"] not in ("copy", *rates.OF_PSNR)]
     bars = [("encode", 1, "#0072B2"), ("decode", 1, "#D55E00")]
     if threads > 1:
         bars = [("encode", 1, "#0072B2"), ("encode", threads, "#9ecae1"), ("decode", 1, "#D55E00"),

@@ -27,7 +27,7 @@ def circumstances(results):
 
 def sizes(results):
     """Bits per voxel at every bound: one line for each volume and bound, a column for each codec."""
-    codecs = [codec for codec in results["codecs"] if codec not in ("copy", "SPERR --psnr")]
+    codecs = [codec for codec in results["codecs"] if codec not in ("copy", *rates.OF_PSNR)]
     rows = []
     for volume in results["volumes"]:
         for bound in rates.bounds_of(results, volume):
@@ -55,7 +55,7 @@ def equal_psnr(results):
                 continue
             cells = []
             for other in others:
-                if other == "SPERR --psnr":
+                if other in rates.OF_PSNR:
                     direct = rates.row_of(results, volume, other, mine["bound"])
                     cells.append(f"{direct['bits']:.4f} ({number(direct['psnr'], 1)} dB)" if direct else "–")
                 else:
@@ -92,7 +92,7 @@ def speeds(results):
     rows = []
     for volume in results["volumes"]:
         for bound in dict.fromkeys((0, rates.speed_bound(results, volume))):
-            rows += [row for row in rates.rows_of(results, volume, bound=bound) if row["codec"] != "SPERR --psnr"]
+            rows += [row for row in rates.rows_of(results, volume, bound=bound) if row["codec"] not in rates.OF_PSNR]
     return full(results, rows)
 
 
@@ -115,7 +115,7 @@ SECTIONS = (
      "Entire files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
     ("Bits per voxel at the same PSNR", equal_psnr,
      "At the PSNR that tagrid reaches at E. Others: interpolated between the bounds that were measured (–: outside of "
-     "them); SPERR --psnr was asked for that PSNR, and has no bound."),
+     "them); tagrid --psnr and SPERR --psnr were asked for that PSNR, and have no bound."),
     ("Speed and memory", speeds,
      "Entire processes. Mvoxel/s by the clock; CPU s: user and system, 1 thread; MB: peak resident memory, 1 thread. "
      "× as fast: CPU seconds of the codec over those of tagrid."),
