@@ -149,9 +149,9 @@ class InstalledLibrary(unittest.TestCase):
     def test_it_exports_its_interface_and_nothing_else(self):
         shared = self.library / "libtagrid.so"
         names = [line.split()[-1] for line in run("nm", "-D", "--defined-only", shared).splitlines()]
-        declared = set(re.findall(r"\b(tagrid_\w+)\(", (ROOT / "include/tagrid/tagrid.h").read_text()))
-        declared = {name for name in declared if re.search(rf"TAGRID_API [^;]*\b{name}\(",
-                                                           (ROOT / "include/tagrid/tagrid.h").read_text())}
+        headers = "".join(header.read_text() for header in (ROOT / "include/tagrid").glob("*.h"))
+        declared = {name for name in re.findall(r"\b(tagrid_\w+)\(", headers)
+                    if re.search(rf"TAGRID_API [^;]*\b{name}\(", headers)}
         self.assertEqual(set(names), declared)
         self.assertIn("Library soname: [libtagrid.so.0]", run("readelf", "-d", shared))
 
