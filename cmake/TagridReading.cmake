@@ -27,10 +27,10 @@ if(EMSCRIPTEN)
   target_link_options(tagrid_reading PUBLIC -fwasm-exceptions)
   # Only the coder of 8 and 16 bits gains from loops that are unrolled, and what is not done for each sample may be slow.
   set(small ${sources})
-  list(FILTER small INCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/points)/")
+  list(FILTER small INCLUDE REGEX "/(io|pipeline|stages/brick)/")
   set_source_files_properties(${small} PROPERTIES COMPILE_OPTIONS -Os)
   set(plain ${sources})
-  list(FILTER plain EXCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/points|stages/values/wavefront)/")
+  list(FILTER plain EXCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/wavefront)/")
   set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS -O2)
 endif()
 # Whoever links it drops what only encoding needs.

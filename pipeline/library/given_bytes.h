@@ -14,8 +14,8 @@
 
 namespace tagrid::library {
 
-/// Thrown by a read of bytes that were not given. It passes through everything that reads: the call is repeated when
-/// the bytes are there.
+/// Thrown by a read of bytes that were not given. It passes through everything that reads: the call is
+/// repeated when the bytes are there.
 struct BytesAreMissing {};
 
 /// A source of given bytes. A read for which there are none is noted.

@@ -229,8 +229,8 @@ std::span<T> samples_in(std::vector<std::byte>& bytes) {
   return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
 }
 
-/// The samples of a brick, and the activity if they need it. `carried` receives the bytes of the activity that the
-/// values carry.
+/// The samples of a brick, and the activity if they need it. `carried` receives the bytes of the activity
+/// that the values carry.
 Status decode_values(BrickCodeView code, const CodingParameters& parameters, std::int64_t id,
                      std::int64_t slices, DecodedBrick& brick, std::vector<std::uint8_t>& carried) {
   assert(slices > 0);

@@ -119,8 +119,8 @@ struct BrickCodeView {
 Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
                     DecodedBrick& brick);
 
-/// Decodes only samples, as decode_brick() does with Wanted::samples. A program that calls nothing else needs no
-/// forecast of the activity.
+/// Decodes only samples, as decode_brick() does with Wanted::samples. A program that calls nothing else
+/// needs no forecast of the activity.
 Status decode_brick_samples(BrickCodeView code, const CodingParameters& parameters, std::int64_t id,
                             std::int64_t slices, DecodedBrick& brick);
 

@@ -1,5 +1,5 @@
-// The first six bytes of the input say which box is read, the rest is a .tag file. A caller that fetches what the library
-// lacks gets what a reader gives, or both fail.
+// The first six bytes of the input say which box is read, the rest is a .tag file. A caller that fetches
+// what the library lacks gets what a reader gives, or both fail.
 #include <algorithm>
 #include <cstring>
 #include <vector>

@@ -1,5 +1,5 @@
-// What JavaScript calls. Its numbers are doubles, so sizes and places are doubles here, too: files have fewer than 2^53
-// bytes.
+// What JavaScript calls. Its numbers are doubles, so sizes and places are doubles here, too: files have
+// fewer than 2^53 bytes.
 #include <emscripten.h>
 
 #include <cstddef>
@@ -46,8 +46,9 @@ EXPORTED int web_give(tagrid_blocks* blocks, double offset, const void* bytes, s
   return tagrid_blocks_give(blocks, static_cast<std::uint64_t>(offset), bytes, count);
 }
 
-// 3 dims, type, 3 + 3 + 9 numbers of the geometry and whether each is known, 3 bounds, 3 achieved ones, the range, the edge
-// of a brick, lead, volumes, and factors of overviews up to a 0: room for 34 + TAGRID_MOST_OVERVIEWS numbers.
+// 3 dims, type, 3 + 3 + 9 numbers of the geometry and whether each is known, 3 bounds, 3 achieved ones, the
+// range, the edge of a brick, lead, volumes, and factors of overviews up to a 0: room for 34 +
+// TAGRID_MOST_OVERVIEWS numbers.
 EXPORTED int web_info(tagrid_blocks* blocks, double* to) {
   tagrid_info info;
   tagrid_info_init(&info);
@@ -86,8 +87,9 @@ EXPORTED int web_volume(tagrid_blocks* blocks, double number, tagrid_blocks** re
   return tagrid_blocks_volume(blocks, static_cast<std::int64_t>(number), result);
 }
 
-// `numbers` has the six of a box, and then room for `room` times 12: number, low and high of the box, offset and bytes of
-// the range, bytes of the activity, slices. Returns how many are filled, or minus the status.
+// `numbers` has the six of a box, and then room for `room` times 12: number, low and high of the box,
+// offset and bytes of the range, bytes of the activity, slices. Returns how many are filled, or minus the
+// status.
 EXPORTED int web_plan(tagrid_blocks* blocks, double first, double* numbers, std::size_t room) {
   tagrid_box box;
   for (int axis = 0; axis < 3; ++axis) {

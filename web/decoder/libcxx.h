@@ -1,5 +1,5 @@
-// What Debian 12's emscripten (clang 14, libc++ 13) lacks of C++20, as far as the decoder uses it. It is compiled in front
-// of each source, so that the sources need not know. Debian 13's has all of this.
+// What Debian 12's emscripten (clang 14, libc++ 13) lacks of C++20, as far as the decoder uses it. It is
+// compiled in front of each source, so that the sources need not know. Debian 13's has all of this.
 #pragma once
 
 #include <algorithm>
@@ -58,7 +58,8 @@ void stable_sort(Range&& range, Less less, Projection projection) {
 
 }  // namespace ranges
 
-// A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits, which strtod takes.
+// A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits, which strtod
+// takes.
 inline from_chars_result from_chars(const char* first, const char* last, double& value) {
   const std::string text(first, last);
   const size_t begin = text.starts_with('-') ? 1 : 0;
