@@ -39,8 +39,10 @@ mkdir -p "$include"
 for header in hwy fmt xxhash.h xxh3.h; do
   if [ -e "/usr/include/$header" ]; then ln -sfn "/usr/include/$header" "$include/$header"; fi
 done
-[ -e "$include/hwy" ] && [ -e "$include/fmt" ] && [ -e "$include/xxhash.h" ] ||
-  { echo "libhwy-dev, libfmt-dev or libxxhash-dev is missing. On Debian: tools/install_packages.sh web" >&2; exit 69; }
+if [ ! -e "$include/hwy" ] || [ ! -e "$include/fmt" ] || [ ! -e "$include/xxhash.h" ]; then
+  echo "libhwy-dev, libfmt-dev or libxxhash-dev is missing. On Debian: tools/install_packages.sh web" >&2
+  exit 69
+fi
 
 for kind in simd scalar; do
   flags="-include $root/web/decoder/libcxx.h"
