@@ -72,7 +72,7 @@ class Writer:
                                 "values that matters, or field_scale")
         z, y, x = self._shape
         options: dict[str, Any] = {
-            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid": GRIDS.get(grid, 0),
+            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid": 0 if grid is None else GRIDS[grid],
             "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
         rule = error_rule(max_error, relative_error=relative_error, psnr=psnr, ratio=ratio, bits=bits)
         if rule and samples is None:
