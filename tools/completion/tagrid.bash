@@ -5,7 +5,7 @@ _tagrid_options() {
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
   local source="$headerless --from --series --dataset --gaps-ok --vdb-grid"
-  local error='--max-error --relative-error --psnr'
+  local error='--max-error --relative-error --psnr --ratio --bits'
   local encoding="$source --strip --surface-error --grid-only --grid --overviews --mesh-error --effort --accuracy
     --cube --lead --max-level --range --field-scale --brick"
   case $1 in
@@ -24,7 +24,7 @@ _tagrid_options() {
       echo "$run $memory --spool $error $encoding --parity --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
       ;;
-    estimate) echo "$run $memory --spool $encoding --errors -f --force" ;;
+    estimate) echo "$run $memory --spool $encoding --errors --psnr --ratio --bits -f --force" ;;
     formats) echo "-h --help --json -v --verbose" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
