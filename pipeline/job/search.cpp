@@ -22,7 +22,7 @@
 namespace tagrid {
 namespace {
 
-constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
+constexpr std::int64_t sampled_voxels = std::int64_t{1} << 24;
 
 // Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
 // the last two numbers. `least` needs no test; no number exceeds `most`.
@@ -163,7 +163,7 @@ struct Subject {
         source(volume),
         range(statistics_of(range_of_data(volume))),
         peak(range.finite > 0 ? range.high - range.low : 0),
-        trials(volume, given.parameters, given.usual_edge(), peak, most_sampled, progress) {
+        trials(volume, given.parameters, given.usual_edge(), peak, sampled_voxels, progress) {
     require(std::isfinite(peak),
             {"{}: {} is undefined for samples whose range is not finite", {volume.name(), setting}});
   }
@@ -189,7 +189,7 @@ struct Subject {
 // Bits a sample that a file takes besides the blocks of its bricks.
 double bits_besides(const Subject& subject, double max_error, double step, const Progress& progress) {
   constexpr double bytes_of_end = 300, bytes_of_index_entry = 12;
-  constexpr std::int64_t most_means = most_sampled / 64;
+  constexpr std::int64_t most_means = sampled_voxels / 64;
   const ResolvedOptions options = with_bound(subject.options, max_error, step);
   const TagHeader header{options.parameters, options.fields};
   const auto volume = one_of_volumes(subject.source, 0);
