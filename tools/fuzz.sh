@@ -19,7 +19,7 @@ while [ $# -gt 0 ]; do
     *) targets+=("$1"); shift ;;
   esac
 done
-[ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd nifti metaimage vendors bmp record part numbers file)
+[ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd nifti metaimage vendors bmp record part numbers file blocks)
 
 tools/install_packages.sh fuzz
 cmake --preset asan >/dev/null
@@ -35,9 +35,9 @@ elif [ -z "$seconds" ]; then
   echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
-declare -A runs=([header]=75000 [brick]=2000 [index]=37500 [nrrd]=10000 [nifti]=4000 [metaimage]=20000 [vendors]=7500 [bmp]=50000 [record]=175000 [part]=50000 [numbers]=250000 [file]=2000)
+declare -A runs=([header]=75000 [brick]=2000 [index]=37500 [nrrd]=10000 [nifti]=4000 [metaimage]=20000 [vendors]=7500 [bmp]=50000 [record]=175000 [part]=50000 [numbers]=250000 [file]=2000 [blocks]=10000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
-declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [bmp]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
+declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [bmp]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192 [blocks]=8192)
 
 fuzz() {
   local target=$1 corpus run effort

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
 # with other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper
+#   tools/install_packages.sh build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -17,6 +17,8 @@ test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev cla
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)
+# The decoder for browsers: 0.8 GB, and as much again for a browser to test it with.
+web=(emscripten nodejs ninja-build cmake libhwy-dev libfmt-dev libxxhash-dev xz-utils chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
@@ -24,8 +26,8 @@ pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

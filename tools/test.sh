@@ -6,7 +6,10 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/install_packages.sh test
-cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_MPI=ON -DTAGRID_HDF5=ON -DTAGRID_PYTHON=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
+# emscripten takes 0.8 GB, so it is not installed for this alone.
+web=OFF
+if command -v emcc >/dev/null && command -v node >/dev/null; then web=ON; fi
+cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_WEB=$web -DTAGRID_MPI=ON -DTAGRID_HDF5=ON -DTAGRID_PYTHON=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 # Each takes a minute or more, as it encodes what is large, searches for the least memory, or waits for a rank that is
 # killed, or repeats a quicker one with other types and volumes.
@@ -18,6 +21,7 @@ if [ "${1:-}" != --long ]; then
   ctest --preset release -j "$((2 * $(nproc)))" -E "$slow"
   echo "Left out, as they take minutes (tools/test.sh --long runs them):"
   ctest --preset release -N -R "$slow" | grep '#'
+  [ "$web" = ON ] || echo "Left out, as there is no emscripten (tools/install_packages.sh web): web/"
   tools/fuzz.sh
 else
   ctest --preset release -j "$((2 * $(nproc)))"

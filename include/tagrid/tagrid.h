@@ -82,7 +82,9 @@ typedef enum tagrid_status TAGRID_INT {
   /* The progress callback asked to stop. */
   TAGRID_CANCELLED = 6,
   /* A bug in the library. Please report it with the message. */
-  TAGRID_BUG = 7
+  TAGRID_BUG = 7,
+  /* The caller must give bytes of the file and call again. Only calls of tagrid_blocks.h return this. */
+  TAGRID_NEEDS_BYTES = 8
 } tagrid_status;
 
 /* A status in a few words of English, for example "broken input". */

@@ -13,20 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "io/files/byte_source.h"
 #include "io/files/system_call.h"
 
 namespace tagrid {
-
-/// Bytes that can be read in any order, by several threads: a file, or an object of a library's caller.
-class ByteSource {
- public:
-  virtual ~ByteSource() = default;
-  virtual std::uint64_t size() const = 0;
-  /// Fills `to` with bytes from `position` on. Throws WorldError. REQUIRES: position + to.size() <= size().
-  virtual void read_at(std::uint64_t position, std::span<std::byte> to) const = 0;
-  /// For messages; the path, for a file.
-  virtual const std::string& name() const = 0;
-};
 
 /// Bytes that are read in order: from a file, a pipe, or an object of a caller of the library. Every failure
 /// to read is a WorldError that names the input.
@@ -60,26 +50,6 @@ class FileSource : public ByteSource {
   Descriptor descriptor_;
   std::uint64_t base_ = 0;  ///< position of the first byte; not 0 if the standard input was partly read
   std::uint64_t size_ = 0;
-};
-
-/// A part of a source.
-class PartOfSource : public ByteSource {
- public:
-  /// `name` is for messages. REQUIRES: position + size <= source->size().
-  PartOfSource(std::shared_ptr<const ByteSource> source, std::uint64_t position, std::uint64_t size,
-               std::string name)
-      : source_(std::move(source)), position_(position), size_(size), name_(std::move(name)) {}
-
-  std::uint64_t size() const override { return size_; }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    source_->read_at(position_ + position, to);
-  }
-  const std::string& name() const override { return name_; }
-
- private:
-  std::shared_ptr<const ByteSource> source_;
-  std::uint64_t position_, size_;
-  std::string name_;
 };
 
 /// A source, read in order.

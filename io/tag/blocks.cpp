@@ -141,6 +141,16 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
   return {};
 }
 
+Status parse_bound_block(std::span<const std::byte> bytes, const CodingParameters& parameters,
+                         std::int64_t id, std::uint64_t activity_bytes, BrickBytes& brick) {
+  if (bytes.size() < 8) return Status::broken("an impossible size");
+  auto checksum = load_little_endian<std::uint64_t>(bytes.data());
+  if (Status status = parse_block(bytes.subspan(8), parameters, id, checksum, brick); !status.ok())
+    return status;
+  return brick.activity.size() == activity_bytes ? Status()
+                                                 : Status::broken("its size is not the one in the index");
+}
+
 Status split_block(std::span<const std::byte> block, std::int64_t id, BrickBytes& brick) {
   const auto body = block.subspan(4, load_little_endian<std::uint32_t>(block.data()));
   const auto activity_size = load_little_endian<std::uint32_t>(body.data());

@@ -61,6 +61,11 @@ std::uint64_t write_block(ByteSink& out, const CodingParameters& parameters, con
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
                    std::uint64_t& checksum, BrickBytes& brick);
 
+/// Reads a block as above, with the checksum before it in front; the index says that its activity has so many
+/// bytes.
+Status parse_bound_block(std::span<const std::byte> bytes, const CodingParameters& parameters,
+                         std::int64_t id, std::uint64_t activity_bytes, BrickBytes& brick);
+
 /// Takes a block apart whose length is possible, and whose checksum is known to be right.
 Status split_block(std::span<const std::byte> block, std::int64_t id, BrickBytes& brick);
 

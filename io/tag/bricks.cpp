@@ -2,23 +2,13 @@
 
 #include <algorithm>
 #include <cassert>
-#include <type_traits>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/files/file_attributes.h"
-#include "io/tag/file.h"
 
 namespace tagrid {
-namespace {
-
-struct HeaderOnly : IndexedTag {
-  explicit HeaderOnly(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {}
-};
-
-}  // namespace
 
 IndexedTag::IndexedTag(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
   const std::uint64_t size = source_->size();
@@ -110,6 +100,14 @@ TagBricks::Place TagBricks::place(std::int64_t brick) const {
 std::uint64_t TagBricks::start(std::int64_t brick) const { return place(brick).start(); }
 std::uint64_t TagBricks::block_bytes(std::int64_t brick) const { return place(brick).bytes(); }
 
+TagBricks::Block TagBricks::block(std::int64_t brick) const {
+  const Place at = place(brick);
+  const Block block = {at.start(), at.bytes(), at.sizes->activity[at.number]};
+  if (block.bytes > 4 + largest_body(parameters(), brick) + 8)
+    throw broken_part(name(), "brick " + std::to_string(brick), block.start, "an impossible size");
+  return block;
+}
+
 IndexEntry TagBricks::entry(std::int64_t brick) const {
   const Place at = place(brick);
   IndexEntry entry = (*pages_.statistics(pages_.layout().page_of(brick)))[at.number];
@@ -119,18 +117,11 @@ IndexEntry TagBricks::entry(std::int64_t brick) const {
 }
 
 BrickBytes TagBricks::read(std::int64_t brick) const {
-  const Place at = place(brick);
-  const std::uint64_t start = at.start(), size = at.bytes();
-  // Before anything is read: a false size takes no memory.
-  if (size > 4 + largest_body(parameters(), brick) + 8)
-    throw broken_part(name(), "brick " + std::to_string(brick), start, "an impossible size");
-  const std::vector<std::byte> bytes = bytes_at(start - 8, size + 8);
-  auto checksum = load_little_endian<std::uint64_t>(bytes.data());
+  const Block at = block(brick);
+  const std::vector<std::byte> bytes = bytes_at(at.start - 8, at.bytes + 8);
   BrickBytes result;
-  Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
-  if (status.ok() && result.activity.size() != at.sizes->activity[at.number])
-    status = Status::broken("its size is not the one in the index");
-  if (!status.ok()) throw broken_part(name(), "brick " + std::to_string(brick), start + size, status.what());
+  if (Status status = parse_bound_block(bytes, parameters(), brick, at.activity, result); !status.ok())
+    throw broken_part(name(), "brick " + std::to_string(brick), at.start + at.bytes, status.what());
   return result;
 }
 
@@ -200,62 +191,16 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
           }};
 }
 
-namespace {
-
-// What is read of a member; nothing if that is damaged, as the rest of the file may be intact.
-template <class Read>
-std::optional<std::invoke_result_t<Read>> if_intact(const Read& read) {
-  try {
-    return read();
-  } catch (const BrokenInput&) {
-    return std::nullopt;
-  }
-}
-
-}  // namespace
-
-TagSummary summary_of(const std::string& path) {
-  if (is_regular_input(path)) {
-    const TagBricks file(std::make_shared<FileSource>(path));
-    TagSummary summary = {file.header(), file.index(), file.sizes(), file.beginning_of_envelope(),
-                          file.parity()};
-    VolumeNames names(file.header());
-    for (const Member& member : file.index().members) {
-      if (member.is_overview())
-        summary.overviews.push_back(if_intact([&] { return file.parameters_of(member); }));
-      if (member.is_volume()) names.add(if_intact([&] { return file.name_of(member); }).value_or(""));
-    }
-    summary.volume_names = names.take();
-    return summary;
-  }
-  TagReader reader(path);
-  reader.read_to_end();
-  return summary_of(reader);
-}
-
-TagSummary summary_of(const TagReader& reader) {
-  const auto& overviews = reader.overviews();
-  return {reader.header(),      reader.index(),
-          reader.sizes(),       reader.beginning_of_envelope(),
-          reader.parity(),      {overviews.begin(), overviews.end()},
-          reader.volume_names()};
-}
-
-std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {
+const Member& member_of_overview(const TagBricks& file, std::int64_t factor) {
   std::string there;
   for (const Member& member : file.index().members) {
     if (!member.is_overview()) continue;
-    if (member.factor == factor) {
-      file.nested(member);
-      return file.bytes_of(member);
-    }
+    if (member.factor == factor) return member;
     there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
   }
   throw UsageError(file.name() + ": has no overview of " + std::to_string(factor) + "; " +
                    (there.empty() ? "it has none at all" : "it has " + there));
 }
-
-namespace {
 
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
   const int volumes = file.header().volumes;
@@ -266,7 +211,11 @@ const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
   return volume == 0 ? nullptr : &file.index().members[static_cast<std::size_t>(volume - 1)];
 }
 
-}  // namespace
+std::shared_ptr<const ByteSource> overview_in(const TagBricks& file, std::int64_t factor) {
+  const Member& member = member_of_overview(file, factor);
+  file.nested(member);
+  return file.bytes_of(member);
+}
 
 std::shared_ptr<const ByteSource> volume_in(std::shared_ptr<const ByteSource> file, std::int64_t volume) {
   const TagBricks all(file);
@@ -277,10 +226,6 @@ std::shared_ptr<const ByteSource> volume_in(std::shared_ptr<const ByteSource> fi
 std::shared_ptr<const TagBricks> volume_in(std::shared_ptr<const TagBricks> file, std::int64_t volume) {
   const Member* member = member_of_volume(*file, volume);
   return member ? file->nested(*member) : std::move(file);
-}
-
-int count_of_volumes(const std::string& path) {
-  return HeaderOnly(std::make_shared<FileSource>(path)).header().volumes;
 }
 
 }  // namespace tagrid

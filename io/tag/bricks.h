@@ -5,9 +5,10 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "io/files/file_bytes.h"
+#include "io/files/byte_source.h"
 #include "io/parity/layout.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
@@ -55,6 +56,11 @@ class IndexedTag {
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
 };
 
+/// A file of which only the header is read. Throws BrokenInput.
+struct HeaderOnly : IndexedTag {
+  explicit HeaderOnly(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {}
+};
+
 /// Reads a .tag file by its index: the header, directory and footer at once, and a brick when it is requested,
 /// with the page that knows where it is. Wrong bytes throw BrokenInput, which says where they are.
 class TagBricks : public IndexedTag {
@@ -73,6 +79,12 @@ class TagBricks : public IndexedTag {
   /// Position of the block of a brick in the file, and its size in bytes. Read the page of the brick.
   std::uint64_t start(std::int64_t brick) const;
   std::uint64_t block_bytes(std::int64_t brick) const;
+  /// What the index says of the block of a brick: where it is, its size, and that of its activity.
+  struct Block {
+    std::uint64_t start = 0, bytes = 0, activity = 0;
+  };
+  /// Throws BrokenInput also if no brick can have this size: a false size takes no memory.
+  Block block(std::int64_t brick) const;
   /// Where the page of the last brick ends.
   std::uint64_t end_of_pages() const { return pages_.start(pages_.layout().pages()); }
   /// What the index says of a brick. Reads both parts of its page.
@@ -122,6 +134,11 @@ struct TagSummary {
   std::vector<std::optional<CodingParameters>> overviews = {};
   std::vector<std::string> volume_names = {};  ///< of all volumes; empty if none has one
 };
+
+/// The overview with this factor in a file. Throws UsageError that names the overviews if there is none.
+const Member& member_of_overview(const TagBricks& file, std::int64_t factor);
+/// The volume with this number; null for volume 0. Throws UsageError that says how many there are.
+const Member* member_of_volume(const TagBricks& file, std::int64_t volume);
 
 /// The overview with this factor in a file, as the bytes of a file of its own. Throws BrokenInput, WorldError,
 /// and UsageError that names the overviews if there is none with this factor.

@@ -133,6 +133,7 @@ std::vector<std::byte> bytes_at(const ByteSource& source, std::uint64_t position
   if (position > source.size() || size > source.size() - position)
     throw BrokenInput(source.name() + ": before byte " + std::to_string(position + size) +
                       ": the file ends; it is truncated");
+  source.expect(position, size);
   std::vector<std::byte> bytes(memory_size(size));
   source.read_at(position, bytes);
   return bytes;
@@ -192,8 +193,11 @@ std::shared_ptr<const TagPages::Sizes> TagPages::sizes(std::int64_t page) const 
   return kept_->sizes.get(page, [&] {
     const PageFacts& known = facts(page);
     const std::uint64_t position = start(page) + known.brick_bytes;
+    // Memory for the entries is taken when their bytes are there.
+    const std::vector<std::byte> bytes =
+        columns(page, sizes_marker, position, known.sizes_bytes, sizes_entry);
     std::vector<IndexEntry> bricks(static_cast<std::size_t>(layout_.bricks_in(page)));
-    parse_sizes(columns(page, sizes_marker, position, known.sizes_bytes, sizes_entry), bricks);
+    parse_sizes(bytes, bricks);
     const auto sizes = std::make_shared<Sizes>();
     sizes->starts = {start(page)};
     sizes->starts.reserve(bricks.size() + 1);
@@ -213,10 +217,11 @@ std::shared_ptr<const std::vector<IndexEntry>> TagPages::statistics(std::int64_t
   return kept_->statistics.get(page, [&] {
     const PageFacts& known = facts(page);
     const std::uint64_t position = start(page) + known.brick_bytes + known.sizes_bytes;
+    const std::vector<std::byte> bytes =
+        columns(page, statistics_marker, position, known.statistics_bytes, statistics_entry);
     const auto bricks =
         std::make_shared<std::vector<IndexEntry>>(static_cast<std::size_t>(layout_.bricks_in(page)));
-    parse_statistics(columns(page, statistics_marker, position, known.statistics_bytes, statistics_entry),
-                     *bricks);
+    parse_statistics(bytes, *bricks);
     PageFacts range;
     take_range(*bricks, range);
     if (range.low != known.low || range.high != known.high)

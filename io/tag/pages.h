@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/file_bytes.h"
+#include "io/files/byte_source.h"
 #include "io/tag/index.h"
 
 namespace tagrid {

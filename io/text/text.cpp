@@ -1,7 +1,5 @@
 #include "io/text/text.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -109,11 +107,14 @@ std::string quoted(std::string_view text) {
   std::size_t end = std::min(text.size(), longest);
   const auto is_within_character = [&] { return (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; };
   for (int i = 0; i < 3 && end < text.size() && is_within_character(); ++i) --end;
-  return fmt::format("\"{}{}\"", printable(text.substr(0, end)), end < text.size() ? "..." : "");
+  std::string in_quotes = "\"";
+  in_quotes += printable(text.substr(0, end));
+  in_quotes += end < text.size() ? "...\"" : "\"";
+  return in_quotes;
 }
 
 std::string counted(std::uint64_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }
 
 std::string lower_case(std::string_view text) {
@@ -130,7 +131,7 @@ std::string printable(std::string_view text) {
         if (byte == '\n') return "\\n";
         if (byte == '\t') return "\\t";
         if (byte == '\r') return "\\r";
-        return fmt::format("\\x{:02x}", byte);
+        return {'\\', 'x', "0123456789abcdef"[byte >> 4], "0123456789abcdef"[byte & 15]};
       });
 }
 
@@ -140,7 +141,9 @@ std::string shown_output(const std::string& path) { return path == "-" ? "standa
 std::string text_of_name(std::string_view name) {
   return with_escapes(
       name, [](std::uint32_t code) { return code != 0xFFFD; },
-      [](unsigned char byte) { return fmt::format("{}{:02X}", replacement, byte); });
+      [](unsigned char byte) {
+        return std::string(replacement) + "0123456789ABCDEF"[byte >> 4] + "0123456789ABCDEF"[byte & 15];
+      });
 }
 
 std::string name_of_text(std::string_view text) {

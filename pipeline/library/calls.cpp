@@ -17,25 +17,6 @@ struct Message {
 };
 thread_local Message last_of_thread;
 
-tagrid_status status_of(const SortedError& error) {
-  if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
-  if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
-  switch (error.kind) {
-    case ErrorKind::usage:
-      return TAGRID_INVALID_ARGUMENT;
-    case ErrorKind::broken_input:
-      return TAGRID_BROKEN_INPUT;
-    case ErrorKind::closed_pipe:
-    case ErrorKind::world:
-      return TAGRID_IO_ERROR;
-    case ErrorKind::memory:
-      return TAGRID_OUT_OF_MEMORY;
-    case ErrorKind::bug:
-      break;
-  }
-  return TAGRID_BUG;
-}
-
 std::string message_of(const SortedError& error) {
   if (error.kind == ErrorKind::memory) return "out of memory";
   if (error.detail.problem != Problem::memory_limit || error.detail.sentence.terms.empty())
@@ -68,23 +49,6 @@ Progress progress_of(const tagrid_call& call) {
   return [function = call.progress, user = call.progress_user](std::uint64_t done, std::uint64_t total) {
     if (function(user, done, total) != 0) cancel();
   };
-}
-
-Box box_of(const tagrid_box& given, const Index3& dims) {
-  Box box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = given.low[axis];
-    box.high[axis] = given.high[axis] - 1;
-    require(given.low[axis] >= 0 && given.low[axis] < given.high[axis] && given.high[axis] <= dims[axis],
-            "the box is empty, or not within the volume");
-  }
-  return box;
-}
-
-Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size) {
-  if (strides != nullptr) return {strides[0], strides[1], strides[2]};
-  const auto size = static_cast<std::int64_t>(sample_size);
-  return {size, size * shape.x, size * shape.x * shape.y};
 }
 
 MessageOfEachThread::MessageOfEachThread() {

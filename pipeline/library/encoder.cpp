@@ -1,4 +1,6 @@
 // The encoder of the library.
+#include <fmt/format.h>
+
 #include <bit>
 #include <cmath>
 #include <memory>
@@ -6,6 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/geometry.h"
 #include "pipeline/encode/push_encoder.h"
+#include "pipeline/job/options.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/memory/plan.h"
 #include "stages/overview/block_sums.h"
@@ -105,6 +108,31 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
   return options;
 }
 
+// The lines of an NRRD header with the same content; "" if nothing is known.
+std::string nrrd_fields_of(const tagrid_geometry& geometry) {
+  const auto vector = [](const double* v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); };
+  if (!geometry.has_directions && !geometry.has_origin)
+    return geometry.has_spacing
+               ? spacings_line({geometry.spacing[0], geometry.spacing[1], geometry.spacing[2]})
+               : "";
+  const std::string origin =
+      geometry.has_origin ? "space origin: " + vector(geometry.origin) + "\n" : std::string();
+  bool is_known = geometry.has_spacing;
+  for (const double spacing : geometry.spacing) is_known &= !std::isnan(spacing);
+  // Directions would state a distance between samples, but it is unknown.
+  if (!geometry.has_directions && !is_known) {
+    const auto& s = geometry.spacing;
+    return (geometry.has_spacing ? spacings_line({s[0], s[1], s[2]}) : "") + "space dimension: 3\n" + origin;
+  }
+  std::string lines = "space dimension: 3\nspace directions:";
+  for (int axis = 0; axis < 3; ++axis) {
+    double along_axis[3] = {0, 0, 0};
+    along_axis[axis] = geometry.spacing[axis];
+    lines += fmt::format(" {}", vector(geometry.has_directions ? geometry.directions[axis] : along_axis));
+  }
+  return lines + "\n" + origin;
+}
+
 VolumeInfo volume_of(const tagrid_encode_options& given) {
   VolumeInfo info;
   for (int axis = 0; axis < 3; ++axis) info.dims[axis] = given.dims[axis];
@@ -127,6 +155,17 @@ tagrid_encode_options taken_over_options(const tagrid_encode_options* options) {
 }
 
 }  // namespace
+
+void tagrid_encode_options_init(tagrid_encode_options* options) {
+  if (!set_up(options)) return;
+  const EncodeOptions defaults;
+  options->max_error = options->surface_error = options->mesh_error = NAN;
+  options->accuracy = defaults.accuracy;
+  options->cube = defaults.cube_size;
+  options->lead = defaults.lead;
+  options->max_level = -1;
+  options->range[0] = options->range[1] = options->field_scale = NAN;
+}
 
 struct tagrid_encoder {
   std::unique_ptr<CallbackSink> sink;

@@ -1,24 +1,10 @@
-// Versions, texts and defaults of the library.
-#include <cmath>
-
-#include "pipeline/job/options.h"
+// Versions, texts and the defaults of structs.
+#include "pipeline/library/answers.h"
 #include "stages/sample/sample_type.h"
 #include "tagrid/tagrid.h"
 
 using namespace tagrid;
-
-namespace {
-
-// Everything 0 but the size; false if there is no struct.
-template <class Struct>
-bool set_up(Struct* given) {
-  if (given == nullptr) return false;
-  *given = {};
-  given->struct_size = sizeof *given;
-  return true;
-}
-
-}  // namespace
+using namespace tagrid::library;
 
 const char* tagrid_version(void) { return TAGRID_VERSION; }
 
@@ -30,8 +16,9 @@ const char* tagrid_status_text(tagrid_status status) {
                                    "the memory limit cannot be kept",
                                    "out of memory",
                                    "cancelled",
-                                   "a bug in the library"};
-  return status >= TAGRID_OK && status <= TAGRID_BUG ? texts[status] : "unknown status";
+                                   "a bug in the library",
+                                   "bytes are needed"};
+  return status >= TAGRID_OK && status <= TAGRID_NEEDS_BYTES ? texts[status] : "unknown status";
 }
 
 size_t tagrid_sample_size(tagrid_type type) {
@@ -52,15 +39,4 @@ void tagrid_mesh_options_init(tagrid_mesh_options* options) {
 
 void tagrid_surface_options_init(tagrid_surface_options* options) {
   if (set_up(options)) options->level = -1;
-}
-
-void tagrid_encode_options_init(tagrid_encode_options* options) {
-  if (!set_up(options)) return;
-  const EncodeOptions defaults;
-  options->max_error = options->surface_error = options->mesh_error = NAN;
-  options->accuracy = defaults.accuracy;
-  options->cube = defaults.cube_size;
-  options->lead = defaults.lead;
-  options->max_level = -1;
-  options->range[0] = options->range[1] = options->field_scale = NAN;
 }

@@ -120,13 +120,7 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
 }
 
 tagrid_status tagrid_reader_overviews(const tagrid_reader* reader, int64_t* factors) {
-  return with_file(reader, [&](const TagBricks& file) {
-    require(factors != nullptr, "there is no room for the factors");
-    static_assert(TAGRID_MOST_OVERVIEWS == most_members);
-    std::fill_n(factors, TAGRID_MOST_OVERVIEWS, 0);
-    for (const Member& member : file.index().members)
-      if (member.is_overview()) *factors++ = member.factor;
-  });
+  return with_file(reader, [&](const TagBricks& file) { list_overviews(file.index(), factors); });
 }
 
 tagrid_status tagrid_reader_overview(const tagrid_reader* reader, int64_t factor, tagrid_reader** overview) {

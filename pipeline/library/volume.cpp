@@ -1,6 +1,4 @@
-#include "pipeline/library/calls.h"
-
-#include <fmt/format.h>
+#include "pipeline/library/answers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +18,42 @@ void copy(const Index3& from, std::int64_t* to) {
 
 }  // namespace
 
+tagrid_status status_of(const SortedError& error) {
+  if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
+  if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
+  switch (error.kind) {
+    case ErrorKind::usage:
+      return TAGRID_INVALID_ARGUMENT;
+    case ErrorKind::broken_input:
+      return TAGRID_BROKEN_INPUT;
+    case ErrorKind::closed_pipe:
+    case ErrorKind::world:
+      return TAGRID_IO_ERROR;
+    case ErrorKind::memory:
+      return TAGRID_OUT_OF_MEMORY;
+    case ErrorKind::bug:
+      break;
+  }
+  return TAGRID_BUG;
+}
+
+Box box_of(const tagrid_box& given, const Index3& dims) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = given.low[axis];
+    box.high[axis] = given.high[axis] - 1;
+    require(given.low[axis] >= 0 && given.low[axis] < given.high[axis] && given.high[axis] <= dims[axis],
+            "the box is empty, or not within the volume");
+  }
+  return box;
+}
+
+Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size) {
+  if (strides != nullptr) return {strides[0], strides[1], strides[2]};
+  const auto size = static_cast<std::int64_t>(sample_size);
+  return {size, size * shape.x, size * shape.x * shape.y};
+}
+
 tagrid_geometry geometry_of_volume(const Geometry& geometry) {
   tagrid_geometry result = {};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -34,30 +68,6 @@ tagrid_geometry geometry_of_volume(const Geometry& geometry) {
   result.has_origin = geometry.has_origin;
   result.has_directions = geometry.has_directions;
   return result;
-}
-
-std::string nrrd_fields_of(const tagrid_geometry& geometry) {
-  const auto vector = [](const double* v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); };
-  if (!geometry.has_directions && !geometry.has_origin)
-    return geometry.has_spacing
-               ? spacings_line({geometry.spacing[0], geometry.spacing[1], geometry.spacing[2]})
-               : "";
-  const std::string origin =
-      geometry.has_origin ? "space origin: " + vector(geometry.origin) + "\n" : std::string();
-  bool is_known = geometry.has_spacing;
-  for (const double spacing : geometry.spacing) is_known &= !std::isnan(spacing);
-  // Directions would state a distance between samples, but it is unknown.
-  if (!geometry.has_directions && !is_known) {
-    const auto& s = geometry.spacing;
-    return (geometry.has_spacing ? spacings_line({s[0], s[1], s[2]}) : "") + "space dimension: 3\n" + origin;
-  }
-  std::string lines = "space dimension: 3\nspace directions:";
-  for (int axis = 0; axis < 3; ++axis) {
-    double along_axis[3] = {0, 0, 0};
-    along_axis[axis] = geometry.spacing[axis];
-    lines += fmt::format(" {}", vector(geometry.has_directions ? geometry.directions[axis] : along_axis));
-  }
-  return lines + "\n" + origin;
 }
 
 tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
@@ -98,6 +108,14 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.lead = p.lead;
   for (const std::uint64_t points : total.active) info.active_points += points;
   return info;
+}
+
+void list_overviews(const TagIndex& index, std::int64_t* factors) {
+  require(factors != nullptr, "there is no room for the factors");
+  static_assert(TAGRID_MOST_OVERVIEWS == most_members);
+  std::fill_n(factors, TAGRID_MOST_OVERVIEWS, 0);
+  for (const Member& member : index.members)
+    if (member.is_overview()) *factors++ = member.factor;
 }
 
 }  // namespace tagrid::library

@@ -229,51 +229,69 @@ std::span<T> samples_in(std::vector<std::byte>& bytes) {
   return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
 }
 
-}  // namespace
-
-Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
-                    DecodedBrick& brick) {
-  const Index3 position = parameters.bricks().position(request.id);
-  const bool values_first = activity_follows_values(parameters),
-             grid = request.wanted == Wanted::samples_and_grid;
-  assert(request.slices > 0 && (!grid || request.slices == all_slices));
-  Status status;
-  std::vector<std::uint8_t> carried;
-  brick = {};
-  brick.id = request.id;
+/// The samples of a brick, and the activity if they need it. `carried` receives the bytes of the activity that the
+/// values carry.
+Status decode_values(BrickCodeView code, const CodingParameters& parameters, std::int64_t id,
+                     std::int64_t slices, DecodedBrick& brick, std::vector<std::uint8_t>& carried) {
+  assert(slices > 0);
   const BrickGrid bricks = parameters.bricks();
+  const Index3 position = bricks.position(id);
+  const bool values_first = activity_follows_values(parameters);
+  brick = {};
+  brick.id = id;
   if (!parameters.stores_activity() && !code.activity.empty())
     return Status::broken("a brick has a grid, but the file stores none");
+  if (!values_first) {
+    brick.active = LatticeBits(bricks.closed_box(position));
+    if (Status status =
+            decode_activity(code.activity, {}, parameters.cube_size, parameters.max_level, brick.active);
+        !status.ok())
+      return status;
+  }
   const auto bytes_of = [&](const Box& box) {
     return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
   };
+  Box returned = bricks.owned_box(position);
+  if (parameters.mode == FileMode::voxels)
+    returned.high.z = returned.low.z + std::min(slices, returned.size().z) - 1;
+  brick.samples = bytes_of(returned);
+  if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
+  Status status;
   with_sample_type(parameters.type, [&](auto type) {
     using T = decltype(type);
-    const auto decode_activity = [&] {
-      status = decode_brick_activity<T>(code.activity, samples_in<T>(brick.samples), parameters, position,
-                                        brick.active);
-    };
-    if (!values_first) decode_activity();
-    if (!status.ok()) return;
-    Box returned = bricks.owned_box(position);
-    if (parameters.mode == FileMode::voxels)
-      returned.high.z = returned.low.z + std::min(request.slices, returned.size().z) - 1;
-    brick.samples = bytes_of(returned);
-    if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
     status = decode_brick_values<T>(code.values, brick.active, parameters, position,
                                     {samples_in<T>(brick.samples), samples_in<T>(brick.points), carried});
-    if (!status.ok()) return;
-    if (!carried.empty() && !(values_first && parameters.stores_activity())) {
-      status = Status::broken("the values carry bytes of an activity that does not follow them");
-      return;
-    }
-    if (!values_first || !grid || !parameters.stores_activity()) return;
-    carried.insert(carried.end(), code.activity.begin(), code.activity.end());
-    code.activity = carried;
-    decode_activity();
   });
-  if (!grid) brick.points = {};
-  if (!grid) brick.active = LatticeBits();
+  if (status.ok() && !carried.empty() && !(values_first && parameters.stores_activity()))
+    return Status::broken("the values carry bytes of an activity that does not follow them");
+  return status;
+}
+
+}  // namespace
+
+Status decode_brick_samples(BrickCodeView code, const CodingParameters& parameters, std::int64_t id,
+                            std::int64_t slices, DecodedBrick& brick) {
+  std::vector<std::uint8_t> carried;
+  const Status status = decode_values(code, parameters, id, slices, brick, carried);
+  brick.points = {};
+  brick.active = LatticeBits();
+  return status;
+}
+
+Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
+                    DecodedBrick& brick) {
+  if (request.wanted == Wanted::samples)
+    return decode_brick_samples(code, parameters, request.id, request.slices, brick);
+  assert(request.slices == all_slices);
+  std::vector<std::uint8_t> carried;
+  Status status = decode_values(code, parameters, request.id, all_slices, brick, carried);
+  if (!status.ok() || !activity_follows_values(parameters) || !parameters.stores_activity()) return status;
+  carried.insert(carried.end(), code.activity.begin(), code.activity.end());
+  with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    status = decode_brick_activity<T>(carried, samples_in<T>(brick.samples), parameters,
+                                      parameters.bricks().position(request.id), brick.active);
+  });
   return status;
 }
 

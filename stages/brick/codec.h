@@ -119,6 +119,11 @@ struct BrickCodeView {
 Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
                     DecodedBrick& brick);
 
+/// Decodes only samples, as decode_brick() does with Wanted::samples. A program that calls nothing else needs no
+/// forecast of the activity.
+Status decode_brick_samples(BrickCodeView code, const CodingParameters& parameters, std::int64_t id,
+                            std::int64_t slices, DecodedBrick& brick);
+
 /// The peak of the heap that decode_brick() takes, including the decoded brick.
 std::uint64_t working_bytes_of_decoding(const CodingParameters& parameters, Index3 brick, Wanted wanted);
 

@@ -424,6 +424,10 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   for (const Input& file : small_files()) {
     add_parts(file, seeds);
     seeds["file"].push_back(file);
+    // All of the volume.
+    Input input = {0, 0, 0, 63, 63, 63};
+    input.insert(input.end(), file.begin(), file.end());
+    seeds["blocks"].push_back(input);
   }
   add_bricks(seeds);
   add_bricks_of_few(seeds);

@@ -38,6 +38,8 @@ void part(Bytes bytes);
 void numbers(Bytes bytes);
 /// A whole .tag file: from a file and from a pipe, decoded, verified, meshed.
 void file(Bytes bytes);
+/// A whole .tag file, read a block at a time; see blocks_target.cpp.
+void blocks(Bytes bytes);
 
 struct Target {
   std::string_view name;
@@ -47,7 +49,8 @@ struct Target {
 inline constexpr Target targets[] = {{"header", header},   {"brick", brick},     {"index", index},
                                      {"nrrd", nrrd},       {"nifti", nifti},     {"metaimage", metaimage},
                                      {"vendors", vendors}, {"bmp", bmp},         {"record", record},
-                                     {"part", part},       {"numbers", numbers}, {"file", file}};
+                                     {"part", part},       {"numbers", numbers}, {"file", file},
+                                     {"blocks", blocks}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

@@ -17,17 +17,18 @@ namespace {
 using Vector = std::array<double, 3>;
 using Fields = std::map<std::string_view, std::string_view>;
 
+[[noreturn]] void refuse(const std::string& what) { throw BrokenInput("NRRD header: " + what); }
+
 Fields fields_of(std::string_view nrrd_fields) {
   Fields fields;
   // Otherwise a header that contains these lines would not give them back.
   if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
-    throw BrokenInput("NRRD header: lines here must end with a single line feed");
+    refuse("lines here must end with a single line feed");
   for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     if (line.kind != NrrdLine::Kind::field) continue;
-    if (is_storage_field(line.field))
-      throw BrokenInput(fmt::format("NRRD header: \"{}\" is not expected here", line.field));
+    if (is_storage_field(line.field)) refuse(std::string(line.field) + " is not expected here");
     if (!fields.emplace(line.field, line.value).second)
-      throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", line.field));
+      refuse(std::string(line.field) + " is given twice");
   }
   return fields;
 }
@@ -47,13 +48,12 @@ Vector three_numbers(std::string_view field, std::string_view value) {
     good = number && !std::isinf(*number);
     if (good) numbers[i] = *number;
   }
-  if (!good) throw BrokenInput(fmt::format("NRRD header: {} {} must be 3 numbers", field, quoted(value)));
+  if (!good) refuse(std::string(field) + " " + quoted(value) + " must be 3 numbers");
   return numbers;
 }
 
 [[noreturn]] void refuse_none(std::string_view field) {
-  throw BrokenInput(fmt::format(
-      "NRRD header: {} with \"none\" is not supported: each of the three axes must be one of space", field));
+  refuse(std::string(field) + " with \"none\" is not supported: each of the three axes must be one of space");
 }
 
 /// Removes and returns the vector "(a,b,c)" in front of `rest`. An unknown vector is three NaNs.
@@ -66,22 +66,20 @@ Vector take_vector(std::string_view field, std::string_view& rest) {
   if (!numbers || numbers->size() != 3 ||
       std::ranges::any_of(*numbers, [](double n) { return std::isinf(n); }) ||
       std::ranges::any_of(*numbers, is_unknown) != std::ranges::all_of(*numbers, is_unknown))
-    throw BrokenInput(fmt::format("NRRD header: {}: {} must begin with a vector (a,b,c) of 3 numbers", field,
-                                  quoted(rest)));
+    refuse(std::string(field) + ": " + quoted(rest) + " must begin with a vector (a,b,c) of 3 numbers");
   rest = begin.substr(end);
   return {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
 void expect_end(std::string_view field, std::string_view rest) {
-  if (!words_of(rest).empty())
-    throw BrokenInput(fmt::format("NRRD header: {}: unexpected {} at the end", field, quoted(rest)));
+  if (!words_of(rest).empty()) refuse(std::string(field) + ": unexpected " + quoted(rest) + " at the end");
 }
 
 void read_spacings(std::string_view value, Geometry& geometry) {
   geometry.spacing = three_numbers("spacings", value);
   geometry.has_spacing = true;
   for (double spacing : geometry.spacing)
-    if (spacing == 0) throw BrokenInput("NRRD header: a spacing is 0");
+    if (spacing == 0) refuse("a spacing is 0");
 }
 
 void read_directions(std::string_view rest, Geometry& geometry) {
@@ -93,16 +91,15 @@ void read_directions(std::string_view rest, Geometry& geometry) {
   }
   expect_end("space directions", rest);
   geometry.has_spacing = geometry.has_directions = true;
-  if (determinant(geometry.directions) == 0)
-    throw BrokenInput("NRRD header: the space directions do not span a volume");
+  if (determinant(geometry.directions) == 0) refuse("the space directions do not span a volume");
 }
 
 void check_space(const Fields& fields) {
   if (const auto value = find(fields, "space dimension"); value && *value != "3")
-    throw BrokenInput("NRRD header: only a space dimension of 3 is supported");
+    refuse("only a space dimension of 3 is supported");
   const std::string space = lower_case(find(fields, "space").value_or(""));
   if (space.ends_with("time") || space == "rast" || space == "last" || space == "lpst")
-    throw BrokenInput("NRRD header: the space " + quoted(space) + " has four dimensions; 3 are supported");
+    refuse("the space " + quoted(space) + " has four dimensions; 3 are supported");
 }
 
 /// A volume has one number at each position, and each of its axes is spatial. With the other kinds of the
@@ -111,16 +108,12 @@ void check_space(const Fields& fields) {
 /// "none" and "???" give no information, like a header without kinds; writers use "domain" for spatial axes.
 void check_kinds(std::string_view value) {
   const auto kinds = words_of(value);
-  if (kinds.size() != 3)
-    throw BrokenInput(
-        fmt::format("NRRD header: kinds: {}: must be 3 words, one for each axis", quoted(value)));
+  if (kinds.size() != 3) refuse("kinds: " + quoted(value) + ": must be 3 words, one for each axis");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (is_spatial_kind(kinds[axis])) continue;
-    throw BrokenInput(
-        fmt::format("NRRD header: kinds: axis {} has kind {}, so this is not a volume of single values; all "
-                    "three axes must have kind domain, space or none; extract one component or time point "
-                    "first, for example with unu slice",
-                    axis, quoted(kinds[axis])));
+    refuse("kinds: axis " + std::to_string(axis) + " has kind " + quoted(kinds[axis]) +
+           ", so this is not a volume of single values; all three axes must have kind domain, space or none; "
+           "extract one component or time point first, for example with unu slice");
   }
 }
 

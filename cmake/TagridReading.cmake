@@ -1,0 +1,36 @@
+# The half of libtagrid that reads a block at a time, behind include/tagrid/tagrid_blocks.h, as one static library. The
+# same sources are in the rooms of the whole library. Here, a source that includes or links anything else does not
+# build.
+set(rooms stages/grid stages/sample stages/bound stages/criterion stages/entropy stages/activity stages/values/prediction
+          stages/values/best stages/values/few stages/values/points stages/values/transform stages/values/voxels
+          stages/values/wavefront stages/values/wide stages/brick io/bytes)
+set(sources io/errors/errors.cpp io/text/text.cpp io/volume/volume_info.cpp
+            io/formats/nrrd/axes.cpp io/formats/nrrd/geometry.cpp io/formats/nrrd/line.cpp
+            io/parity/layout.cpp
+            io/tag/blocks.cpp io/tag/bricks.cpp io/tag/header.cpp io/tag/index.cpp io/tag/members.cpp io/tag/pages.cpp
+            pipeline/reading/region.cpp
+            pipeline/library/blocks.cpp pipeline/library/general.cpp pipeline/library/volume.cpp)
+list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/)
+foreach(room IN LISTS rooms)
+  file(GLOB of_room CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${room}/*.cpp)
+  list(APPEND sources ${of_room})
+endforeach()
+
+add_library(tagrid_reading STATIC ${sources})
+target_include_directories(tagrid_reading PRIVATE ${PROJECT_SOURCE_DIR} PUBLIC ${PROJECT_SOURCE_DIR}/include)
+target_link_libraries(tagrid_reading PUBLIC zstd::libzstd xxhash::xxhash PRIVATE tagrid_hwy fmt::fmt)
+target_compile_definitions(tagrid_reading PRIVATE TAGRID_VERSION="${PROJECT_VERSION}")
+if(EMSCRIPTEN)
+  # A module is linked once, at a place of its own.
+  set_target_properties(tagrid_reading zstd_decompress xxhash PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(tagrid_reading PUBLIC -fwasm-exceptions)
+  target_link_options(tagrid_reading PUBLIC -fwasm-exceptions)
+  # What is not done for each sample is small rather than fast.
+  list(FILTER sources INCLUDE REGEX "/(io|pipeline|stages/(activity|brick|values/few))/")
+  set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS -Os)
+endif()
+# Whoever links it drops what only encoding needs.
+target_compile_options(tagrid_reading PRIVATE -ffunction-sections -fdata-sections)
+if(EMSCRIPTEN)
+  add_subdirectory(web/decoder)
+endif()

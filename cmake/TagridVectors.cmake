@@ -1,0 +1,17 @@
+# The instruction sets for which vector code is compiled: AVX-512, AVX2, SSE4 or NEON, and none. Every source with vector code
+# has to be told the same. Vectors whose length is not known when compiling are not supported. 0x50 are HWY_AVX3_SPR and
+# HWY_AVX3_ZEN4, names that Highway 1.0 does not have.
+# Sanitizers look at one set beside none, since all come from one source.
+set(left_out 0x50|HWY_SSSE3|HWY_AVX3_DL|HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128|HWY_RVV)
+if(TAGRID_SANITIZE)
+  string(APPEND left_out |HWY_AVX3|HWY_SSE4)
+endif()
+target_compile_definitions(tagrid_hwy INTERFACE HWY_DISABLED_TARGETS=\(${left_out}\))
+# Its assertions need its library, of which only the headers are used.
+target_compile_definitions(tagrid_hwy INTERFACE HWY_IS_DEBUG_BUILD=0)
+if(TAGRID_SANITIZE)
+  target_compile_definitions(tagrid_hwy INTERFACE TAGRID_SMALL_CODE)
+endif()
+if(TAGRID_SCALAR)
+  target_compile_definitions(tagrid_hwy INTERFACE HWY_COMPILE_ONLY_SCALAR)
+endif()

@@ -1,0 +1,324 @@
+// The half of the library that reads without threads and files: see tagrid_blocks.h.
+#include "io/tag/blocks.h"
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "io/tag/bricks.h"
+#include "pipeline/library/answers.h"
+#include "pipeline/library/given_bytes.h"
+#include "pipeline/reading/region.h"
+#include "stages/brick/codec.h"
+
+using namespace tagrid;
+using namespace tagrid::library;
+
+struct tagrid_blocks {
+  std::shared_ptr<GivenBytes> given;         ///< the whole file
+  std::shared_ptr<const ByteSource> source;  ///< the file, or the member that this is about
+  std::uint64_t base = 0;                    ///< position of the source in the file
+  std::unique_ptr<const TagBricks> file;     ///< null until it is open
+  std::vector<std::byte> header;
+  SharedMessage message;
+};
+
+struct tagrid_decoder {
+  CodingParameters parameters;
+  bool is_open = false;
+  DecodedBrick brick;
+  SharedMessage message;
+};
+
+namespace {
+
+// Pages that one call asks for at once.
+constexpr std::size_t most_pages_at_once = 64;
+// Of the header, so many bytes are asked for before its size is known.
+constexpr std::uint64_t first_bytes = 4096;
+// What a call takes besides samples and copies of blocks: messages and small tables.
+constexpr std::uint64_t small_things = 1 << 16;
+
+template <class Handle, class Work>
+tagrid_status answer(Handle& handle, Work work) noexcept {
+  std::string message;
+  tagrid_status status = TAGRID_OUT_OF_MEMORY;
+  try {
+    work();
+    return TAGRID_OK;
+  } catch (const BytesAreMissing&) {
+    return TAGRID_NEEDS_BYTES;
+  } catch (...) {
+    try {
+      SortedError error = sorted_error(std::current_exception());
+      status = status_of(error);
+      message = status == TAGRID_OUT_OF_MEMORY ? "out of memory" : std::move(error.message);
+    } catch (...) {
+      // There is no memory for the message.
+      message.clear();
+    }
+  }
+  handle.message.set(std::move(message));
+  return status;
+}
+
+// Does the work of a call that may lack bytes.
+template <class Work>
+tagrid_status read(tagrid_blocks* blocks, Work work) noexcept {
+  if (blocks == nullptr) return TAGRID_INVALID_ARGUMENT;
+  blocks->given->begin();
+  const tagrid_status status = answer(*blocks, work);
+  if (status != TAGRID_NEEDS_BYTES) blocks->given->forget();
+  return status;
+}
+
+template <class Work>
+tagrid_status read_open(tagrid_blocks* blocks, Work work) noexcept {
+  return read(blocks, [&] {
+    require(blocks->file != nullptr, "the file is not open");
+    work(*blocks->file);
+  });
+}
+
+// What opening a source surely needs is asked for at once.
+void expect_both_ends(const GivenBytes& given, std::uint64_t base, std::uint64_t size) {
+  const std::uint64_t beginning = std::min(size, first_bytes), end = std::min(size, largest_end);
+  const bool has_beginning = given.has(base, beginning), has_end = given.has(base + size - end, end);
+  if (!has_beginning || !has_end) throw BytesAreMissing();
+}
+
+void open(tagrid_blocks& blocks) {
+  expect_both_ends(*blocks.given, blocks.base, blocks.source->size());
+  auto file = std::make_unique<const TagBricks>(blocks.source);
+  blocks.header = bytes_at(*blocks.source, 0, file->sizes().header);
+  blocks.file = std::move(file);
+}
+
+// Opens a member of the file.
+void open_nested(tagrid_blocks& outer, const Member& member, tagrid_blocks** result) {
+  const std::uint64_t base = outer.base + member.content();
+  expect_both_ends(*outer.given, base, member.length);
+  outer.file->nested(member);  // checks that it is one of this file
+  auto nested = std::make_unique<tagrid_blocks>();
+  nested->given = outer.given;
+  nested->source = outer.file->bytes_of(member);
+  nested->base = base;
+  open(*nested);
+  *result = nested.release();
+}
+
+// The bricks along each axis that hold samples of a box of lattice points.
+Box bricks_with(const Box& points, const BrickGrid& bricks) {
+  Box positions;
+  for (int axis = 0; axis < 3; ++axis) {
+    positions.low[axis] = bricks.owner(points.low[axis]);
+    positions.high[axis] = bricks.owner(points.high[axis]);
+  }
+  return positions;
+}
+
+tagrid_block described(const tagrid_blocks& blocks, const Region& region, std::int64_t number) {
+  const TagBricks& file = *blocks.file;
+  const BrickGrid bricks = file.parameters().bricks();
+  const Box owned = bricks.owned_box(bricks.position(number)), samples = bricks.domain.samples_at(owned);
+  tagrid_block block = {};
+  block.number = number;
+  for (int axis = 0; axis < 3; ++axis) {
+    block.box.low[axis] = samples.low[axis];
+    block.box.high[axis] = samples.high[axis] + 1;
+  }
+  const TagBricks::Block at = file.block(number);
+  block.range = {blocks.base + at.start - 8, at.bytes + 8};
+  block.activity_bytes = at.activity;
+  block.slices = slices_until(region, owned);
+  return block;
+}
+
+bool has_brick(const CodingParameters& parameters, const tagrid_block* block) {
+  return block != nullptr && block->number >= 0 && block->number < parameters.bricks().count();
+}
+
+}  // namespace
+
+tagrid_status tagrid_blocks_create(uint64_t file_bytes, tagrid_blocks** blocks) {
+  if (blocks == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *blocks = nullptr;
+  try {
+    auto made = std::make_unique<tagrid_blocks>();
+    made->given = std::make_shared<GivenBytes>(file_bytes);
+    made->source = made->given;
+    *blocks = made.release();
+    return TAGRID_OK;
+  } catch (...) {
+    return TAGRID_OUT_OF_MEMORY;
+  }
+}
+
+void tagrid_blocks_close(tagrid_blocks* blocks) { delete blocks; }
+
+const char* tagrid_blocks_message(const tagrid_blocks* blocks) {
+  return blocks == nullptr ? "there is no file" : blocks->message.get();
+}
+
+size_t tagrid_blocks_needs(const tagrid_blocks* blocks, const tagrid_range** ranges) {
+  if (blocks == nullptr || ranges == nullptr) return 0;
+  *ranges = blocks->given->missing().data();
+  return blocks->given->missing().size();
+}
+
+tagrid_status tagrid_blocks_give(tagrid_blocks* blocks, uint64_t offset, const void* bytes, size_t count) {
+  if (blocks == nullptr) return TAGRID_INVALID_ARGUMENT;
+  return answer(*blocks, [&] {
+    const std::uint64_t size = blocks->given->size();
+    require(bytes != nullptr || count == 0, "there are no bytes");
+    require(offset <= size && count <= size - offset, "the bytes are not within the file");
+    blocks->given->give(offset, {static_cast<const std::byte*>(bytes), count});
+  });
+}
+
+tagrid_status tagrid_blocks_open(tagrid_blocks* blocks) {
+  return read(blocks, [&] {
+    if (blocks->file == nullptr) open(*blocks);
+  });
+}
+
+tagrid_status tagrid_blocks_info(tagrid_blocks* blocks, tagrid_info* info) {
+  return read_open(blocks, [&](const TagBricks& file) {
+    hand_over(info_of(file.header(), file.index(), file.sizes()), info, sizeof *info);
+  });
+}
+
+const char* tagrid_blocks_metadata(const tagrid_blocks* blocks) {
+  return blocks == nullptr || blocks->file == nullptr ? "" : blocks->file->header().nrrd_fields.c_str();
+}
+
+tagrid_status tagrid_blocks_overviews(tagrid_blocks* blocks, int64_t* factors) {
+  return read_open(blocks, [&](const TagBricks& file) { list_overviews(file.index(), factors); });
+}
+
+tagrid_status tagrid_blocks_volumes(tagrid_blocks* blocks, int64_t* count) {
+  return read_open(blocks, [&](const TagBricks& file) {
+    require(count != nullptr, "there is no room for the number");
+    *count = file.header().volumes;
+  });
+}
+
+const void* tagrid_blocks_header(const tagrid_blocks* blocks, size_t* bytes) {
+  if (blocks == nullptr || bytes == nullptr || blocks->file == nullptr) return nullptr;
+  *bytes = blocks->header.size();
+  return blocks->header.data();
+}
+
+tagrid_status tagrid_blocks_overview(tagrid_blocks* blocks, int64_t factor, tagrid_blocks** overview) {
+  if (overview == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *overview = nullptr;
+  return read_open(blocks, [&](const TagBricks& file) {
+    open_nested(*blocks, member_of_overview(file, factor), overview);
+  });
+}
+
+tagrid_status tagrid_blocks_volume(tagrid_blocks* blocks, int64_t number, tagrid_blocks** volume) {
+  if (volume == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *volume = nullptr;
+  return read_open(blocks, [&](const TagBricks& file) {
+    if (const Member* member = member_of_volume(file, number)) return open_nested(*blocks, *member, volume);
+    auto same = std::make_unique<tagrid_blocks>();
+    same->given = blocks->given;
+    same->source = blocks->source;
+    same->base = blocks->base;
+    expect_both_ends(*same->given, same->base, same->source->size());
+    open(*same);
+    *volume = same.release();
+  });
+}
+
+tagrid_status tagrid_blocks_plan(tagrid_blocks* blocks, const tagrid_box* box, int64_t first,
+                                 tagrid_block* found, size_t room, size_t* count) {
+  return read_open(blocks, [&](const TagBricks& file) {
+    require(box != nullptr && count != nullptr && (found != nullptr || room == 0) && first >= 0,
+            "the box or the room for its bricks is missing");
+    *count = 0;
+    const CodingParameters& parameters = file.parameters();
+    const BrickGrid bricks = parameters.bricks();
+    const Region region{parameters.domain().points_of(box_of(*box, parameters.dims))};
+    const Box positions = bricks_with(region.box, bricks);
+    const Index3 size = positions.size();
+    const std::int64_t all = positions.count();
+    const auto wanted = std::min(static_cast<std::uint64_t>(all - std::min(first, all)), std::uint64_t{room});
+    std::size_t missing = 0;
+    std::uint64_t done = 0;
+    for (; done < wanted && missing < most_pages_at_once; ++done) {
+      const std::int64_t i = first + static_cast<std::int64_t>(done);
+      const Index3 from_first = {i % size.x, i / size.x % size.y, i / (size.x * size.y)};
+      const std::size_t before = blocks->given->missing().size();
+      try {
+        found[done] = described(*blocks, region, bricks.id(positions.low + from_first));
+      } catch (const BytesAreMissing&) {
+        // Other pages that are missing are asked for in the same round.
+        missing += blocks->given->missing().size() - before;
+      }
+    }
+    if (missing > 0) throw BytesAreMissing();
+    *count = static_cast<std::size_t>(done);
+  });
+}
+
+tagrid_status tagrid_decoder_open(const void* header, size_t bytes, tagrid_decoder** decoder) {
+  if (decoder == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *decoder = new (std::nothrow) tagrid_decoder;
+  if (*decoder == nullptr) return TAGRID_OUT_OF_MEMORY;
+  return answer(**decoder, [&] {
+    require(header != nullptr, "there is no header");
+    TagHeader parsed;
+    std::uint64_t checksum = 0;
+    const std::span all(static_cast<const std::byte*>(header), bytes);
+    if (Status status = parse_header(all, parsed, checksum); !status.ok()) throw BrokenInput(status.what());
+    (*decoder)->parameters = parsed.parameters;
+    (*decoder)->is_open = true;
+  });
+}
+
+void tagrid_decoder_close(tagrid_decoder* decoder) { delete decoder; }
+
+const char* tagrid_decoder_message(const tagrid_decoder* decoder) {
+  return decoder == nullptr ? "there is no decoder" : decoder->message.get();
+}
+
+uint64_t tagrid_decoder_memory(const tagrid_decoder* decoder, const tagrid_block* block) {
+  if (decoder == nullptr || !decoder->is_open || !has_brick(decoder->parameters, block)) return 0;
+  const CodingParameters& parameters = decoder->parameters;
+  return working_bytes_of_decoding(parameters, parameters.bricks().position(block->number), Wanted::samples) +
+         block->range.bytes + small_things;
+}
+
+tagrid_status tagrid_decoder_decode(tagrid_decoder* decoder, const tagrid_block* block, const void* bytes,
+                                    size_t count, const void** samples, size_t* sample_bytes) {
+  if (decoder == nullptr || samples == nullptr || sample_bytes == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *samples = nullptr;
+  *sample_bytes = 0;
+  decoder->brick = {};
+  return answer(*decoder, [&] {
+    const CodingParameters& parameters = decoder->parameters;
+    require(decoder->is_open, "the decoder is not open");
+    require(has_brick(parameters, block), "there is no brick with this number");
+    require(bytes != nullptr && count == block->range.bytes, "the bytes are not those of the block");
+    const BrickGrid bricks = parameters.bricks();
+    const std::int64_t all = bricks.owned_box(bricks.position(block->number)).size().z;
+    const std::int64_t slices = block->slices >= 1 && block->slices < all ? block->slices : all_slices;
+    BrickBytes code;
+    Status status = parse_bound_block({static_cast<const std::byte*>(bytes), count}, parameters,
+                                      block->number, block->activity_bytes, code);
+    if (status.ok())
+      status = decode_brick_samples({code.activity, code.values}, parameters, block->number, slices,
+                                    decoder->brick);
+    if (!status.ok()) {
+      decoder->brick = {};
+      throw BrokenInput("brick " + std::to_string(block->number) + ": " + status.what());
+    }
+    *samples = decoder->brick.samples.data();
+    *sample_bytes = decoder->brick.samples.size();
+  });
+}

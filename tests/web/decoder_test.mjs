@@ -1,0 +1,269 @@
+// The decoder gives the samples of the program, and the right code for what it cannot decode.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { test } from "node:test";
+import { pathToFileURL } from "node:url";
+import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, tagrid } from "./files.mjs";
+
+const { open, TagridError } = await import(pathToFileURL(join(process.env.TAGRID_DIST, "index.js")));
+
+const kinds = [
+  { name: "vectors", options: { workers: 0 } },
+  { name: "no vectors", options: { workers: 0, simd: false } },
+  { name: "workers", options: { workers: 2 } },
+];
+
+const blobOf = (path) => new Blob([content(path)]);
+
+function random(seed) {
+  return (below) => {
+    seed = (Math.imul(seed, 1103515245) + 12345) >>> 0;
+    return Math.floor((seed / 2 ** 32) * below);
+  };
+}
+
+function boxes(dims, seed, count) {
+  const next = random(seed);
+  return Array.from({ length: count }, () => {
+    const ends = dims.map((n) => [next(n), next(n)].sort((a, b) => a - b));
+    return { low: ends.map(([a]) => a), high: ends.map(([, b]) => b + 1) };
+  });
+}
+
+/** Compares a volume, boxes in it, and its overviews, with what the program says. */
+async function same(volume, path, ...options) {
+  const all = decoded(path, ...options);
+  assert.ok(bytesOf(await volume.read()).equals(all), "all samples");
+  const size = all.length / volume.dims.reduce((a, b) => a * b);
+  for (const box of boxes(volume.dims, 1, 5))
+    assert.ok(bytesOf(await volume.read({ box })).equals(part(all, volume.dims, size, box)), JSON.stringify(box));
+  for (const { level, factor, dims } of volume.levels.slice(1)) {
+    const overview = decoded(path, "--overview", String(factor), ...options);
+    assert.ok(bytesOf(await volume.read({ level })).equals(overview), `overview ${factor}`);
+    for (const box of boxes(dims, 2, 2))
+      assert.ok(bytesOf(await volume.read({ level, box })).equals(part(overview, dims, size, box)));
+  }
+}
+
+for (const { name, options } of kinds)
+  test(`samples of golden files: ${name}`, async () => {
+    for (const file of goldenFiles) {
+      const path = join(golden, file);
+      const volume = await open(blobOf(path), options);
+      try {
+        if (volume.volumes === 1) await same(volume, path);
+        else
+          for (let i = 0; i < volume.volumes; ++i) await same(await volume.volume(i), path, "--volume", String(i));
+      } catch (error) {
+        throw new Error(`${file}: ${error.message}`, { cause: error });
+      } finally {
+        volume.close();
+      }
+    }
+  });
+
+const encodings = [];
+for (const type of ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"])
+  for (const bound of [[], ["--max-error", "3"]]) encodings.push({ type, options: bound });
+for (const type of ["uint8", "int16"])
+  for (const options of [
+    ["--effort", "fast", "--max-error", "2"],
+    ["--effort", "best", "--max-error", "2"],
+    ["--effort", "best"],
+    ["--psnr", "40"],
+    ["--grid-only"],
+    ["--grid", "derived", "--max-error", "1"],
+    ["--max-error", "4", "--surface-error", "1"],
+    ["--lead", "0", "--overviews", "4,16"],
+    ["--cube", "8", "--brick", "3", "--parity", "5%"],
+  ])
+    encodings.push({ type, options });
+
+test("samples of files of every type and option", async () => {
+  for (const [i, { type, options }] of encodings.entries()) {
+    const path = made(`made-${i}`, [75, 70, 67], type, ...options);
+    const volume = await open(blobOf(path), kinds[i % 2].options);
+    try {
+      assert.equal(volume.type, type);
+      await same(volume, path);
+    } catch (error) {
+      throw new Error(`${type} ${options.join(" ")}: ${error.message}`, { cause: error });
+    } finally {
+      volume.close();
+    }
+  }
+});
+
+test("many bricks, in several pages of the index, and overviews", async () => {
+  const path = made("pages", [300, 200, 190], "uint8", "--cube", "4", "--brick", "3", "--overviews", "4,16");
+  const volume = await open(blobOf(path), { workers: 2, brickCache: 1 << 20, blockCache: 1 << 20 });
+  await same(volume, path);
+  volume.close();
+});
+
+test("descriptions", async () => {
+  const source = join(folder, "described.nrrd");
+  const samples = Buffer.alloc(600 * 4 * 3 * 2, 7);
+  const head = ["NRRD0004", "type: int16", "dimension: 3", "sizes: 600 4 3", "encoding: raw", "endian: little",
+    "space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0.1) (0,-0.2,2)", "space origin: (-1.5,2,3e2)",
+    "patient:=nobody\\nat all", "volume_name:=thorax"];
+  const { writeFileSync } = await import("node:fs");
+  writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), samples]));
+  const path = join(folder, "described.tag");
+  tagrid("encode", source, "-q", "-o", path, "--max-error", "2", "--overviews", "4");
+  const volume = await open(blobOf(path), { workers: 0 });
+  assert.deepEqual(volume.dims, [600, 4, 3]);
+  assert.equal(volume.type, "int16");
+  assert.deepEqual(volume.geometry, {
+    spacing: [0.5, Math.sqrt(0.5 * 0.5 + 0.1 * 0.1), Math.sqrt(0.2 * 0.2 + 4)],
+    origin: [-1.5, 2, 300],
+    directions: [[0.5, 0, 0], [0, 0.5, 0.1], [0, -0.2, 2]],
+  });
+  assert.equal(volume.bounds.maxError, 2);
+  assert.equal(volume.bounds.surfaceError, null);
+  assert.deepEqual(volume.range, { low: 0x0707, high: 0x0707, mean: 0x0707 });
+  assert.equal(volume.name, "thorax");
+  assert.match(volume.metadata, /^patient:=nobody\\nat all$/m);
+  assert.equal(volume.fileBytes, content(path).length);
+  assert.deepEqual([volume.brickEdge, volume.lead, volume.volumes], [64, true, 1]);
+  assert.deepEqual(volume.levels.map(({ factor, dims }) => [factor, dims]), [[1, [600, 4, 3]], [4, [150, 1, 1]]]);
+  // What the file itself says of the overview.
+  const described = tagrid("decode", path, "--overview", "4", "--format", "nrrd", "-q", "-o", "-").toString("latin1");
+  const numbers = (key) => new RegExp(`^${key}: (.*)$`, "m").exec(described)[1].match(/-?[\d.]+(e[+-]?\d+)?/g).map(Number);
+  const close = (a, b) => a.forEach((n, i) => assert.ok(Math.abs(n - b[i]) < 1e-9, `${a} is not ${b}`));
+  close(volume.levels[1].geometry.origin, numbers("space origin"));
+  close(volume.levels[1].geometry.directions.flat(), numbers("space directions"));
+  volume.close();
+
+  const plain = await open(blobOf(join(golden, "voxels_lossless_float32.tag")), { workers: 0 });
+  assert.equal(plain.bounds.maxError, 0);
+  plain.close();
+});
+
+const code = async (promise) => {
+  try {
+    await promise;
+  } catch (error) {
+    assert.ok(error instanceof TagridError, String(error.stack));
+    assert.ok(error.message.length > 5);
+    return error.code;
+  }
+  return "none";
+};
+
+test("what is not a whole .tag file is broken input", async () => {
+  const whole = content(join(golden, "lead_voxels_overviews_int16.tag"));
+  const volume = await open(new Blob([whole]), { workers: 0 });
+  const samples = bytesOf(await volume.read());
+  volume.close();
+  for (const bytes of ["", "x", "NRRD0004\n", "II*\0", "<!DOCTYPE html>".repeat(1000), Buffer.alloc(1 << 19)])
+    assert.equal(await code(open(new Blob([bytes]), { workers: 0 })), "broken-input");
+  const next = random(3);
+  for (let i = 0; i < 120; ++i) {
+    let bytes = Buffer.from(whole);
+    const at = next(whole.length);
+    if (i % 3 === 0) bytes = bytes.subarray(0, at);
+    else bytes[at] ^= 1 << next(8);
+    const opened = await open(new Blob([bytes]), { workers: 0 }).catch((error) => error);
+    if (opened instanceof Error) {
+      assert.equal(opened.code, "broken-input");
+      continue;
+    }
+    // Damage elsewhere, as in an overview, costs no sample.
+    try {
+      assert.ok(bytesOf(await opened.read()).equals(samples));
+    } catch (error) {
+      assert.equal(error.code, "broken-input", String(error.stack));
+    }
+    opened.close();
+  }
+});
+
+test("mistakes of a caller", async () => {
+  const volume = await open(blobOf(join(golden, "voxels_bounded_int16.tag")), { workers: 1 });
+  const [nx, ny, nz] = volume.dims;
+  for (const box of [
+    { low: [0, 0, 0], high: [nx + 1, ny, nz] },
+    { low: [0, 0, -1], high: [nx, ny, nz] },
+    { low: [0, 0, 1], high: [nx, ny, 1] },
+    { low: [0, 0, 0.5], high: [nx, ny, nz] },
+    { low: [0, 0], high: [nx, ny] },
+  ])
+    assert.equal(await code(volume.read({ box })), "invalid-argument");
+  assert.equal(await code(volume.read({ level: 1 })), "invalid-argument");
+  assert.equal(await code(volume.volume(1)), "invalid-argument");
+  assert.equal(await code(open({ size: 3 })), "invalid-argument");
+  assert.equal(await code(open(new Blob([]), { connections: 0 })), "invalid-argument");
+  assert.equal(await code(open(new Blob([]), { base: pathToFileURL(`${folder}/`) })), "not-supported");
+  const reading = code(volume.read());
+  volume.close();
+  assert.equal(await reading, "closed");
+  assert.equal(await code(volume.read()), "closed");
+});
+
+test("any source, and reads that share what they fetch", async () => {
+  const path = made("shared", [200, 130, 70], "int16", "--max-error", "2", "--overviews", "4");
+  const bytes = content(path);
+  const asked = [];
+  const source = {
+    size: bytes.length,
+    async read(offset, length) {
+      asked.push([offset, length]);
+      await new Promise((resolve) => setTimeout(resolve, 5));
+      return new Uint8Array(bytes.subarray(offset, offset + length));
+    },
+  };
+  const volume = await open(source, { workers: 2 });
+  const box = { low: [0, 0, 5], high: [200, 130, 6] };
+  const both = await Promise.all([volume.read({ box }), volume.read({ box }), volume.read({ box })]);
+  const expected = part(decoded(path), volume.dims, 2, box);
+  for (const samples of both) assert.ok(bytesOf(samples).equals(expected));
+  const ranges = asked.map(String);
+  assert.equal(new Set(ranges).size, ranges.length, "no range is fetched twice");
+  const before = asked.length;
+  // More slices of the same bricks: their blocks were kept.
+  const more = { low: [3, 4, 5], high: [190, 120, 40] };
+  assert.ok(bytesOf(await volume.read({ box: more })).equals(part(decoded(path), volume.dims, 2, more)));
+  assert.equal(asked.length, before);
+  volume.close();
+
+  const failing = { size: bytes.length, read: async () => { throw new Error("no"); } };
+  assert.equal(await code(open(failing)), "io-error");
+  const short = { size: bytes.length, read: async (offset, length) => new Uint8Array(length - 1) };
+  assert.equal(await code(open(short)), "io-error");
+});
+
+test("aborted reads", async () => {
+  const path = made("shared", [200, 130, 70], "int16", "--max-error", "2", "--overviews", "4");
+  const bytes = content(path);
+  let signals = [];
+  const source = {
+    size: bytes.length,
+    async read(offset, length, signal) {
+      signals.push(signal);
+      await new Promise((resolve) => setTimeout(resolve, 30));
+      return new Uint8Array(bytes.subarray(offset, offset + length));
+    },
+  };
+  const volume = await open(source, { workers: 1, blockCache: 0, brickCache: 0 });
+  // The page of the index.
+  await volume.read({ box: { low: [0, 0, 0], high: [1, 1, 1] } });
+  signals = [];
+  const one = new AbortController();
+  const box = { low: [0, 0, 0], high: [200, 130, 70] };
+  const [alone, other] = [volume.read({ box, signal: one.signal }), new AbortController()];
+  await new Promise((resolve) => setTimeout(resolve, 10));
+  one.abort(new Error("enough"));
+  await assert.rejects(alone, /enough/);
+  assert.ok(signals.length > 0 && signals.at(-1).aborted, "nobody waits for the range");
+  // Of two reads of the same bricks, one is aborted.
+  signals = [];
+  const [stopped, stays] = [volume.read({ box, signal: other.signal }), volume.read({ box })];
+  await new Promise((resolve) => setTimeout(resolve, 10));
+  other.abort();
+  await assert.rejects(stopped, { name: "AbortError" });
+  assert.ok(bytesOf(await stays).equals(decoded(path)));
+  await assert.rejects(volume.read({ signal: AbortSignal.abort() }), { name: "AbortError" });
+  await assert.rejects(open(source, { signal: AbortSignal.abort() }), { name: "AbortError" });
+  volume.close();
+});

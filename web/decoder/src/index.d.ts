@@ -1,0 +1,176 @@
+// @tagrid/decoder: .tag files in browsers and Node.js.
+//
+// Three numbers are always x, y, z. Samples lie x fastest, then y, then z. Boxes are half open.
+
+export type Vector3 = [number, number, number];
+
+/** The samples from `low` up to, but not including, `high`. */
+export interface Box {
+  low: Vector3;
+  high: Vector3;
+}
+
+export type SampleType = "uint8" | "int8" | "uint16" | "int16" | "uint32" | "int32" | "float32" | "float64";
+
+export type Samples =
+  Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Int32Array | Float32Array | Float64Array;
+
+/**
+ * The position of the samples in the world. Sample (x, y, z) is at
+ * `origin + x * directions[0] + y * directions[1] + z * directions[2]`. Units are those of the scan, mostly mm. What the
+ * source did not give is null.
+ */
+export interface Geometry {
+  spacing: Vector3 | null;
+  origin: Vector3 | null;
+  directions: [Vector3, Vector3, Vector3] | null;
+}
+
+/** The volume itself, or an overview of it: a downsampled copy that is in the file. */
+export interface Level {
+  /** The number of the level: 0 for the volume, then overviews from fine to coarse. */
+  level: number;
+  /** Samples of the volume along the edge of a sample of this level: 1 for the volume. */
+  factor: number;
+  dims: Vector3;
+  /** As `Volume.geometry`: samples of overviews lie in the middle of what they stand for. */
+  geometry: Geometry;
+}
+
+/** The bounds with which the file was encoded, in units of the samples; null if there is none. */
+export interface Bounds {
+  /** No sample is further than this from the original; 0: all are exact. */
+  maxError: number | null;
+  /** The tighter bound of the active points. */
+  surfaceError: number | null;
+  /** No original sample is further than this from the field of the mesh. */
+  meshError: number | null;
+  /** The largest error that was measured during encoding; Infinity if a NaN or an infinity did not come back. */
+  achievedMaxError: number | null;
+  achievedRmse: number | null;
+  /** In dB. */
+  achievedPsnr: number | null;
+}
+
+export interface ReadOptions {
+  /** In samples of the level, within its dims. The default is all of it. */
+  box?: Box;
+  /** One of `Volume.levels`. The default is 0, the volume itself. */
+  level?: number;
+  /** Ends the read: it then fails with `signal.reason`. */
+  signal?: AbortSignal;
+}
+
+/** One volume of a file. Any number of reads may run at once. */
+export interface Volume {
+  readonly dims: Vector3;
+  readonly type: SampleType;
+  readonly geometry: Geometry;
+  /** This volume and its overviews, from fine to coarse. */
+  readonly levels: readonly Level[];
+  readonly bounds: Bounds;
+  /** The smallest and the largest finite sample, and the mean, of the original; null if no sample is finite. */
+  readonly range: { low: number; high: number; mean: number } | null;
+  /** The lines of an NRRD header that describe the scan: space, units, `key:=value` pairs. */
+  readonly metadata: string;
+  /** The name of the volume, as of a channel or a moment; "" if it has none. */
+  readonly name: string;
+  /** The edge of a brick, in samples. Boxes whose corners are multiples of it take the least work; see `lead`. */
+  readonly brickEdge: number;
+  /** True if the bricks of the volume begin at multiples of `brickEdge`; otherwise one sample after them. */
+  readonly lead: boolean;
+  /** Bytes of the file. */
+  readonly fileBytes: number;
+
+  /** The number of volumes in the file, all with the same dims and type. */
+  readonly volumes: number;
+  /** Opens a volume of the same file, 0 up to `volumes - 1`. It shares caches and workers with this one. */
+  volume(number: number, options?: { signal?: AbortSignal }): Promise<Volume>;
+
+  /**
+   * The samples of a box, in an array of the type of the volume, x fastest. Every byte is checked before it becomes a
+   * sample. Fails with a TagridError.
+   */
+  read(options?: ReadOptions): Promise<Samples>;
+
+  /** Ends the workers and all reads of the file, and frees the caches. Nothing of the file can be used after that. */
+  close(): void;
+}
+
+/** Bytes anywhere. */
+export interface Source {
+  /** In bytes. */
+  size: number;
+  /** Gives `length` bytes from `offset` on. Called with ranges within `size`, several times at once. */
+  read(offset: number, length: number, signal: AbortSignal): Promise<Uint8Array | ArrayBuffer>;
+}
+
+export interface OpenOptions {
+  signal?: AbortSignal;
+  /** Workers that decode. The default is one fewer than the cores of the machine; 0: decode on the calling thread. */
+  workers?: number;
+  /** Ranges that are fetched at once: 1 to 64. The default is 8. */
+  connections?: number;
+  /** How often a request is repeated after a failure that may pass. The default is 3. */
+  retries?: number;
+  /** Milliseconds without a byte after which a request counts as failed. The default is 30000. */
+  timeout?: number;
+  /** Bytes of compressed bricks that are kept. The default is 64 MB. */
+  blockCache?: number;
+  /** Bytes of decoded bricks that are kept. The default is 256 MB. */
+  brickCache?: number;
+
+  /** Of URLs: the options of fetch(). */
+  headers?: Record<string, string>;
+  credentials?: RequestCredentials;
+  /** Of URLs: in place of the global fetch(). */
+  fetch?: typeof fetch;
+  /** Of URLs: the size of the file, where a server of another origin does not expose `Content-Range`. */
+  size?: number;
+  /**
+   * Of URLs: whether requests have `If-Match`. The default is true for the page's own origin and outside of browsers.
+   * To other origins, a browser sends it only where the server allows it, so the entity tags of answers are compared
+   * instead.
+   */
+  ifMatch?: boolean;
+
+  /** Where the files of this package are, if not beside its index.js: the URL of a folder, with "/" at its end. */
+  base?: string | URL;
+  /** False: do not use vector instructions, to compare. */
+  simd?: boolean;
+}
+
+/** Opens a .tag file: two requests, of at most 320 KiB. The result is volume 0 of the file. */
+export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
+
+export type ErrorCode =
+  /** An argument is invalid: a box outside of the volume, an unknown level. */
+  | "invalid-argument"
+  /** The bytes are damaged, truncated, or not those of a .tag file. */
+  | "broken-input"
+  /** The server, the network or a `read` of a source failed. */
+  | "io-error"
+  /** The server ignores ranges. */
+  | "no-ranges"
+  /** The server does not say how large the file is, or (CORS) does not expose `Content-Range`. */
+  | "no-size"
+  /** The file changed while it was open. */
+  | "changed"
+  /** A brick or a box does not fit into memory. */
+  | "out-of-memory"
+  /** The file was closed. */
+  | "closed"
+  /** WebAssembly or a file of this package is missing. */
+  | "not-supported"
+  /** A bug in this package. */
+  | "bug";
+
+/** All errors of this package, except that an aborted call fails with the reason of its signal. */
+export class TagridError extends Error {
+  readonly code: ErrorCode;
+  /** The HTTP status, if a server answered with an error. */
+  readonly status?: number;
+}
+
+/** The version of this package. */
+export const version: string;

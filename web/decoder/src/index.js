@@ -1,0 +1,261 @@
+// @tagrid/decoder: .tag files in browsers and Node.js. index.d.ts describes what is exported.
+import { Bricks } from "./bricks.js";
+import { TagridError, require, unlessAborted } from "./errors.js";
+import { cores } from "./platform.js";
+import { Pool } from "./pool.js";
+import { Queue } from "./queue.js";
+import { openSource } from "./source.js";
+import { Wasm, compile, types } from "./wasm.js";
+
+export { TagridError };
+export const version = "0.1.0";
+
+const megabyte = 1 << 20;
+
+export async function open(given, options = {}) {
+  const { signal, workers, connections = 8, retries, simd = true, base = import.meta.url } = options;
+  require(workers === undefined || (Number.isInteger(workers) && workers >= 0 && workers <= 256), "workers must be 0 to 256");
+  require(Number.isInteger(connections) && connections >= 1 && connections <= 64, "connections must be 1 to 64");
+  require(retries === undefined || (Number.isInteger(retries) && retries >= 0), "retries must be 0 or more");
+  signal?.throwIfAborted();
+  const where = new URL(base, globalThis.location?.href ?? import.meta.url);
+  const [source, module, count] = await unlessAborted(
+    Promise.all([openSource(given, options), compile(where, simd), workers ?? cores().then((n) => Math.max(n - 1, 1))]),
+    signal,
+  );
+  const file = new File(source, module, new Pool(module, where, count), connections, options);
+  try {
+    const blocks = file.wasm.create(source.size);
+    await file.call(blocks, () => file.wasm.open(blocks), signal);
+    return new Volume(file, file.stream(blocks), 0);
+  } catch (error) {
+    file.close();
+    throw error;
+  }
+}
+
+/** What the volumes of a file share. */
+class File {
+  #source;
+  #queue;
+  #streams = 0;
+  #fetching = new Map();
+  #ended = new AbortController();
+  volumes = new Map();
+
+  constructor(source, module, pool, connections, { blockCache = 64 * megabyte, brickCache = 256 * megabyte }) {
+    this.#source = source;
+    this.#queue = new Queue(connections);
+    this.bytes = source.size;
+    this.wasm = new Wasm(module);
+    this.pool = pool;
+    this.bricks = new Bricks(this, pool, connections, blockCache, brickCache);
+  }
+
+  close() {
+    this.#ended.abort(new TagridError("closed", "the file was closed"));
+    this.pool.close();
+    this.bricks.clear();
+    this.wasm = undefined;
+  }
+
+  requireOpen() {
+    this.#ended.signal.throwIfAborted();
+  }
+
+  /** A new signal: that of a caller, or the end of the file. */
+  until(signal) {
+    return anyOf(signal ? [signal, this.#ended.signal] : [this.#ended.signal]);
+  }
+
+  /** Bytes of the file, and what is done with them while they count as one of the ranges that are fetched at once. */
+  fetch(offset, length, signal, use = (bytes) => bytes) {
+    return this.#queue.run(async () => use(await this.#source.read(offset, length, signal)), signal);
+  }
+
+  /** A part of the index. Calls that need it at the same time share it. */
+  #fetchOnce({ offset, length }) {
+    const key = `${offset} ${length}`;
+    let fetched = this.#fetching.get(key);
+    if (!fetched) {
+      fetched = this.fetch(offset, length, this.until(), (bytes) => ({ offset, bytes }));
+      this.#fetching.set(key, fetched);
+      fetched.catch(() => {}).finally(() => this.#fetching.delete(key));
+    }
+    return fetched;
+  }
+
+  /** Repeats a call that may lack bytes, with these bytes, until it does not. */
+  async call(blocks, work, signal) {
+    const given = [];
+    for (let round = 0; round < 1000; ++round) {
+      this.requireOpen();
+      for (const { offset, bytes } of given) this.wasm.give(blocks, offset, bytes);
+      const result = work();
+      if (result !== undefined) return result;
+      const needed = this.wasm.needs(blocks);
+      given.push(...(await unlessAborted(Promise.all(needed.map((range) => this.#fetchOnce(range))), this.until(signal))));
+    }
+    throw new TagridError("bug", "the same bytes are needed again and again");
+  }
+
+  /** The description of an open file, overview or volume. */
+  stream(blocks) {
+    return { id: this.#streams++, blocks, ...this.wasm.info(blocks) };
+  }
+}
+
+class Volume {
+  #file;
+  #stream;
+  #overviews = new Map();
+
+  constructor(file, stream, number) {
+    this.#file = file;
+    this.#stream = stream;
+    if (number === 0) file.volumes.set(0, Promise.resolve(this));
+    this.dims = stream.dims;
+    this.type = types[stream.type][0];
+    this.geometry = stream.geometry;
+    this.levels = [1, ...stream.factors].map((factor, level) => ({
+      level,
+      factor,
+      dims: stream.dims.map((n) => Math.floor((n - 1) / factor) + 1),
+      geometry: geometryOf(stream.geometry, factor),
+    }));
+    this.bounds = stream.bounds;
+    this.range = stream.range;
+    this.metadata = stream.metadata;
+    this.name = textOfKey(stream.metadata, "volume_name");
+    this.brickEdge = stream.brickEdge;
+    this.lead = stream.lead;
+    this.fileBytes = file.bytes;
+    this.volumes = number === 0 ? stream.volumes : undefined;
+  }
+
+  async volume(number, { signal } = {}) {
+    const file = this.#file;
+    file.requireOpen();
+    const first = await file.volumes.get(0);
+    require(Number.isInteger(number) && number >= 0 && number < first.volumes,
+      `there is no volume ${number}; the volumes are 0 to ${first.volumes - 1}`);
+    return shared(file.volumes, number, file.until(signal), async () => {
+      const outer = first.#stream.blocks;
+      const blocks = await file.call(outer, () => file.wasm.volume(outer, number));
+      const volume = new Volume(file, file.stream(blocks), number);
+      volume.volumes = first.volumes;
+      return volume;
+    });
+  }
+
+  async read({ box, level = 0, signal } = {}) {
+    const file = this.#file;
+    file.requireOpen();
+    signal?.throwIfAborted();
+    require(Number.isInteger(level) && level >= 0 && level < this.levels.length,
+      `there is no level ${level}; the levels are 0 to ${this.levels.length - 1}`);
+    const { dims, factor } = this.levels[level];
+    const wanted = boxWithin(box, dims);
+    const stream = level === 0 ? this.#stream : await this.#overview(factor, signal);
+    const until = file.until(signal);
+    const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);
+    const [, Samples] = types[stream.type];
+    const samples = allocated(Samples, shape);
+    const bricks = await this.#plan(stream, wanted, signal);
+    await file.bricks.read(stream, bricks, until, (brick, bytes) => {
+      copy(new Samples(bytes.buffer, bytes.byteOffset, bytes.byteLength / Samples.BYTES_PER_ELEMENT), brick, samples, wanted, shape);
+    });
+    return samples;
+  }
+
+  close() {
+    this.#file.close();
+  }
+
+  #overview(factor, signal) {
+    return shared(this.#overviews, factor, this.#file.until(signal), async () => {
+      const { wasm } = this.#file;
+      const outer = this.#stream.blocks;
+      return this.#file.stream(await this.#file.call(outer, () => wasm.overview(outer, factor)));
+    });
+  }
+
+  /** The bricks of a box. */
+  async #plan({ blocks }, box, signal) {
+    const all = [];
+    for (;;) {
+      const some = await this.#file.call(blocks, () => this.#file.wasm.plan(blocks, box, all.length), signal);
+      all.push(...some);
+      if (Wasm.planIsComplete(some)) return all;
+    }
+  }
+}
+
+/** What several calls wait for, one of which makes it. A failure is not kept. */
+function shared(made, key, until, make) {
+  let promise = made.get(key);
+  if (!promise) {
+    promise = make();
+    made.set(key, promise);
+    promise.catch(() => made.delete(key));
+  }
+  return unlessAborted(promise, until);
+}
+
+function boxWithin(box, dims) {
+  if (box === undefined) return { low: [0, 0, 0], high: [...dims] };
+  const low = [...box.low];
+  const high = [...box.high];
+  require(low.length === 3 && high.length === 3 && [...low, ...high].every(Number.isInteger), "a box has whole numbers");
+  for (let axis = 0; axis < 3; ++axis)
+    require(low[axis] >= 0 && low[axis] < high[axis] && high[axis] <= dims[axis],
+      `the box is empty, or not within ${dims.join(" x ")} samples`);
+  return { low, high };
+}
+
+function allocated(Samples, [x, y, z]) {
+  try {
+    return new Samples(x * y * z);
+  } catch (cause) {
+    throw new TagridError("out-of-memory", `${x} x ${y} x ${z} samples do not fit into memory`, { cause });
+  }
+}
+
+/** Copies the samples of a brick that lie in a box. */
+function copy(from, { low, high }, to, box, [nx, ny]) {
+  const first = low.map((l, axis) => Math.max(l, box.low[axis]));
+  const end = high.map((h, axis) => Math.min(h, box.high[axis]));
+  const [bx, by] = [high[0] - low[0], high[1] - low[1]];
+  const count = end[0] - first[0];
+  for (let z = first[2]; z < end[2]; ++z)
+    for (let y = first[1]; y < end[1]; ++y) {
+      const at = ((z - low[2]) * by + y - low[1]) * bx + first[0] - low[0];
+      to.set(from.subarray(at, at + count), ((z - box.low[2]) * ny + y - box.low[1]) * nx + first[0] - box.low[0]);
+    }
+}
+
+/** Samples of an overview lie in the middle of blocks of `factor` samples along each axis. */
+function geometryOf({ spacing, origin, directions }, factor) {
+  const steps = directions ?? [0, 1, 2].map((axis) => [0, 1, 2].map((a) => (a === axis ? spacing?.[axis] || 1 : 0)));
+  return {
+    spacing: spacing && spacing.map((s) => s * factor),
+    origin: origin && origin.map((o, a) => o + ((factor - 1) / 2) * (steps[0][a] + steps[1][a] + steps[2][a])),
+    directions: directions && directions.map((direction) => direction.map((d) => d * factor)),
+  };
+}
+
+/** The value of a pair "key:=value" in the lines of an NRRD header. */
+function textOfKey(lines, key) {
+  const line = lines.split("\n").find((l) => l.startsWith(`${key}:=`));
+  return (line ?? "").slice(key.length + 2).replace(/\\(n|\\)/g, (_, c) => (c === "n" ? "\n" : c));
+}
+
+function anyOf(signals) {
+  if (AbortSignal.any) return AbortSignal.any(signals);
+  const controller = new AbortController();
+  for (const signal of signals) {
+    if (signal.aborted) controller.abort(signal.reason);
+    signal.addEventListener("abort", () => controller.abort(signal.reason), { once: true, signal: controller.signal });
+  }
+  return controller.signal;
+}

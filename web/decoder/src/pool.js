@@ -1,0 +1,101 @@
+// Workers that decode bricks. Without workers, the calling thread does.
+import { Decoders } from "./decoders.js";
+import { TagridError } from "./errors.js";
+import { startWorker } from "./platform.js";
+
+export class Pool {
+  #module;
+  #url;
+  #size;
+  #inline;
+  #workers = new Set();
+  #waiting = [];
+  #closed = false;
+
+  constructor(module, base, size) {
+    this.#module = module;
+    this.#url = new URL("worker.js", base);
+    this.#size = size;
+    if (size === 0) this.#inline = new Decoders(module);
+  }
+
+  /** The samples of a brick, as bytes; undefined if nobody wants them when it is its turn. */
+  async decode(task, isWanted) {
+    if (this.#closed) throw new TagridError("closed", "the file was closed");
+    if (this.#inline) return this.#inline.decode(task);
+    return new Promise((resolve, reject) => {
+      this.#waiting.push({ task, isWanted, resolve, reject });
+      this.#work();
+    });
+  }
+
+  #work() {
+    while (this.#waiting.length > 0) {
+      if (!this.#waiting[0].isWanted()) {
+        this.#waiting.shift().resolve(undefined);
+        continue;
+      }
+      const free = [...this.#workers].find((worker) => worker.port && !worker.entry);
+      if (!free) {
+        const starting = [...this.#workers].filter((worker) => !worker.port).length;
+        if (this.#workers.size < this.#size && starting < this.#waiting.length) this.#start();
+        else return;
+        continue;
+      }
+      const entry = this.#waiting.shift();
+      const { header, ...task } = entry.task;
+      free.entry = entry;
+      // A worker is given the header of a stream once.
+      const first = !free.streams.has(task.stream);
+      free.streams.add(task.stream);
+      free.port.works(true);
+      free.port.post({ task: 0, ...task, ...(first && { header }) });
+    }
+  }
+
+  #start() {
+    const worker = { port: undefined, entry: undefined, streams: new Set() };
+    this.#workers.add(worker);
+    const onMessage = ({ samples, code, message }) => {
+      const { entry } = worker;
+      worker.entry = undefined;
+      worker.port.works(false);
+      if (samples) entry.resolve(samples);
+      else entry.reject(new TagridError(code, message));
+      this.#work();
+    };
+    const onError = (cause) => {
+      this.#workers.delete(worker);
+      worker.port?.end();
+      // One that never worked is not replaced: the next one would fail, too.
+      const failed = worker.entry ? [worker.entry] : this.#workers.size === 0 ? this.#waiting.splice(0) : [];
+      const code = worker.worked ? "bug" : "not-supported";
+      for (const entry of failed) {
+          entry.reject(new TagridError(code, `a worker (${this.#url.href}) failed: ${cause.message}`, { cause }));
+      }
+      if (worker.worked) this.#work();
+    };
+    const withMark = (message) => {
+      worker.worked = true;
+      onMessage(message);
+    };
+    startWorker(this.#url, { onMessage: withMark, onError }).then(
+      (port) => {
+        if (this.#closed) return port.end();
+        worker.port = port;
+        port.post({ module: this.#module });
+        this.#work();
+        if (!worker.entry) port.works(false);
+      },
+      (cause) => onError(cause),
+    );
+  }
+
+  close() {
+    this.#closed = true;
+    const left = [...this.#workers].flatMap((worker) => (worker.entry ? [worker.entry] : []));
+    for (const entry of [...left, ...this.#waiting.splice(0)]) entry.reject(new TagridError("closed", "the file was closed"));
+    for (const worker of this.#workers) worker.port?.end();
+    this.#workers.clear();
+  }
+}

@@ -1,0 +1,218 @@
+// Where the bytes of a file come from: a URL, a Blob, or an object of the caller.
+import { TagridError, require, unlessAborted } from "./errors.js";
+import { isNode } from "./platform.js";
+
+const firstBytes = 1 << 16;
+
+/** Opens a source: `size`, and `read(offset, length, signal)`, which gives all of the bytes or fails. */
+export async function openSource(given, options) {
+  if (given instanceof Blob) return new CheckedSource(new BlobSource(given));
+  if (typeof given === "string" || given instanceof URL) {
+    const source = new UrlSource(new URL(given, globalThis.location?.href), options);
+    await source.open(options.signal);
+    return source;
+  }
+  require(typeof given?.read === "function" && Number.isSafeInteger(given.size) && given.size >= 0,
+    "a source is a URL, a Blob, or an object with a size and read()");
+  return new CheckedSource(given);
+}
+
+class BlobSource {
+  #blob;
+  constructor(blob) {
+    this.#blob = blob;
+    this.size = blob.size;
+  }
+  read(offset, length) {
+    return this.#blob.slice(offset, offset + length).arrayBuffer();
+  }
+}
+
+class CheckedSource {
+  #source;
+  constructor(source) {
+    this.#source = source;
+    this.size = source.size;
+  }
+  async read(offset, length, signal) {
+    signal?.throwIfAborted();
+    let bytes;
+    try {
+      bytes = await unlessAborted(Promise.resolve(this.#source.read(offset, length, signal)), signal);
+    } catch (cause) {
+      if (signal?.aborted || cause instanceof TagridError) throw cause;
+      throw new TagridError("io-error", `cannot read ${length} bytes from byte ${offset} on: ${cause.message}`, { cause });
+    }
+    if (bytes instanceof ArrayBuffer) bytes = new Uint8Array(bytes);
+    if (!(bytes instanceof Uint8Array) || bytes.length !== length)
+      throw new TagridError("io-error", `the source gave ${bytes?.length} bytes in place of ${length} from byte ${offset} on`);
+    return bytes;
+  }
+}
+
+// A failure that may pass.
+class Passing extends Error {}
+
+class UrlSource {
+  #url;
+  #options;
+  #beginning = new Uint8Array(0);
+  #first; // what the first answer said of the file
+  size;
+
+  constructor(url, options) {
+    this.#url = url;
+    this.#options = { retries: 3, timeout: 30000, fetch: globalThis.fetch, ...dropUndefined(options) };
+    this.#options.ifMatch ??= isNode || url.origin === globalThis.location?.origin;
+  }
+
+  #fail(code, what, extra) {
+    return new TagridError(code, `${this.#url.href}: ${what}`, extra);
+  }
+
+  async open(signal) {
+    if (this.#options.size !== undefined) {
+      this.size = this.#options.size;
+      if (this.size === 0) return;
+    }
+    this.#beginning = await this.#range(0, Math.min(firstBytes, this.size ?? firstBytes), signal);
+  }
+
+  async read(offset, length, signal) {
+    if (offset + length <= this.#beginning.length) return this.#beginning.subarray(offset, offset + length);
+    return this.#range(offset, length, signal);
+  }
+
+  async #range(offset, length, signal) {
+    for (let attempt = 0; ; ++attempt) {
+      signal?.throwIfAborted();
+      try {
+        return await this.#request(offset, length, signal);
+      } catch (error) {
+        if (signal?.aborted) throw signal.reason;
+        if (!(error instanceof Passing)) throw error;
+        if (attempt >= this.#options.retries)
+          throw this.#fail("io-error", `${error.message} (tried ${attempt + 1} times)`, { cause: error, status: error.status });
+        await pause(200 * 2 ** attempt, signal);
+      }
+    }
+  }
+
+  async #request(offset, length, signal) {
+    const { fetch, headers, credentials, ifMatch, timeout } = this.#options;
+    const sent = { ...headers, Range: `bytes=${offset}-${offset + length - 1}` };
+    const etag = this.#first?.etag;
+    if (ifMatch && etag && !etag.startsWith("W/")) sent["If-Match"] = etag;
+    const watch = new Watch(timeout, signal);
+    try {
+      const response = await fetch(this.#url, { headers: sent, credentials, signal: watch.signal });
+      if (!this.#accepts(response, offset, length)) return new Uint8Array(0);
+      const bytes = await read(response, length, watch);
+      if (bytes.length === length) return bytes;
+      // Only of the first request, the size of the file is not known.
+      if (offset + bytes.length === this.size && bytes.length < length) return bytes;
+      throw new Passing(`the server sent ${bytes.length} bytes in place of ${length} from byte ${offset} on`);
+    } catch (error) {
+      if (error instanceof TagridError || error instanceof Passing || signal?.aborted) throw error;
+      throw new Passing(watch.isLate ? `the server sent nothing for ${timeout} ms` : `the request failed: ${error.message}`,
+        { cause: error });
+    } finally {
+      watch.end();
+    }
+  }
+
+  /** Throws unless the answer has the bytes; false if the file is empty. */
+  #accepts(response, offset, length) {
+    const { status } = response;
+    const drop = (error) => {
+      response.body?.cancel().catch(() => {});
+      return error;
+    };
+    if ([408, 425, 429, 500, 502, 503, 504].includes(status))
+      throw drop(Object.assign(new Passing(`the server answered ${status}`), { status }));
+    if (status === 412) throw drop(this.#fail("changed", "the file changed while it was open", { status }));
+    if (status === 200)
+      throw drop(this.#fail("no-ranges", "the server ignores ranges: it sends the whole file, or a page in its place", { status }));
+    const range = /^bytes (?:(\d+)-(\d+)|\*)\/(\d+)$/.exec(response.headers.get("Content-Range") ?? "");
+    if (status === 416 && this.#first) throw drop(this.#fail("changed", "the file became shorter while it was open", { status }));
+    if (status === 416 && range?.[3] === "0") {
+      this.size = 0;
+      drop();
+      return false;
+    }
+    if (status !== 206) throw drop(this.#fail("io-error", `the server answered ${status}`, { status }));
+    const now = { etag: response.headers.get("ETag"), modified: response.headers.get("Last-Modified") };
+    if (this.#first) {
+      for (const key of ["etag", "modified"])
+        if (now[key] !== null && this.#first[key] !== null && now[key] !== this.#first[key])
+          throw drop(this.#fail("changed", "the file changed while it was open"));
+    } else {
+      this.size ??= range ? Number(range[3]) : undefined;
+      if (this.size === undefined)
+        throw drop(this.#fail("no-size", "the server does not say how large the file is; it must expose Content-Range, or " +
+          "open() must be given the size"));
+      this.#first = now;
+    }
+    if (range && Number(range[3]) !== this.size) throw drop(this.#fail("changed", "the size of the file changed while it was open"));
+    if (range && (Number(range[1]) !== offset || Number(range[2]) !== Math.min(offset + length, this.size) - 1))
+      throw drop(this.#fail("io-error", `the server sent the range ${range[0]} in place of ${length} bytes from byte ${offset} on`));
+    return true;
+  }
+}
+
+/** Ends a request that the caller ends, or that sends nothing for some time. */
+class Watch {
+  #controller = new AbortController();
+  #timer;
+  #outer;
+  #stop;
+  isLate = false;
+
+  constructor(timeout, outer) {
+    this.timeout = timeout;
+    this.#outer = outer;
+    this.#stop = () => this.#controller.abort(outer.reason);
+    outer?.addEventListener("abort", this.#stop, { once: true });
+    this.again();
+  }
+  get signal() {
+    return this.#controller.signal;
+  }
+  again() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      this.isLate = true;
+      this.#controller.abort(new Error("timeout"));
+    }, this.timeout);
+  }
+  end() {
+    clearTimeout(this.#timer);
+    this.#outer?.removeEventListener("abort", this.#stop);
+  }
+}
+
+/** The bytes of an answer, no more than `length`. */
+async function read(response, length, watch) {
+  const bytes = new Uint8Array(length);
+  let done = 0;
+  const reader = response.body.getReader();
+  for (;;) {
+    const part = await reader.read();
+    if (part.done) return done === length ? bytes : bytes.subarray(0, done);
+    if (part.value.length > length - done) {
+      reader.cancel().catch(() => {});
+      throw new Passing(`the server sent more than ${length} bytes`);
+    }
+    bytes.set(part.value, done);
+    done += part.value.length;
+    watch.again();
+  }
+}
+
+function pause(ms, signal) {
+  return unlessAborted(new Promise((resolve) => setTimeout(resolve, ms)), signal);
+}
+
+function dropUndefined(options) {
+  return Object.fromEntries(Object.entries(options).filter(([, value]) => value !== undefined));
+}
