@@ -1,0 +1,5 @@
+export class SpaceView {
+  reset() {}
+  update() {}
+  windowChanged() {}
+}
