@@ -73,7 +73,7 @@ export function factRows({ dims, type, geometry, levels, range, name, fileBytes,
   }
   if (scale.note) rows.push(["values", scale.note]);
   else if (scale.slope !== 1 || scale.intercept !== 0)
-    rows.push(["value of a sample", `${numberText(scale.slope)} · sample + ${numberText(scale.intercept)}`]);
+    rows.push(["value of a sample", `${numberText(scale.slope)} · sample ${scale.intercept < 0 ? "−" : "+"} ${numberText(Math.abs(scale.intercept))}`]);
   rows.push(["file", bytesText(fileBytes)]);
   if (volumes === 1) rows.push(["of uncompressed", `1 : ${numberText((product * size) / fileBytes, 3)}`]);
   if (levels.length > 1) rows.push(["overviews", levels.slice(1).map(({ factor }) => `1:${factor}`).join(", ")]);

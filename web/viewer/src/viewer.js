@@ -41,12 +41,11 @@ const sliceViews = [["axial", 2], ["coronal", 1], ["sagittal", 0]].map(([name, n
   sections[name].append(canvas, slider);
   return Object.assign(new SliceView(canvas, name, normal, state), { slider });
 });
-const spaceView = new SpaceView(sections.space, state, say);
+const spaceView = new SpaceView(sections.space, state);
 let file;
 
-// For tests, and for whoever looks into the page.
-globalThis.tagridViewer = { state, sliceViews, spaceView, times: {} };
-const { times } = globalThis.tagridViewer;
+// For tests, and for whoever looks into the page: milliseconds since the page was opened.
+const times = {};
 
 function say(text, isError = false) {
   element("status").textContent = text;
@@ -62,7 +61,10 @@ function draw() {
     if (!state.volume) return;
     for (const view of sliceViews) view.draw();
     noteTimes();
-    showProgress();
+    const isComplete = sliceViews.every((view) => !view.isShown || view.isComplete);
+    showProgress(isComplete);
+    // After the slices, which come first.
+    if (isComplete) spaceView.update();
   });
 }
 
@@ -74,9 +76,8 @@ function noteTimes() {
 }
 
 let failure;
-function showProgress() {
+function showProgress(isComplete) {
   if (failure) return say(failure, true);
-  const isComplete = sliceViews.every((view) => !view.isShown || view.isComplete);
   say(isComplete ? "" : "Reading …");
 }
 
@@ -139,7 +140,7 @@ const actions = {
   },
   zoom(view, factor, x = view.canvas.clientWidth / 2, y = view.canvas.clientHeight / 2) {
     state.isFitted = false;
-    const { dims, } = state.volume;
+    const { dims } = state.volume;
     const least = view.fittingZoom() / 8;
     const most = 100 / Math.min(...state.steps);
     view.zoomAround(x, y, () => {
@@ -376,7 +377,6 @@ function showTab(name) {
   for (const button of document.querySelectorAll("[data-tab]")) button.setAttribute("aria-pressed", String(button.dataset.tab === name));
   for (const view of sliceViews) view.changed();
   update();
-  spaceView.update();
 }
 for (const button of document.querySelectorAll("[data-tab]")) button.addEventListener("click", () => showTab(button.dataset.tab));
 for (const button of document.querySelectorAll("[data-tool]")) button.addEventListener("click", () => actions.tool(button.dataset.tool));
@@ -395,9 +395,9 @@ handleKeys(state, actions, activeView);
 new ResizeObserver(() => {
   for (const view of sliceViews) view.changed();
   update();
-  spaceView.update();
 }).observe(element("views"));
 
+globalThis.tagridViewer = { state, sliceViews, spaceView, actions, times };
 showTab(isNarrow.matches ? "axial" : "all");
 const source = new URLSearchParams(location.search).get("src");
 if (source) {

@@ -1,5 +1,0 @@
-export class SpaceView {
-  reset() {}
-  update() {}
-  windowChanged() {}
-}
