@@ -8,6 +8,8 @@ import { planes } from "./tiles.js";
 const axisNames = ["x", "y", "z"];
 // A level is fine enough if its samples have at most this many pixels of the screen.
 const coarsePixels = 1.5;
+// Samples along an axis that a view shows at most: more can be wanted only of files without overviews.
+const mostSamples = 4096;
 // Milliseconds without change, after which the wanted level is read.
 const rest = 120;
 
@@ -114,7 +116,13 @@ export class SliceView {
     const range = (i, axis) => {
       const ends = corners.map((corner) => Math.floor(corner[i] / factor)).sort((a, b) => a - b);
       const [first, last] = [Math.max(ends[0], 0), Math.min(ends[1], dims[axis] - 1)];
-      return first <= last && [tiles.number(first), tiles.number(last) + 1];
+      if (first > last) return undefined;
+      const [begin, end] = [tiles.number(first), tiles.number(last) + 1];
+      const most = Math.floor(mostSamples / volume.brickEdge);
+      if (end - begin <= most) return [begin, end];
+      const middle = tiles.number(Math.min(Math.max(Math.floor(this.center[i] / factor), first), last));
+      const from = Math.min(Math.max(middle - Math.floor(most / 2), begin), end - most);
+      return [from, from + most];
     };
     const columns = range(0, this.across);
     const rows = range(1, this.down);

@@ -87,6 +87,7 @@ export class SpaceView {
   #isSurface = true;
   #isMoving = false;
   #isPlanned = false;
+  #drawnSize = [0, 0];
   #reading;
 
   constructor(section, state) {
@@ -135,7 +136,11 @@ export class SpaceView {
   /** Draws; without a picture, it reads one if it is small, and else offers to. */
   update() {
     if (!this.#state.volume || this.canvas.clientWidth === 0) return;
-    if (this.#picture) return this.draw();
+    if (this.#picture) {
+      const { clientWidth, clientHeight } = this.canvas;
+      if (clientWidth !== this.#drawnSize[0] || clientHeight !== this.#drawnSize[1]) this.draw();
+      return;
+    }
     if (this.#reading) return;
     const { dims, factor } = this.#choice();
     const samples = dims[0] * dims[1] * dims[2];
@@ -295,6 +300,7 @@ export class SpaceView {
     const gl = this.#gl;
     const { low, high, size, lengths, level } = this.#picture;
     const { clientWidth, clientHeight } = this.canvas;
+    this.#drawnSize = [clientWidth, clientHeight];
     // Coarser while it moves.
     const ratio = this.#isMoving ? 0.5 : Math.min(devicePixelRatio, 2);
     const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];

@@ -19,6 +19,7 @@ export class Tiles {
   #bytes = 0;
   #flying = new Set();
   #failed = new Set();
+  #wanted = new Set();
   #volume;
   #onTiles;
   #onError;
@@ -78,6 +79,7 @@ export class Tiles {
     if (!this.#volume) return;
     const wanted = new Set();
     for (const region of regions) for (const key of keysOf(region)) wanted.add(key);
+    this.#wanted = wanted;
     const coming = new Set();
     for (const strip of this.#flying) {
       if (strip.keys.some((key) => wanted.has(key))) for (const key of strip.keys) coming.add(key);
@@ -157,6 +159,8 @@ export class Tiles {
     this.#bytes += tile.byteLength;
     for (const [oldest, { byteLength }] of this.#tiles) {
       if (this.#bytes <= keptBytes) break;
+      // Else it would be read again at once.
+      if (this.#wanted.has(oldest)) continue;
       this.#tiles.delete(oldest);
       this.#bytes -= byteLength;
     }
