@@ -25,9 +25,13 @@ if(EMSCRIPTEN)
   set_target_properties(tagrid_reading zstd_decompress xxhash PROPERTIES POSITION_INDEPENDENT_CODE OFF)
   target_compile_options(tagrid_reading PUBLIC -fwasm-exceptions)
   target_link_options(tagrid_reading PUBLIC -fwasm-exceptions)
-  # What is not done for each sample is small rather than fast.
-  list(FILTER sources INCLUDE REGEX "/(io|pipeline|stages/(activity|brick|values/few))/")
-  set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS -Os)
+  # Only the coder of 8 and 16 bits gains from loops that are unrolled, and what is not done for each sample may be slow.
+  set(small ${sources})
+  list(FILTER small INCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/points)/")
+  set_source_files_properties(${small} PROPERTIES COMPILE_OPTIONS -Os)
+  set(plain ${sources})
+  list(FILTER plain EXCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/points|stages/values/wavefront)/")
+  set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS -O2)
 endif()
 # Whoever links it drops what only encoding needs.
 target_compile_options(tagrid_reading PRIVATE -ffunction-sections -fdata-sections)

@@ -27,7 +27,8 @@ tagrid_status with_bytes(Bytes file, tagrid_blocks* blocks, Call call) {
     for (const tagrid_range& range : std::vector<tagrid_range>(ranges, ranges + count)) {
       claim(range.offset <= file.size() && range.bytes <= file.size() - range.offset,
             "all bytes that are asked for are in the file");
-      tagrid_blocks_give(blocks, range.offset, file.data() + range.offset, static_cast<std::size_t>(range.bytes));
+      tagrid_blocks_give(blocks, range.offset, file.data() + range.offset,
+                         static_cast<std::size_t>(range.bytes));
     }
   }
   claim(false, "bytes that were given are not asked for again and again");
@@ -45,7 +46,8 @@ struct Decoder {
   explicit Decoder(const tagrid_blocks* blocks) {
     std::size_t bytes = 0;
     const void* header = tagrid_blocks_header(blocks, &bytes);
-    claim(tagrid_decoder_open(header, bytes, &handle) == TAGRID_OK, "the header of an open file opens a decoder");
+    claim(tagrid_decoder_open(header, bytes, &handle) == TAGRID_OK,
+          "the header of an open file opens a decoder");
   }
   ~Decoder() { tagrid_decoder_close(handle); }
   Decoder(const Decoder&) = delete;
@@ -84,9 +86,8 @@ Answer samples_of(Bytes file, tagrid_blocks* blocks, const tagrid_box& box, std:
   Answer answer;
   std::vector<tagrid_block> found(most_bricks);
   std::size_t count = 0;
-  answer.status = with_bytes(file, blocks, [&] {
-    return tagrid_blocks_plan(blocks, &box, 0, found.data(), found.size(), &count);
-  });
+  answer.status = with_bytes(
+      file, blocks, [&] { return tagrid_blocks_plan(blocks, &box, 0, found.data(), found.size(), &count); });
   answer.is_known = true;
   if (answer.status != TAGRID_OK) return answer;
   answer.is_known = count < most_bricks;
@@ -94,7 +95,8 @@ Answer samples_of(Bytes file, tagrid_blocks* blocks, const tagrid_box& box, std:
   for (int axis = 0; axis < 3; ++axis) shape[axis] = box.high[axis] - box.low[axis];
   answer.samples.resize(static_cast<std::size_t>(shape[0] * shape[1] * shape[2]) * size);
   const Decoder decoder(blocks);
-  for (const tagrid_block& block : std::vector<tagrid_block>(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count))) {
+  for (const tagrid_block& block :
+       std::vector<tagrid_block>(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count))) {
     claim(block.range.offset <= file.size() && block.range.bytes <= file.size() - block.range.offset,
           "all blocks are in the file");
     if (tagrid_decoder_memory(decoder.handle, &block) > most_memory) answer.is_known = false;
@@ -105,12 +107,17 @@ Answer samples_of(Bytes file, tagrid_blocks* blocks, const tagrid_box& box, std:
                                           static_cast<std::size_t>(block.range.bytes), &samples, &bytes);
     if (answer.status != TAGRID_OK) return answer;
     const std::int64_t nx = block.box.high[0] - block.box.low[0], ny = block.box.high[1] - block.box.low[1];
-    claim(bytes >= static_cast<std::size_t>(nx * ny * block.slices) * size, "a brick has all slices that are needed");
-    for (std::int64_t z = std::max(block.box.low[2], box.low[2]); z < std::min(block.box.high[2], box.high[2]); ++z)
-      for (std::int64_t y = std::max(block.box.low[1], box.low[1]); y < std::min(block.box.high[1], box.high[1]); ++y) {
-        const std::int64_t x = std::max(block.box.low[0], box.low[0]), end = std::min(block.box.high[0], box.high[0]),
+    claim(bytes >= static_cast<std::size_t>(nx * ny * block.slices) * size,
+          "a brick has all slices that are needed");
+    for (std::int64_t z = std::max(block.box.low[2], box.low[2]);
+         z < std::min(block.box.high[2], box.high[2]); ++z)
+      for (std::int64_t y = std::max(block.box.low[1], box.low[1]);
+           y < std::min(block.box.high[1], box.high[1]); ++y) {
+        const std::int64_t x = std::max(block.box.low[0], box.low[0]),
+                           end = std::min(block.box.high[0], box.high[0]),
                            to = ((z - box.low[2]) * shape[1] + y - box.low[1]) * shape[0] + x - box.low[0],
-                           at = ((z - block.box.low[2]) * ny + y - block.box.low[1]) * nx + x - block.box.low[0];
+                           at = ((z - block.box.low[2]) * ny + y - block.box.low[1]) * nx + x -
+                                block.box.low[0];
         std::memcpy(answer.samples.data() + static_cast<std::size_t>(to) * size,
                     static_cast<const std::uint8_t*>(samples) + static_cast<std::size_t>(at) * size,
                     static_cast<std::size_t>(end - x) * size);
@@ -126,7 +133,8 @@ void blocks(Bytes bytes) {
   const Bytes file = bytes.subspan(6);
   const Blocks blocks(file.size());
   const Reader reader(file);
-  const tagrid_status opened = with_bytes(file, blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); });
+  const tagrid_status opened =
+      with_bytes(file, blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); });
   claim(opened == reader.status, "a file is open for a caller that fetches if it is for a reader");
   if (opened != TAGRID_OK) return claim(opened == TAGRID_BROKEN_INPUT, "what cannot be opened is broken");
   tagrid_info info;
@@ -137,7 +145,8 @@ void blocks(Bytes bytes) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t n = info.dims[axis];
     box.low[axis] = bytes[static_cast<std::size_t>(axis)] * (n - 1) / 255;
-    box.high[axis] = std::min<std::int64_t>(n, box.low[axis] + 1 + bytes[static_cast<std::size_t>(3 + axis)] % 64);
+    box.high[axis] =
+        std::min<std::int64_t>(n, box.low[axis] + 1 + bytes[static_cast<std::size_t>(3 + axis)] % 64);
     samples *= static_cast<std::size_t>(box.high[axis] - box.low[axis]);
   }
   if (samples > most_samples) return;
@@ -148,7 +157,8 @@ void blocks(Bytes bytes) {
   tagrid_call call;
   tagrid_call_init(&call);
   call.threads = 1;
-  const tagrid_status read = tagrid_reader_read(reader.handle, &box, nullptr, expected.data(), nullptr, &call);
+  const tagrid_status read =
+      tagrid_reader_read(reader.handle, &box, nullptr, expected.data(), nullptr, &call);
   claim(read == answer.status, "samples are decoded for a caller that fetches if they are for a reader");
   claim(read == TAGRID_OK || read == TAGRID_BROKEN_INPUT, "what cannot be decoded is broken");
   claim(read != TAGRID_OK || expected == answer.samples, "both have the same samples");

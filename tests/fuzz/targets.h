@@ -46,11 +46,10 @@ struct Target {
   void (*run)(Bytes);
 };
 
-inline constexpr Target targets[] = {{"header", header},   {"brick", brick},     {"index", index},
-                                     {"nrrd", nrrd},       {"nifti", nifti},     {"metaimage", metaimage},
-                                     {"vendors", vendors}, {"bmp", bmp},         {"record", record},
-                                     {"part", part},       {"numbers", numbers}, {"file", file},
-                                     {"blocks", blocks}};
+inline constexpr Target targets[] = {
+    {"header", header},       {"brick", brick},     {"index", index},  {"nrrd", nrrd},     {"nifti", nifti},
+    {"metaimage", metaimage}, {"vendors", vendors}, {"bmp", bmp},      {"record", record}, {"part", part},
+    {"numbers", numbers},     {"file", file},       {"blocks", blocks}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

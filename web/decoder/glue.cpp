@@ -97,8 +97,8 @@ EXPORTED int web_plan(tagrid_blocks* blocks, double first, double* numbers, std:
   constexpr std::size_t most = 64;
   tagrid_block found[most];
   std::size_t count = 0;
-  const int status =
-      tagrid_blocks_plan(blocks, &box, static_cast<std::int64_t>(first), found, room < most ? room : most, &count);
+  const int status = tagrid_blocks_plan(blocks, &box, static_cast<std::int64_t>(first), found,
+                                        room < most ? room : most, &count);
   if (status != TAGRID_OK) return -status;
   double* to = numbers + 6;
   for (std::size_t i = 0; i < count; ++i) {
@@ -121,11 +121,13 @@ EXPORTED int web_decoder_open(const void* header, std::size_t bytes, tagrid_deco
 }
 
 EXPORTED void web_decoder_close(tagrid_decoder* decoder) { tagrid_decoder_close(decoder); }
-EXPORTED const char* web_decoder_message(const tagrid_decoder* decoder) { return tagrid_decoder_message(decoder); }
+EXPORTED const char* web_decoder_message(const tagrid_decoder* decoder) {
+  return tagrid_decoder_message(decoder);
+}
 
 // `result` receives where the samples are, and their number of bytes.
-EXPORTED int web_decode(tagrid_decoder* decoder, double number, double activity_bytes, double slices, const void* bytes,
-                        std::size_t count, std::size_t* result) {
+EXPORTED int web_decode(tagrid_decoder* decoder, double number, double activity_bytes, double slices,
+                        const void* bytes, std::size_t count, std::size_t* result) {
   tagrid_block block = {};
   block.number = static_cast<std::int64_t>(number);
   block.range.bytes = count;

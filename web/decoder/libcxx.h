@@ -22,8 +22,7 @@ constexpr To bit_cast(const From& from) noexcept {
 }
 
 template <class T>
-  requires std::is_array_v<T>
-unique_ptr<T> make_unique_for_overwrite(size_t count) {
+requires std::is_array_v<T> unique_ptr<T> make_unique_for_overwrite(size_t count) {
   return unique_ptr<T>(new std::remove_extent_t<T>[count]);
 }
 
@@ -65,9 +64,10 @@ inline from_chars_result from_chars(const char* first, const char* last, double&
   const size_t begin = text.starts_with('-') ? 1 : 0;
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const auto is_letter = [&](char letter) { return (text[begin] | 0x20) == letter; };
-  const bool is_number = begin < text.size() && (is_digit(text[begin]) || text[begin] == '.' || is_letter('i') ||
-                                                 is_letter('n'));
-  const bool is_hexadecimal = begin + 1 < text.size() && text[begin] == '0' && (text[begin + 1] | 0x20) == 'x';
+  const bool is_number = begin < text.size() &&
+                         (is_digit(text[begin]) || text[begin] == '.' || is_letter('i') || is_letter('n'));
+  const bool is_hexadecimal =
+      begin + 1 < text.size() && text[begin] == '0' && (text[begin + 1] | 0x20) == 'x';
   if (!is_number) return {first, errc::invalid_argument};
   if (is_hexadecimal) {
     value = begin == 1 ? -0.0 : 0.0;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <tagrid/tagrid.h>
+#include <tagrid/tagrid_blocks.h>
 
 struct bytes {
   char* first;

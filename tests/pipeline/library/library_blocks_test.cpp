@@ -51,7 +51,8 @@ class Fetching {
         EXPECT_LE(range.offset + range.bytes, file_.size());
         fetched += range.bytes;
         ++fetches;
-        EXPECT_EQ(tagrid_blocks_give(blocks, range.offset, file_.data() + range.offset, range.bytes), TAGRID_OK);
+        EXPECT_EQ(tagrid_blocks_give(blocks, range.offset, file_.data() + range.offset, range.bytes),
+                  TAGRID_OK);
       }
     }
     ADD_FAILURE() << "the same bytes are asked for again and again";
@@ -96,8 +97,8 @@ std::vector<tagrid_block> planned(Fetching& fetching, tagrid_blocks* blocks, con
   for (std::size_t count = some.size(); count == some.size();) {
     EXPECT_EQ(fetching(blocks,
                        [&] {
-                         return tagrid_blocks_plan(blocks, &box, static_cast<std::int64_t>(all.size()), some.data(),
-                                                   some.size(), &count);
+                         return tagrid_blocks_plan(blocks, &box, static_cast<std::int64_t>(all.size()),
+                                                   some.data(), some.size(), &count);
                        }),
               TAGRID_OK)
         << tagrid_blocks_message(blocks);
@@ -117,20 +118,24 @@ Bytes samples_by_blocks(const Bytes& file, Fetching& fetching, tagrid_blocks* bl
   for (const tagrid_block& block : planned(fetching, blocks, box)) {
     const void* samples = nullptr;
     std::size_t count = 0;
-    EXPECT_EQ(tagrid_decoder_decode(decoder.handle, &block, file.data() + block.range.offset, block.range.bytes,
-                                    &samples, &count),
+    EXPECT_EQ(tagrid_decoder_decode(decoder.handle, &block, file.data() + block.range.offset,
+                                    block.range.bytes, &samples, &count),
               TAGRID_OK)
         << tagrid_decoder_message(decoder.handle);
     const auto* from = static_cast<const unsigned char*>(samples);
     const std::int64_t nx = block.box.high[0] - block.box.low[0], ny = block.box.high[1] - block.box.low[1];
     EXPECT_GE(count, static_cast<std::size_t>(nx * ny * block.slices) * size);
-    for (std::int64_t z = std::max(block.box.low[2], box.low[2]); z < std::min(block.box.high[2], box.high[2]); ++z)
-      for (std::int64_t y = std::max(block.box.low[1], box.low[1]); y < std::min(block.box.high[1], box.high[1]); ++y) {
-        const std::int64_t x = std::max(block.box.low[0], box.low[0]), end = std::min(block.box.high[0], box.high[0]);
+    for (std::int64_t z = std::max(block.box.low[2], box.low[2]);
+         z < std::min(block.box.high[2], box.high[2]); ++z)
+      for (std::int64_t y = std::max(block.box.low[1], box.low[1]);
+           y < std::min(block.box.high[1], box.high[1]); ++y) {
+        const std::int64_t x = std::max(block.box.low[0], box.low[0]),
+                           end = std::min(block.box.high[0], box.high[0]);
         const std::int64_t to = ((z - box.low[2]) * shape[1] + y - box.low[1]) * shape[0] + x - box.low[0],
-                           at = ((z - block.box.low[2]) * ny + y - block.box.low[1]) * nx + x - block.box.low[0];
-        std::memcpy(result.data() + static_cast<std::size_t>(to) * size, from + static_cast<std::size_t>(at) * size,
-                    static_cast<std::size_t>(end - x) * size);
+                           at = ((z - block.box.low[2]) * ny + y - block.box.low[1]) * nx + x -
+                                block.box.low[0];
+        std::memcpy(result.data() + static_cast<std::size_t>(to) * size,
+                    from + static_cast<std::size_t>(at) * size, static_cast<std::size_t>(end - x) * size);
       }
   }
   return result;
@@ -140,7 +145,10 @@ Bytes samples_by_reader(const tagrid_reader* reader, const tagrid_box& box, std:
   std::size_t count = size;
   for (int axis = 0; axis < 3; ++axis) count *= static_cast<std::size_t>(box.high[axis] - box.low[axis]);
   Bytes samples(count);
-  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, samples.data(), nullptr, nullptr), TAGRID_OK);
+  tagrid_call call;
+  tagrid_call_init(&call);
+  call.threads = 1;
+  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, samples.data(), nullptr, &call), TAGRID_OK);
   return samples;
 }
 
@@ -160,7 +168,7 @@ void same_samples(const Bytes& file, tagrid_blocks* blocks, const tagrid_reader*
   const tagrid_info info = info_of(blocks);
   std::mt19937 random(1);
   tagrid_box box = {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}};
-  for (int i = 0; i < 4; ++i, box = some_box(info.dims, random))
+  for (int i = 0; i < 3; ++i, box = some_box(info.dims, random))
     EXPECT_EQ(samples_by_blocks(file, fetching, blocks, box),
               samples_by_reader(reader, box, tagrid_sample_size(info.type)));
 }
@@ -187,8 +195,9 @@ TEST(LibraryBlocks, SamplesAreThoseOfTheReader) {
     for (const std::int64_t* factor = factors; *factor != 0; ++factor) {
       tagrid_blocks* nested = nullptr;
       tagrid_reader* other = nullptr;
-      ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_overview(blocks.handle, *factor, &nested); }),
-                TAGRID_OK);
+      ASSERT_EQ(
+          fetching(blocks.handle, [&] { return tagrid_blocks_overview(blocks.handle, *factor, &nested); }),
+          TAGRID_OK);
       ASSERT_EQ(tagrid_reader_overview(reader, *factor, &other), TAGRID_OK);
       const Blocks overview(nested);
       same_samples(file, overview.handle, other);
@@ -237,8 +246,8 @@ TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
       const void* samples = nullptr;
       std::size_t count = 0;
       const HeapPeak peak;
-      ASSERT_EQ(tagrid_decoder_decode(decoder.handle, &block, file.data() + block.range.offset, block.range.bytes,
-                                      &samples, &count),
+      ASSERT_EQ(tagrid_decoder_decode(decoder.handle, &block, file.data() + block.range.offset,
+                                      block.range.bytes, &samples, &count),
                 TAGRID_OK);
       EXPECT_LE(peak.bytes(), tagrid_decoder_memory(decoder.handle, &block));
       // It is no idle promise.
@@ -267,8 +276,9 @@ TEST(LibraryBlocks, DamageIsBrokenInput) {
     const tagrid_box box = {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}};
     tagrid_block some[64];
     std::size_t count = 0;
-    const tagrid_status plan = fetching(
-        blocks.handle, [&] { return tagrid_blocks_plan(blocks.handle, &box, 0, some, std::size(some), &count); });
+    const tagrid_status plan = fetching(blocks.handle, [&] {
+      return tagrid_blocks_plan(blocks.handle, &box, 0, some, std::size(some), &count);
+    });
     if (plan != TAGRID_OK) {
       EXPECT_EQ(plan, TAGRID_BROKEN_INPUT);
       continue;
@@ -309,7 +319,8 @@ TEST(LibraryBlocks, MistakesOfACallerAreRefused) {
   const void* samples = nullptr;
   block = planned(fetching, blocks.handle, {{0, 0, 0}, {1, 1, 1}})[0];
   const auto decode = [&](const tagrid_block& b, std::size_t bytes) {
-    return tagrid_decoder_decode(decoder.handle, &b, file.data() + block.range.offset, bytes, &samples, &count);
+    return tagrid_decoder_decode(decoder.handle, &b, file.data() + block.range.offset, bytes, &samples,
+                                 &count);
   };
   EXPECT_EQ(decode(block, block.range.bytes), TAGRID_OK);
   EXPECT_EQ(decode(block, block.range.bytes - 1), TAGRID_INVALID_ARGUMENT);
