@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "io/files/file_bytes.h"
+#include "io/tag/bricks.h"
+#include "pipeline/job/options.h"
 #include "pipeline/overview/header.h"
 #include "pipeline/serving/serve.h"
 #include "tests/support/repeated_tag.h"
