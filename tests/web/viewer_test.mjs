@@ -15,8 +15,10 @@ const dims = [150, 140, 130];
 let browser;
 let server;
 
-/** A phantom with values in HU, spacing and overviews. */
-function scan() {
+let scanned;
+/** A phantom with values in HU, spacing and overviews: /made/scan.tag. */
+const scan = () => (scanned ??= makeScan());
+function makeScan() {
   const path = join(folder, "scan.tag");
   const head = ["NRRD0004", "type: int16", "dimension: 3", `sizes: ${dims.join(" ")}`, "encoding: raw", "endian: little",
     "space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.8)", "space origin: (-30,-40,100)",
@@ -30,6 +32,7 @@ function scan() {
 }
 
 before(async () => {
+  scan();
   browser = await startChromium();
   server = await serve({ viewer, made: folder, golden });
 });
@@ -224,7 +227,7 @@ test("files of every type, and of several volumes", async () => {
 
 test("served by `tagrid view`", async () => {
   const process_ = spawn(process.env.TAGRID_PROGRAM, ["view", join(folder, "scan.tag"), "--no-browser"], { stdio: ["ignore", "pipe", "ignore"] });
-  const [line] = await once(process_.stdout, "data");
+  const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
   const page = await browser.newPage(1000, 700);
   await page.goTo(line.toString().trim());
   await page.until("tagridViewer.times.complete && tagridViewer.spaceView.texture");
@@ -241,7 +244,7 @@ test("of a terabyte, a first picture from 2 MB and 20 requests", async () => {
   tagrid("phantom", "--dims", "256,256,256", "-q", "-o", join(folder, "part.nrrd"));
   tagrid("encode", join(folder, "part.nrrd"), "--max-error", "5", "--overviews", "4", "-q", "-o", path);
   const process_ = spawn(process.env.TAGRID_TERABYTE_SERVER, [path], { stdio: ["pipe", "pipe", "inherit"] });
-  const [line] = await once(process_.stdout, "data");
+  const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
   const [port, size] = line.toString().split(" ").map(Number);
   assert.ok(size > 1e11, `${size}`);
   // Counts, and answers 50 ms later.

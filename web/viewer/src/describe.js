@@ -54,7 +54,7 @@ export function boundRows({ bounds }, { slope, unit }) {
   if (bounds.maxError !== 0) {
     add("largest error found", bounds.achievedMaxError);
     add("root mean square error", bounds.achievedRmse);
-    if (bounds.achievedPsnr !== null) rows.push(["PSNR", `${numberText(bounds.achievedPsnr, 4)} dB`]);
+    if (Number.isFinite(bounds.achievedPsnr)) rows.push(["PSNR", `${numberText(bounds.achievedPsnr, 4)} dB`]);
   }
   return rows;
 }
