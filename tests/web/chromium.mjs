@@ -7,10 +7,21 @@ import { folder } from "./files.mjs";
 let browsers = 0;
 
 export async function startChromium() {
-  const process = spawn(globalThis.process.env.TAGRID_CHROMIUM, ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-    "--no-first-run", "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-    `--user-data-dir=${join(folder, `browser-${browsers++}`)}`, "--remote-debugging-pipe"],
-    { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+  const process = spawn(
+    globalThis.process.env.TAGRID_CHROMIUM,
+    [
+      "--headless=new",
+      "--no-sandbox",
+      "--disable-dev-shm-usage",
+      "--no-first-run",
+      "--hide-scrollbars",
+      "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader",
+      `--user-data-dir=${join(folder, `browser-${browsers++}`)}`,
+      "--remote-debugging-pipe",
+    ],
+    { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] },
+  );
   const [, , , input, output] = process.stdio;
   const waiting = new Map();
   const listeners = new Set();
@@ -37,7 +48,9 @@ export async function startChromium() {
     newPage: (width, height, mobile = false) => newPage(send, listeners, width, height, mobile),
     close: async () => {
       process.kill();
-      await new Promise((resolve) => (process.exitCode === null && process.signalCode === null ? process.on("exit", resolve) : resolve()));
+      await new Promise((resolve) =>
+        process.exitCode === null && process.signalCode === null ? process.on("exit", resolve) : resolve(),
+      );
     },
   };
 }
@@ -50,14 +63,20 @@ async function newPage(send, listeners, width, height, mobile) {
   const errors = [];
   listeners.add(({ method, params, sessionId: of }) => {
     if (of !== sessionId) return;
-    if (method === "Runtime.exceptionThrown") errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    if (method === "Log.entryAdded" && params.entry.level === "error") errors.push(`${params.entry.text} ${params.entry.url ?? ""}`);
+    if (method === "Runtime.exceptionThrown")
+      errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
+    if (method === "Log.entryAdded" && params.entry.level === "error")
+      errors.push(`${params.entry.text} ${params.entry.url ?? ""}`);
   });
   for (const domain of ["Page", "Runtime", "Log", "DOM"]) await call(`${domain}.enable`);
   await call("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
 
   async function evaluate(code) {
-    const { result, exceptionDetails } = await call("Runtime.evaluate", { expression: code, awaitPromise: true, returnByValue: true });
+    const { result, exceptionDetails } = await call("Runtime.evaluate", {
+      expression: code,
+      awaitPromise: true,
+      returnByValue: true,
+    });
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }
@@ -69,7 +88,9 @@ async function newPage(send, listeners, width, height, mobile) {
     async until(code, seconds = 60) {
       for (const end = Date.now() + 1000 * seconds; Date.now() < end; await new Promise((r) => setTimeout(r, 50)))
         if (await evaluate(`Boolean(globalThis.tagridViewer && (${code}))`)) return;
-      throw new Error(`never true: ${code}; the page says: ${await evaluate("document.body.innerText.slice(0, 400)")} ${errors}`);
+      throw new Error(
+        `never true: ${code}; the page says: ${await evaluate("document.body.innerText.slice(0, 400)")} ${errors}`,
+      );
     },
     async picture(path) {
       const { data } = await call("Page.captureScreenshot", { format: "png" });

@@ -20,9 +20,20 @@ let scanned;
 const scan = () => (scanned ??= makeScan());
 function makeScan() {
   const path = join(folder, "scan.tag");
-  const head = ["NRRD0004", "type: int16", "dimension: 3", `sizes: ${dims.join(" ")}`, "encoding: raw", "endian: little",
-    "space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.8)", "space origin: (-30,-40,100)",
-    "rescale_slope:=2", "rescale_intercept:=-100", "rescale_units:=HU"];
+  const head = [
+    "NRRD0004",
+    "type: int16",
+    "dimension: 3",
+    `sizes: ${dims.join(" ")}`,
+    "encoding: raw",
+    "endian: little",
+    "space: left-posterior-superior",
+    "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.8)",
+    "space origin: (-30,-40,100)",
+    "rescale_slope:=2",
+    "rescale_intercept:=-100",
+    "rescale_units:=HU",
+  ];
   tagrid("phantom", "--dims", dims.join(","), "-q", "-o", join(folder, "scan.raw"));
   writeFileSync(join(folder, "scan.nhdr"), `${[...head, "data file: scan.raw"].join("\n")}\n`);
   tagrid("encode", join(folder, "scan.nhdr"), "--max-error", "4", "--overviews", "4", "-q", "-o", path);
@@ -53,12 +64,15 @@ const picture = async (page, name) => {
 };
 
 const readout = (page) =>
-  page.evaluate(`Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`);
+  page.evaluate(
+    `Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`,
+  );
 
 /** Where a place of the volume is on the page. */
 const pointOf = (page, view, place) =>
   page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
-    const box = view.canvas.getBoundingClientRect(), [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+    const box = view.canvas.getBoundingClientRect();
+    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
     return [box.left + x, box.top + y]; })()`);
 
 /** The grey of the picture there, away from the cross hair. */
@@ -77,11 +91,22 @@ test("values under the pointer and greys are those of the program", async () => 
   // Samples of two pixels or more are drawn as they are.
   await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 1.3)");
   let bright = 0;
-  for (const position of [[75, 70, 65], [40, 75, 3], [99, 20, 129], [64, 63, 127]]) {
+  for (const position of [
+    [75, 70, 65],
+    [40, 75, 3],
+    [99, 20, 129],
+    [64, 63, 127],
+  ]) {
     await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(position)})`);
     await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)");
     for (const [view, axis] of [2, 1, 0].entries())
-      for (const [a, b] of [[31, 42], [63, 64], [65, 65], [100, 90], [20, 95]]) {
+      for (const [a, b] of [
+        [31, 42],
+        [63, 64],
+        [65, 65],
+        [100, 90],
+        [20, 95],
+      ]) {
         const place = [a, b];
         place.splice(axis, 0, position[axis]);
         await page.move(...(await pointOf(page, view, place)));
@@ -148,11 +173,17 @@ test("mouse and keys", async () => {
   await page.key("2");
   assert.equal(await state("tool"), "window");
   await page.key("m");
-  assert.equal(await page.evaluate(`[...document.querySelectorAll("#views section")].filter((e) => !e.hidden).length`), 1);
+  assert.equal(
+    await page.evaluate(`[...document.querySelectorAll("#views section")].filter((e) => !e.hidden).length`),
+    1,
+  );
   await page.key("m");
   // Every control has a name, and can be reached.
-  assert.deepEqual(await page.evaluate(`[...document.querySelectorAll("button, input, select")].filter((e) =>
-    !(e.textContent.trim() || e.labels?.length || e.getAttribute("aria-label"))).map((e) => e.outerHTML)`), []);
+  assert.deepEqual(
+    await page.evaluate(`[...document.querySelectorAll("button, input, select")].filter((e) =>
+    !(e.textContent.trim() || e.labels?.length || e.getAttribute("aria-label"))).map((e) => e.outerHTML)`),
+    [],
+  );
   assert.deepEqual(page.errors, []);
   await page.close();
 });
@@ -160,7 +191,8 @@ test("mouse and keys", async () => {
 test("a picture in space", async () => {
   const page = await open("made/scan.tag");
   await page.until("tagridViewer.spaceView.texture");
-  const lit = () => page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+  const lit = () =>
+    page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
     const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
     [copy.width, copy.height] = [canvas.width, canvas.height];
     const context = copy.getContext("2d");
@@ -174,9 +206,15 @@ test("a picture in space", async () => {
   assert.ok(surface > 0.01 && surface < 0.6, `${surface}`);
   await picture(page, "desktop");
   // A surface around air is the whole box.
-  await page.evaluate(`{ const slider = document.querySelector(".over input[type=range]"); slider.value = 0; slider.dispatchEvent(new Event("input")); }`);
+  await page.evaluate(
+    `{ const slider = document.querySelector(".over input[type=range]");
+    slider.value = 0; slider.dispatchEvent(new Event("input")); }`,
+  );
   assert.ok((await lit()) > surface);
-  await page.evaluate(`{ const kind = document.querySelector(".over select"); kind.value = "fog"; kind.dispatchEvent(new Event("change")); }`);
+  await page.evaluate(
+    `{ const kind = document.querySelector(".over select");
+    kind.value = "fog"; kind.dispatchEvent(new Event("change")); }`,
+  );
   assert.ok((await lit()) > 0.01);
   await picture(page, "fog");
   assert.deepEqual(page.errors, []);
@@ -187,8 +225,11 @@ test("on a phone", async () => {
   const page = await open("made/scan.tag", 360, 740, true);
   await picture(page, "phone");
   assert.equal(await page.evaluate("document.documentElement.scrollWidth"), 360);
-  assert.deepEqual(await page.evaluate(`[...document.querySelectorAll("header button, header label, header input, nav button")]
-    .filter((e) => e.id !== "file" && e.offsetParent && e.getBoundingClientRect().right > 360).map((e) => e.outerHTML)`), []);
+  assert.deepEqual(
+    await page.evaluate(`[...document.querySelectorAll("header button, header label, header input, nav button")]
+    .filter((e) => e.id !== "file" && e.offsetParent && e.getBoundingClientRect().right > 360).map((e) => e.outerHTML)`),
+    [],
+  );
   await page.evaluate(`document.querySelector("[data-tab=coronal]").click()`);
   await page.until("tagridViewer.sliceViews[1].isShown && tagridViewer.sliceViews[1].isComplete");
   await page.close();
@@ -204,7 +245,11 @@ test("a file of this machine, and what is no such file", async () => {
   await page.choose("#file", [join(folder, "scan.tag")]);
   await page.until("tagridViewer.times.complete");
   assert.equal(await page.evaluate(`document.getElementById("welcome").hidden`), true);
-  for (const [source, message] of [["javascript:alert(1)", /http/], ["/made/none.tag", /404/], ["/made/scan.nhdr", /scan\.nhdr/]]) {
+  for (const [source, message] of [
+    ["javascript:alert(1)", /http/],
+    ["/made/none.tag", /404/],
+    ["/made/scan.nhdr", /scan\.nhdr/],
+  ]) {
     await page.goTo(server.url(`viewer/index.html?src=${encodeURIComponent(source)}`));
     await page.until(`document.getElementById("failure").textContent`);
     assert.match(await page.evaluate(`document.getElementById("failure").textContent`), message);
@@ -213,11 +258,19 @@ test("a file of this machine, and what is no such file", async () => {
 });
 
 test("files of every type, and of several volumes", async () => {
-  for (const file of ["voxels_lossless_float32.tag", "voxels_bounded_int16.tag", "volumes_bounded_int16.tag", "pages_lossless_uint8.tag"]) {
+  for (const file of [
+    "voxels_lossless_float32.tag",
+    "voxels_bounded_int16.tag",
+    "volumes_bounded_int16.tag",
+    "pages_lossless_uint8.tag",
+  ]) {
     const page = await open(`golden/${file}`);
     assert.equal(await page.evaluate(`document.getElementById("volume-choice").hidden`), !file.startsWith("volumes"));
     if (file.startsWith("volumes")) {
-      await page.evaluate(`{ const choice = document.getElementById("volume"); choice.value = "1"; choice.dispatchEvent(new Event("change")); }`);
+      await page.evaluate(
+        `{ const choice = document.getElementById("volume");
+        choice.value = "1"; choice.dispatchEvent(new Event("change")); }`,
+      );
       await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)");
     }
     assert.deepEqual(page.errors, []);
@@ -226,7 +279,9 @@ test("files of every type, and of several volumes", async () => {
 });
 
 test("served by `tagrid view`", async () => {
-  const process_ = spawn(process.env.TAGRID_PROGRAM, ["view", join(folder, "scan.tag"), "--no-browser"], { stdio: ["ignore", "pipe", "ignore"] });
+  const process_ = spawn(process.env.TAGRID_PROGRAM, ["view", join(folder, "scan.tag"), "--no-browser"], {
+    stdio: ["ignore", "pipe", "ignore"],
+  });
   const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
   const page = await browser.newPage(1000, 700);
   await page.goTo(line.toString().trim());
@@ -249,24 +304,34 @@ test("of a terabyte, a first picture from 2 MB and 20 requests", async () => {
   assert.ok(size > 1e11, `${size}`);
   // Counts, and answers 50 ms later.
   const count = { requests: 0, bytes: 0 };
-  const far = await serve({ viewer }, {
-    "/scan.tag": async (request, response) => {
-      ++count.requests;
-      await new Promise((resolve) => setTimeout(resolve, 50));
-      const answer = await fetch(`http://127.0.0.1:${port}/scan.tag`, { headers: { range: request.headers.range } });
-      const bytes = Buffer.from(await answer.arrayBuffer());
-      count.bytes += bytes.length;
-      response.writeHead(answer.status, { "Content-Range": answer.headers.get("content-range"), "Content-Length": bytes.length }).end(bytes);
+  const far = await serve(
+    { viewer },
+    {
+      "/scan.tag": async (request, response) => {
+        ++count.requests;
+        await new Promise((resolve) => setTimeout(resolve, 50));
+        const answer = await fetch(`http://127.0.0.1:${port}/scan.tag`, { headers: { range: request.headers.range } });
+        const bytes = Buffer.from(await answer.arrayBuffer());
+        count.bytes += bytes.length;
+        response
+          .writeHead(answer.status, {
+            "Content-Range": answer.headers.get("content-range"),
+            "Content-Length": bytes.length,
+          })
+          .end(bytes);
+      },
     },
-  });
+  );
   const page = await browser.newPage(1280, 860);
   await page.goTo(far.url("viewer/index.html?src=/scan.tag"));
   await page.until("tagridViewer.times.all");
   const seen = { ...count };
   const { start, first, all } = await page.evaluate("tagridViewer.times");
   await picture(page, "terabyte");
-  console.log(`# ${(size / 1e9).toFixed(0)} GB: three slices after ${seen.requests} requests and ${seen.bytes} bytes, ` +
-    `the first after ${Math.round(first - start)} ms, all after ${Math.round(all - start)} ms`);
+  console.log(
+    `# ${(size / 1e9).toFixed(0)} GB: three slices after ${seen.requests} requests and ${seen.bytes} bytes, ` +
+      `the first after ${Math.round(first - start)} ms, all after ${Math.round(all - start)} ms`,
+  );
   assert.ok(seen.requests <= 20, `${seen.requests} requests`);
   assert.ok(seen.bytes <= 2e6, `${seen.bytes} bytes`);
   await page.until("tagridViewer.times.complete");

@@ -13,10 +13,12 @@ function fieldsOf(metadata) {
 /** Values are `slope * sample + intercept`. With slopes of single slices, samples are all that is shown. */
 export function scaleOf({ metadata }) {
   const fields = fieldsOf(metadata);
-  if (fields.has("slice_slopes")) return { slope: 1, intercept: 0, unit: "", note: "samples: each slice has a slope of its own" };
+  if (fields.has("slice_slopes"))
+    return { slope: 1, intercept: 0, unit: "", note: "samples: each slice has a slope of its own" };
   const slope = Number(fields.get("rescale_slope") ?? 1);
   const intercept = Number(fields.get("rescale_intercept") ?? 0);
-  if (!Number.isFinite(slope) || slope === 0 || !Number.isFinite(intercept)) return { slope: 1, intercept: 0, unit: "" };
+  if (!Number.isFinite(slope) || slope === 0 || !Number.isFinite(intercept))
+    return { slope: 1, intercept: 0, unit: "" };
   return { slope, intercept, unit: fields.get("rescale_units") ?? "" };
 }
 
@@ -62,7 +64,10 @@ export function boundRows({ bounds }, { slope, unit }) {
 export function factRows({ dims, type, geometry, levels, range, name, fileBytes, brickEdge, volumes }, scale, unit) {
   const product = dims[0] * dims[1] * dims[2];
   const size = Number(/\d+/.exec(type)[0]) / 8;
-  const rows = [["size", `${dims.join(" × ")}`], ["type", type]];
+  const rows = [
+    ["size", `${dims.join(" × ")}`],
+    ["type", type],
+  ];
   if (name) rows.unshift(["name", name]);
   if (geometry.spacing) rows.push(["spacing", `${geometry.spacing.map((s) => numberText(s, 4)).join(" × ")} ${unit}`]);
   if (geometry.origin) rows.push(["origin", geometry.origin.map((o) => numberText(o, 5)).join(", ")]);
@@ -73,10 +78,20 @@ export function factRows({ dims, type, geometry, levels, range, name, fileBytes,
   }
   if (scale.note) rows.push(["values", scale.note]);
   else if (scale.slope !== 1 || scale.intercept !== 0)
-    rows.push(["value of a sample", `${numberText(scale.slope)} · sample ${scale.intercept < 0 ? "−" : "+"} ${numberText(Math.abs(scale.intercept))}`]);
+    rows.push([
+      "value of a sample",
+      `${numberText(scale.slope)} · sample ${scale.intercept < 0 ? "−" : "+"} ${numberText(Math.abs(scale.intercept))}`,
+    ]);
   rows.push(["file", bytesText(fileBytes)]);
   if (volumes === 1) rows.push(["of uncompressed", `1 : ${numberText((product * size) / fileBytes, 3)}`]);
-  if (levels.length > 1) rows.push(["overviews", levels.slice(1).map(({ factor }) => `1:${factor}`).join(", ")]);
+  if (levels.length > 1)
+    rows.push([
+      "overviews",
+      levels
+        .slice(1)
+        .map(({ factor }) => `1:${factor}`)
+        .join(", "),
+    ]);
   rows.push(["brick", `${brickEdge} × ${brickEdge} × ${brickEdge}`]);
   return rows;
 }

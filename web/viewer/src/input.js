@@ -43,23 +43,29 @@ export function handlePointers(view, state, actions) {
     else actions.changeWindow(dy / 400, Math.exp(dx / 250));
     pointers.set(event.pointerId, now);
   });
-  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+  for (const name of ["pointerup", "pointercancel"])
+    canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
   canvas.addEventListener("pointerleave", () => actions.point(undefined));
   canvas.addEventListener("dblclick", () => actions.one(view.name));
 
   // Touch pads send many small steps: a slice for each 40 pixels of them.
   let turned = 0;
-  canvas.addEventListener("wheel", (event) => {
-    if (!state.volume) return;
-    event.preventDefault();
-    const pixels = event.deltaY * (event.deltaMode === 1 ? 40 : event.deltaMode === 2 ? 400 : 1);
-    if (event.ctrlKey || event.metaKey) return actions.zoom(view, Math.exp(-Math.max(-200, Math.min(200, pixels)) / 250), ...at(event));
-    turned += pixels;
-    const slices = Math.trunc(turned / 40);
-    if (slices === 0) return;
-    turned -= slices * 40;
-    actions.step(view.normal, slices);
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      if (!state.volume) return;
+      event.preventDefault();
+      const pixels = event.deltaY * (event.deltaMode === 1 ? 40 : event.deltaMode === 2 ? 400 : 1);
+      if (event.ctrlKey || event.metaKey)
+        return actions.zoom(view, Math.exp(-Math.max(-200, Math.min(200, pixels)) / 250), ...at(event));
+      turned += pixels;
+      const slices = Math.trunc(turned / 40);
+      if (slices === 0) return;
+      turned -= slices * 40;
+      actions.step(view.normal, slices);
+    },
+    { passive: false },
+  );
 }
 
 /** Keys, wherever no field is being edited. */

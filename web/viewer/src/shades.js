@@ -56,7 +56,8 @@ export function percentiles(arrays, share) {
   const picked = [];
   const total = arrays.reduce((sum, { length }) => sum + length, 0);
   const step = Math.max(1, Math.floor(total / 100000));
-  for (const samples of arrays) for (let i = 0; i < samples.length; i += step) if (Number.isFinite(samples[i])) picked.push(samples[i]);
+  for (const samples of arrays)
+    for (let i = 0; i < samples.length; i += step) if (Number.isFinite(samples[i])) picked.push(samples[i]);
   if (picked.length === 0) return undefined;
   picked.sort((a, b) => a - b);
   const at = Math.floor(share * (picked.length - 1));

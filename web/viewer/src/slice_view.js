@@ -1,8 +1,8 @@
-// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, cross hair and
-// scale bar.
+// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, cross
+// hair and scale bar.
 //
-// Places are in samples of the volume, where sample i reaches from i to i + 1. Sample i of a level reaches from i * factor
-// to (i + 1) * factor.
+// Places are in samples of the volume, where sample i reaches from i to i + 1. Sample i of a level reaches from i *
+// factor to (i + 1) * factor.
 import { planes } from "./tiles.js";
 
 const axisNames = ["x", "y", "z"];
@@ -136,7 +136,8 @@ export class SliceView {
     if (!this.isShown) return [];
     const coarsest = this.#state.volume.levels.length - 1;
     const wanted = [this.region(coarsest, order)];
-    if (this.level !== coarsest && performance.now() - this.changedAt >= rest) wanted.push(this.region(this.level, 10 + order));
+    if (this.level !== coarsest && performance.now() - this.changedAt >= rest)
+      wanted.push(this.region(this.level, 10 + order));
     return wanted.filter(Boolean);
   }
 
@@ -177,7 +178,10 @@ export class SliceView {
     const { tiles, shades, volume } = this.#state;
     const { slice, columns, rows } = region;
     const [left, top] = [tiles.range(level, this.across, columns[0])[0], tiles.range(level, this.down, rows[0])[0]];
-    const [right, bottom] = [tiles.range(level, this.across, columns[1] - 1)[1], tiles.range(level, this.down, rows[1] - 1)[1]];
+    const [right, bottom] = [
+      tiles.range(level, this.across, columns[1] - 1)[1],
+      tiles.range(level, this.down, rows[1] - 1)[1],
+    ];
     const key = `${slice} ${columns} ${rows} ${shades.version}`;
     let layer = this.#layers.get(level);
     if (layer?.key !== key) {
@@ -228,7 +232,12 @@ export class SliceView {
     context.beginPath();
     // With a gap, so that the place itself is seen.
     const gap = 8;
-    for (const [x0, y0, x1, y1] of [[0, y, x - gap, y], [x + gap, y, width, y], [x, 0, x, y - gap], [x, y + gap, x, height]]) {
+    for (const [x0, y0, x1, y1] of [
+      [0, y, x - gap, y],
+      [x + gap, y, width, y],
+      [x, 0, x, y - gap],
+      [x, y + gap, x, height],
+    ]) {
       context.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
       context.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
     }

@@ -1,5 +1,5 @@
-// The volume in space: a surface of one value, or a fog as bright as the window says. A program of the graphics card follows
-// a ray for each pixel through a texture with samples of an overview.
+// The volume in space: a surface of one value, or a fog as bright as the window says. A program of the graphics card
+// follows a ray for each pixel through a texture with samples of an overview.
 import { numberText } from "./describe.js";
 
 // Samples that are read without asking, and at most, and along an axis of the texture.
@@ -98,16 +98,27 @@ export class SpaceView {
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", "the volume in space");
     section.append(this.canvas);
-    section.insertAdjacentHTML("beforeend", `
+    section.insertAdjacentHTML(
+      "beforeend",
+      `
       <div class="middle" hidden><p></p><p><button type="button">Show in 3D</button></p></div>
       <div class="over" hidden>
-        <select aria-label="Kind of picture"><option value="surface">Surface</option><option value="fog">Volume</option></select>
+        <select aria-label="Kind of picture">
+          <option value="surface">Surface</option><option value="fog">Volume</option></select>
         <input type="range" min="0" max="1000" aria-label="Value of the surface">
         <input type="number" step="any" aria-label="Value of the surface">
-      </div>`);
+      </div>`,
+    );
     const find = (selector) => section.querySelector(selector);
-    this.elements = { middle: find(".middle"), text: find(".middle p"), button: find("button"), over: find(".over"),
-      kind: find("select"), slider: find("input[type=range]"), number: find("input[type=number]") };
+    this.elements = {
+      middle: find(".middle"),
+      text: find(".middle p"),
+      button: find("button"),
+      over: find(".over"),
+      kind: find("select"),
+      slider: find("input[type=range]"),
+      number: find("input[type=number]"),
+    };
     const { button, kind, slider, number } = this.elements;
     button.addEventListener("click", () => this.#read());
     kind.addEventListener("change", () => {
@@ -119,7 +130,10 @@ export class SpaceView {
       const { low, high } = this.#picture;
       this.#setLevel(low + (slider.valueAsNumber / 1000) * (high - low));
     });
-    number.addEventListener("input", () => Number.isFinite(number.valueAsNumber) && this.#setLevel(number.valueAsNumber));
+    number.addEventListener(
+      "input",
+      () => Number.isFinite(number.valueAsNumber) && this.#setLevel(number.valueAsNumber),
+    );
     this.#handleInput();
   }
 
@@ -191,7 +205,8 @@ export class SpaceView {
           for (let y = 0; y < dims[1]; y += every) {
             const from = ((z - z0) * dims[1] + y) * dims[0];
             const to = ((z / every) * size[1] + y / every) * size[0];
-            for (let x = 0, i = to; x < dims[0]; x += every, ++i) values[i] = scale.slope * samples[from + x] + scale.intercept;
+            for (let x = 0, i = to; x < dims[0]; x += every, ++i)
+              values[i] = scale.slope * samples[from + x] + scale.intercept;
           }
       }
       if (controller.signal.aborted) return;
@@ -213,7 +228,8 @@ export class SpaceView {
       if (value > high) high = value;
     }
     if (!(low < high)) [low, high] = [Number.isFinite(low) ? low : 0, (Number.isFinite(low) ? low : 0) + 1];
-    for (let i = 0; i < values.length; ++i) values[i] = Number.isFinite(values[i]) ? (values[i] - low) / (high - low) : 0;
+    for (let i = 0; i < values.length; ++i)
+      values[i] = Number.isFinite(values[i]) ? (values[i] - low) / (high - low) : 0;
     this.#start();
     const gl = this.#gl;
     if (this.texture) gl.deleteTexture(this.texture);
@@ -268,14 +284,18 @@ export class SpaceView {
     const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("this browser has no WebGL 2, which pictures in 3D need");
     const program = gl.createProgram();
-    for (const [kind, code] of [[gl.VERTEX_SHADER, vertexCode], [gl.FRAGMENT_SHADER, fragmentCode]]) {
+    for (const [kind, code] of [
+      [gl.VERTEX_SHADER, vertexCode],
+      [gl.FRAGMENT_SHADER, fragmentCode],
+    ]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, code);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(`the graphics card refuses: ${gl.getProgramInfoLog(program)}`);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+      throw new Error(`the graphics card refuses: ${gl.getProgramInfoLog(program)}`);
     gl.useProgram(program);
     for (const name of ["turn", "size", "texels", "span", "grey", "level", "stretch", "isSurface"])
       this.#uniforms[name] = gl.getUniformLocation(program, name);
@@ -304,7 +324,8 @@ export class SpaceView {
     // Coarser while it moves.
     const ratio = this.#isMoving ? 0.5 : Math.min(devicePixelRatio, 2);
     const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
-    if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
+    if (this.canvas.width !== width || this.canvas.height !== height)
+      [this.canvas.width, this.canvas.height] = [width, height];
     gl.viewport(0, 0, width, height);
     const { around, up } = this.#turn;
     const [ca, sa, cu, su] = [Math.cos(around), Math.sin(around), Math.cos(up), Math.sin(up)];
@@ -357,13 +378,24 @@ export class SpaceView {
         this.#isMoving = false;
         this.draw();
       });
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      zoomBy(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) / 500));
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        zoomBy(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) / 500));
+      },
+      { passive: false },
+    );
     canvas.addEventListener("keydown", (event) => {
-      const work = { ArrowLeft: () => turnBy(-0.1, 0), ArrowRight: () => turnBy(0.1, 0), ArrowUp: () => turnBy(0, -0.1),
-        ArrowDown: () => turnBy(0, 0.1), "+": () => zoomBy(1.2), "=": () => zoomBy(1.2), "-": () => zoomBy(1 / 1.2) }[event.key];
+      const work = {
+        ArrowLeft: () => turnBy(-0.1, 0),
+        ArrowRight: () => turnBy(0.1, 0),
+        ArrowUp: () => turnBy(0, -0.1),
+        ArrowDown: () => turnBy(0, 0.1),
+        "+": () => zoomBy(1.2),
+        "=": () => zoomBy(1.2),
+        "-": () => zoomBy(1 / 1.2),
+      }[event.key];
       if (!work) return;
       event.preventDefault();
       event.stopPropagation();

@@ -1,7 +1,7 @@
 // Reads the parts of slices that views want: overviews first, and only what is seen.
 //
-// A tile is the part of a slice that lies in one brick. It is named by its level, the axis that is normal to the slice, the
-// number of the slice, and its column and row.
+// A tile is the part of a slice that lies in one brick. It is named by its level, the axis that is normal to the
+// slice, the number of the slice, and its column and row.
 
 const readsAtOnce = 4;
 const keptBytes = 128 << 20;
@@ -41,7 +41,7 @@ export class Tiles {
     return this.#flying.size;
   }
 
-  /** The first sample of a tile along an axis, and the end of it: bricks begin one later where the volume has no lead. */
+  /** The first sample of a tile along an axis, and its end: bricks begin one later where the volume has no lead. */
   range(level, axis, number) {
     const { brickEdge, lead, levels } = this.#volume;
     const shift = lead ? 0 : 1;
@@ -110,7 +110,11 @@ export class Tiles {
         if (keysOf({ ...some, columns: [column, column + 1] }).some(missing)) absent.push(column);
       // From the middle outward.
       if (absent.length > 0)
-        strips.push({ ...some, columns: [absent[0], absent.at(-1) + 1], rank: region.rank + Math.abs(row - middle) / 1000 });
+        strips.push({
+          ...some,
+          columns: [absent[0], absent.at(-1) + 1],
+          rank: region.rank + Math.abs(row - middle) / 1000,
+        });
     }
     return strips;
   }
@@ -121,7 +125,10 @@ export class Tiles {
     const low = [0, 0, 0];
     const high = [0, 0, 0];
     [low[normal], high[normal]] = [slice, slice + 1];
-    [low[across], high[across]] = [this.range(level, across, columns[0])[0], this.range(level, across, columns[1] - 1)[1]];
+    [low[across], high[across]] = [
+      this.range(level, across, columns[0])[0],
+      this.range(level, across, columns[1] - 1)[1],
+    ];
     [low[down], high[down]] = [this.range(level, down, rows[0])[0], this.range(level, down, rows[1] - 1)[1]];
     strip.keys = keysOf(strip);
     strip.controller = new AbortController();

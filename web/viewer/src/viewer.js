@@ -25,7 +25,11 @@ const state = {
   isWindowChosen: false,
 };
 
-const sliceViews = [["axial", 2], ["coronal", 1], ["sagittal", 0]].map(([name, normal]) => {
+const sliceViews = [
+  ["axial", 2],
+  ["coronal", 1],
+  ["sagittal", 0],
+].map(([name, normal]) => {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
@@ -183,7 +187,8 @@ const actions = {
   },
   tool(name) {
     state.tool = name;
-    for (const button of document.querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", String(button.dataset.tool === name));
+    for (const button of document.querySelectorAll("[data-tool]"))
+      button.setAttribute("aria-pressed", String(button.dataset.tool === name));
   },
   one(name) {
     showTab(shownTab === name ? "all" : name);
@@ -210,7 +215,9 @@ function chooseWindow() {
   if (state.isWindowChosen) return;
   const level = state.volume.levels.length - 1;
   const { factor } = state.volume.levels[level];
-  const arrays = sliceViews.flatMap(({ normal }) => state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)));
+  const arrays = sliceViews.flatMap(({ normal }) =>
+    state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)),
+  );
   const ends = percentiles(arrays, 0.005);
   if (!ends) return;
   const values = ends.map((sample) => state.scale.slope * sample + state.scale.intercept).sort((a, b) => a - b);
@@ -230,7 +237,8 @@ function showReadout() {
     const [across, down] = view.placeAt(pointed.x, pointed.y).map(Math.floor);
     [place[view.across], place[view.down]] = [across, down];
   }
-  if (place.some((p, axis) => p < 0 || p >= volume.dims[axis])) return fillList(element("readout"), [["sample", "outside"]]);
+  if (place.some((p, axis) => p < 0 || p >= volume.dims[axis]))
+    return fillList(element("readout"), [["sample", "outside"]]);
   const rows = [["sample", place.join(", ")]];
   const { geometry } = volume;
   if (geometry.spacing) {
@@ -285,7 +293,9 @@ async function openFile(source, name, options = {}) {
     element("name").title = name;
     document.title = `${name} – tagrid viewer`;
     element("volume-choice").hidden = file.volumes === 1;
-    element("volume").replaceChildren(...Array.from({ length: file.volumes }, (_, i) => new Option(String(i), String(i))));
+    element("volume").replaceChildren(
+      ...Array.from({ length: file.volumes }, (_, i) => new Option(String(i), String(i))),
+    );
     show(file);
   } catch (error) {
     if (controller.signal.aborted) return;
@@ -299,12 +309,16 @@ function show(volume) {
   state.tiles?.close();
   failure = undefined;
   state.volume = volume;
-  state.tiles = new Tiles(volume, () => {
-    chooseWindow();
-    update();
-  }, (error) => {
-    failure = error.message;
-  });
+  state.tiles = new Tiles(
+    volume,
+    () => {
+      chooseWindow();
+      update();
+    },
+    (error) => {
+      failure = error.message;
+    },
+  );
   state.scale = scaleOf(volume);
   state.unit = unitOf(volume);
   state.steps = (volume.geometry.spacing ?? [1, 1, 1]).map((s) => Math.abs(s) || 1);
@@ -374,13 +388,19 @@ function showTab(name) {
   shownTab = name;
   element("views").classList.toggle("single", name !== "all");
   for (const [view, section] of Object.entries(sections)) section.hidden = name !== "all" && name !== view;
-  for (const button of document.querySelectorAll("[data-tab]")) button.setAttribute("aria-pressed", String(button.dataset.tab === name));
+  for (const button of document.querySelectorAll("[data-tab]"))
+    button.setAttribute("aria-pressed", String(button.dataset.tab === name));
   for (const view of sliceViews) view.changed();
   update();
 }
-for (const button of document.querySelectorAll("[data-tab]")) button.addEventListener("click", () => showTab(button.dataset.tab));
-for (const button of document.querySelectorAll("[data-tool]")) button.addEventListener("click", () => actions.tool(button.dataset.tool));
-const activeView = () => sliceViews.find((view) => view.canvas === document.activeElement) ?? sliceViews.find((view) => view.isShown) ?? sliceViews[0];
+for (const button of document.querySelectorAll("[data-tab]"))
+  button.addEventListener("click", () => showTab(button.dataset.tab));
+for (const button of document.querySelectorAll("[data-tool]"))
+  button.addEventListener("click", () => actions.tool(button.dataset.tool));
+const activeView = () =>
+  sliceViews.find((view) => view.canvas === document.activeElement) ??
+  sliceViews.find((view) => view.isShown) ??
+  sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
