@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the package @tagrid/decoder into web/decoder/dist, with Debian's emscripten:
+# Builds the package @tagrid/decoder into web/decoder/dist, with Debian's emscripten, and the page of the viewer with it into
+# web/viewer/dist:
 #   web/build.sh [BUILD_FOLDER]      default: build/web
 # The sources of zstd come from Debian's source package, which this fetches once into the build folder. Nothing of the
 # system is changed.
@@ -63,3 +64,8 @@ for kind in simd scalar; do
   printf '%s %s bytes, %s in gzip\n' "tagrid_$kind.wasm" "$(stat -c %s "$dist/tagrid_$kind.wasm")" \
     "$(gzip -9 -n <"$dist/tagrid_$kind.wasm" | wc -c)"
 done
+
+viewer=$root/web/viewer/dist
+rm -rf "$viewer" && mkdir -p "$viewer/decoder"
+cp web/viewer/src/* "$viewer"
+cp "$dist"/*.js "$dist"/*.wasm "$dist/LICENSE" "$viewer/decoder"

@@ -362,9 +362,9 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     for (const ErrorRule& rule : run.rules) {
       EncodeOptions one = run.options;
       one.error_rule = rule;
-      const ResolvedOptions ruled = in_samples(one, source->facts());
-      const FoundBound bound = bound_by_trials(ruled, *source, true, {});
-      try_bound(with_bound(ruled, bound.max_error, bound.step));
+      const ResolvedOptions with_rule = in_samples(one, source->facts());
+      const FoundBound bound = bound_by_trials(with_rule, *source, true, {});
+      try_bound(with_bound(with_rule, bound.max_error, bound.step));
       EstimateResult of_rule = estimated();
       of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
       result = std::move(of_rule);

@@ -15,13 +15,15 @@ ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_tar
              "io/formats/vendors": ["tests/readers/vendors_test.py", "tests/fuzz/vendors_target.cpp"],
              "io/formats/vti": ["tests/readers/written_test.py"],
              "io/formats/zarr": ["tests/readers/zarr_written_test.py"],
+             "io/server": ["tests/tools/commands/view_test.py"],
              "io/tag": ["tests/fuzz/header_target.cpp", "tests/fuzz/index_target.cpp",
                         "tests/pipeline/decode/damage_test.cpp"],
              "io/parts": ["tests/fuzz/resume_target.cpp", "tests/tools/commands/resume_test.cpp"],
              "pipeline/phantom": ["tests/tools/commands/phantom_test.cpp"],
              "pipeline/progress": ["tests/tools/report/advice_test.cpp"],
              "pipeline/ranks/mpi": ["tests/tools/commands/mpi_test.cpp"],
-             "pipeline/restore": ["tests/readers/restored_test.py"]}
+             "pipeline/restore": ["tests/readers/restored_test.py"],
+             "pipeline/serving": ["tests/tools/commands/view_test.py"]}
 
 
 def rooms():

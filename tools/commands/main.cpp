@@ -63,10 +63,10 @@ int run(Ranks& ranks, int argc, char** argv) {
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   std::vector<std::pair<CLI::App*, Action>> commands;
-  for (auto* add :
-       {add_encode_command, add_decode_command, add_info_command, add_verify_command, add_restore_command,
-        add_mesh_command, add_surface_command, add_preview_command, add_convert_command, add_estimate_command,
-        add_formats_command, add_phantom_command, add_repair_command, add_protect_command}) {
+  for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
+                    add_restore_command, add_mesh_command, add_surface_command, add_preview_command,
+                    add_view_command, add_convert_command, add_estimate_command, add_formats_command,
+                    add_phantom_command, add_repair_command, add_protect_command}) {
     Action action = add(app);
     CLI::App* command = app.get_subcommands({}).back();
     command->group("Commands");

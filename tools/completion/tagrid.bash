@@ -20,6 +20,7 @@ _tagrid_options() {
     mesh) echo "$run $memory $output --level --region --volume --coarsen --samples --padded" ;;
     surface) echo "$run $memory $output --iso --samples --level --region --volume --close" ;;
     preview) echo "$run $memory $output --slice --volume --window" ;;
+    view) echo "-h --help -q --quiet --port --no-browser" ;;
     convert)
       echo "$run $memory --spool $error $encoding --parity --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
@@ -58,7 +59,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify repair protect restore mesh surface preview convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify repair protect restore mesh surface preview view convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

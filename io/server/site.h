@@ -1,0 +1,49 @@
+// What a web server of this machine gives to browsers of this machine.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "io/files/byte_source.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+
+/// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names of
+/// files.
+struct WebSite {
+  struct Item {
+    std::shared_ptr<const ByteSource> bytes;
+    std::string type;  ///< "text/html"
+  };
+  /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
+  std::map<std::string, Item> items;
+  /// A path that leads to `entrance` once; "": none. Command lines may show it, which other users can read.
+  std::string ticket, entrance;
+};
+
+/// A port of 127.0.0.1, on which connections wait to be accepted.
+struct LocalPort {
+  Descriptor socket;
+  int number = 0;
+};
+/// 0: the system chooses the port. Throws WorldError if the port is taken.
+LocalPort open_port(int number);
+
+/// Answers the requests of a connection with bytes of the site, until it ends, fails, or says nothing for a
+/// minute. GET and HEAD, with at most one range. Requests must name the machine 127.0.0.1 or localhost with
+/// this port, as those of a page of another site do not, even if its name leads to this machine.
+/// `ticket_used`: of all connections.
+void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used);
+
+/// The type of a file, by its name.
+std::string_view media_type(std::string_view name);
+
+/// A text for a path or the value of a query: bytes other than letters, digits and -._~ as %20.
+std::string percent_encoded(std::string_view text);
+
+}  // namespace tagrid

@@ -1,0 +1,53 @@
+#include "pipeline/serving/serve.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <atomic>
+#include <cstring>
+#include <list>
+#include <thread>
+
+#include "io/errors/errors.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::size_t most_connections = 64;
+
+struct Connection {
+  Descriptor socket;
+  std::atomic<bool> has_ended = false;
+  std::jthread thread;
+};
+
+}  // namespace
+
+void serve(const LocalPort& port, const WebSite& site, int end) {
+  std::atomic<bool> ticket_used = false;
+  std::list<Connection> connections;
+  for (;;) {
+    connections.remove_if([](const Connection& connection) { return connection.has_ended.load(); });
+    const bool is_full = connections.size() >= most_connections;
+    pollfd waits[] = {{end, POLLIN, 0}, {port.socket, POLLIN, 0}};
+    // If no more fit in, it looks a little later whether one has ended.
+    if (uninterrupted([&] { return poll(waits, is_full ? 1 : 2, is_full ? 50 : -1); }) < 0)
+      throw WorldError(fmt::format("127.0.0.1, port {}: {}", port.number, std::strerror(errno)));
+    if (waits[0].revents != 0) break;
+    if (is_full || waits[1].revents == 0) continue;
+    Descriptor socket(accept4(port.socket, nullptr, nullptr, SOCK_CLOEXEC));
+    // It may have ended in the meantime.
+    if (socket < 0) continue;
+    Connection& connection = connections.emplace_back();
+    connection.socket = std::move(socket);
+    connection.thread = std::jthread([&connection, &port, &site, &ticket_used] {
+      answer_requests(connection.socket, port.number, site, ticket_used);
+      shutdown(connection.socket, SHUT_RDWR);
+      connection.has_ended = true;
+    });
+  }
+  for (const Connection& connection : connections) shutdown(connection.socket, SHUT_RDWR);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,259 @@
+"""`tagrid view` gives the page and the file to a browser of this machine, and nothing to anybody else."""
+
+import http.client
+import os
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+import unittest
+from pathlib import Path
+from urllib.parse import parse_qs, urljoin, urlsplit
+
+from program import TAGRID, ProgramTest
+
+
+class Viewer:
+    """A running `tagrid view`."""
+
+    def __init__(self, test, *arguments, environment=None):
+        self.test = test
+        self.process = subprocess.Popen([test.program, "view", *map(str, arguments)], cwd=test.folder,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        test.addCleanup(self.kill)
+        self.address = self.process.stdout.readline().strip()
+        test.assertRegex(self.address, r"^http://127\.0\.0\.1:\d+/[0-9a-f]{32}/\?src=")
+        parts = urlsplit(self.address)
+        self.port = parts.port
+        self.root = parts.path
+        self.file = urlsplit(urljoin(self.address, parse_qs(parts.query)["src"][0])).path
+
+    def kill(self):
+        self.process.kill()
+        self.process.communicate()
+
+    def ask(self, path, method="GET", host=None, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        self.test.addCleanup(connection.close)
+        connection.putrequest(method, path, skip_host=True)
+        connection.putheader("Host", host or f"127.0.0.1:{self.port}")
+        for name, value in headers.items():
+            connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        answer.content = answer.read()
+        return answer
+
+    def raw(self, text):
+        """The first line of the answer to any bytes."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=20) as connection:
+            connection.sendall(text)
+            return connection.makefile("rb").readline().decode().strip()
+
+    def end(self, number=signal.SIGINT):
+        self.process.send_signal(number)
+        begin = time.monotonic()
+        code = self.process.wait(20)
+        return code, time.monotonic() - begin
+
+
+class View(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        # The page of this test, beside a program that is the same.
+        place = self.folder / "place"
+        (place / "viewer" / "decoder").mkdir(parents=True)
+        self.program = place / "tagrid"
+        try:
+            os.link(TAGRID, self.program)
+        except OSError:
+            self.program.write_bytes(TAGRID.read_bytes())
+            self.program.chmod(0o755)
+        self.page = {"index.html": b"<!DOCTYPE html>", "viewer.js": b"1;", "decoder/index.js": b"2;",
+                     "decoder/a.wasm": b"\0asm"}
+        for name, content in self.page.items():
+            (place / "viewer" / name).write_bytes(content)
+        self.tagrid("phantom", "--dims", "90,80,70", "-o", "a.nrrd", "-q")
+        self.tagrid("encode", "a.nrrd", "--max-error", "3", "-o", "my scan%.tag", "-q")
+        self.bytes = (self.folder / "my scan%.tag").read_bytes()
+
+    def view(self, *arguments, **options):
+        return Viewer(self, "my scan%.tag", "--no-browser", *arguments, **options)
+
+    def test_the_page_and_the_file(self):
+        viewer = self.view()
+        types = {".html": "text/html; charset=utf-8", ".js": "text/javascript", ".wasm": "application/wasm"}
+        for name, content in self.page.items():
+            answer = viewer.ask(viewer.root + name)
+            self.assertEqual((answer.status, answer.content), (200, content))
+            self.assertEqual(answer.headers["Content-Type"], types[Path(name).suffix])
+        self.assertEqual(viewer.ask(viewer.root + "?src=x").content, self.page["index.html"])
+        self.assertTrue(viewer.file.endswith("/file/my%20scan%25.tag"))
+        answer = viewer.ask(viewer.file)
+        self.assertEqual((answer.status, answer.content), (200, self.bytes))
+
+    def test_ranges(self):
+        viewer = self.view()
+        size = len(self.bytes)
+        for text, first, end in [("0-0", 0, 1), ("0-99", 0, 100), ("100-", 100, size), ("-7", size - 7, size),
+                                 (f"-{size + 5}", 0, size), (f"5-{size + 5}", 5, size), (f"{size - 1}-", size - 1, size),
+                                 ("5-99999999999999999999", None, None)]:
+            answer = viewer.ask(viewer.file, Range=f"bytes={text}")
+            if first is None:
+                self.assertEqual((answer.status, answer.content), (200, self.bytes), text)
+                continue
+            self.assertEqual((answer.status, answer.content), (206, self.bytes[first:end]), text)
+            self.assertEqual(answer.headers["Content-Range"], f"bytes {first}-{end - 1}/{size}")
+            self.assertEqual(int(answer.headers["Content-Length"]), end - first)
+        for text in (f"{size}-", f"{size}-{size + 1}", "-0"):
+            answer = viewer.ask(viewer.file, Range=f"bytes={text}")
+            self.assertEqual((answer.status, answer.headers["Content-Range"]), (416, f"bytes */{size}"), text)
+        # What is no range, and several ranges, may be ignored.
+        for text in ("bytes=9-3", "bytes=a-b", "bytes=0-1,5-6", "bytes=", "bytes=-", "lines=1-2", "bytes=+1-2"):
+            self.assertEqual(viewer.ask(viewer.file, Range=text).status, 200, text)
+        answer = viewer.ask(viewer.file, "HEAD", Range="bytes=10-19")
+        self.assertEqual((answer.status, answer.content, answer.headers["Content-Length"]), (206, b"", "10"))
+        self.assertEqual(viewer.ask(viewer.file, "HEAD").headers["Content-Length"], str(size))
+
+    def test_a_connection_takes_many_requests_and_others_work_beside_it(self):
+        viewer = self.view()
+        idle = [socket.create_connection(("127.0.0.1", viewer.port)) for _ in range(20)]
+        self.addCleanup(lambda: [connection.close() for connection in idle])
+        failures = []
+
+        def many(seed):
+            connection = http.client.HTTPConnection("127.0.0.1", viewer.port, timeout=20)
+            for i in range(50):
+                first = (seed * 7919 + i * 104729) % (len(self.bytes) - 100)
+                connection.request("GET", viewer.file, headers={"Range": f"bytes={first}-{first + 99}"})
+                if connection.getresponse().read() != self.bytes[first:first + 100]:
+                    failures.append((seed, i))
+            connection.close()
+
+        threads = [threading.Thread(target=many, args=(seed,)) for seed in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+    def test_nothing_without_the_token(self):
+        viewer = self.view()
+        other = "/" + "0" * 32 + "/"
+        name = viewer.file.rpartition("/")[2]
+        for path in ("/", "/index.html", f"/file/{name}", other, other + f"file/{name}", viewer.root[:-1],
+                     viewer.root.upper(), viewer.root[:-2] + "/"):
+            self.assertEqual(viewer.ask(path).status, 404, path)
+
+    def test_no_other_file(self):
+        viewer = self.view()
+        (self.folder / "secret").write_text("secret")
+        for path in ("../secret", "../../secret", "%2e%2e/secret", "..%2fsecret", "file/../../../secret", "file/secret",
+                     "decoder/../../tagrid", "//etc/passwd", "/etc/passwd", "file/", "decoder", "decoder/",
+                     "index.html/", "index.html%00"):
+            self.assertEqual(viewer.ask(viewer.root + path).status, 404, path)
+
+    def test_no_other_host_and_no_other_origin(self):
+        viewer = self.view()
+        for host in ("example.org", f"example.org:{viewer.port}", "127.0.0.1", f"127.0.0.1:{viewer.port + 1}",
+                     f"127.0.0.1:{viewer.port}.example.org", f"[::1]:{viewer.port}"):
+            self.assertEqual(viewer.ask(viewer.file, host=host).status, 403, host)
+        self.assertEqual(viewer.ask(viewer.file, host=f"localhost:{viewer.port}").status, 200)
+        self.assertEqual(viewer.raw(f"GET {viewer.file} HTTP/1.0\r\n\r\n".encode()), "HTTP/1.1 403 Forbidden")
+        answer = viewer.ask(viewer.file, Origin="https://example.org")
+        self.assertEqual([name for name in answer.headers if name.lower().startswith("access-control")], [])
+        self.assertEqual(answer.headers["Cross-Origin-Resource-Policy"], "same-origin")
+        self.assertIn("default-src 'none'", answer.headers["Content-Security-Policy"])
+
+    def test_only_this_machine(self):
+        viewer = self.view()
+        listening = [line.split()[1] for table in ("tcp", "tcp6")
+                     for line in Path(f"/proc/{viewer.process.pid}/net/{table}").read_text().splitlines()[1:]
+                     if line.split()[3] == "0A" and line.split()[1].endswith(f":{viewer.port:04X}")]
+        self.assertEqual(listening, [f"0100007F:{viewer.port:04X}"])
+
+    def test_what_is_no_request(self):
+        viewer = self.view()
+        host = f"Host: 127.0.0.1:{viewer.port}\r\n"
+        for text, status in [("GARBAGE\r\n\r\n", 400), (f"GET {viewer.file}\r\n\r\n", 400),
+                             (f"GET {viewer.file} HTTP/3\r\n{host}\r\n", 400),
+                             (f"GET http://127.0.0.1{viewer.file} HTTP/1.1\r\n{host}\r\n", 400),
+                             (f"GET {viewer.file} HTTP/1.1\r\n{host}{host}\r\n", 400),
+                             (f"GET {viewer.file} HTTP/1.1\r\n{host}Range : bytes=0-1\r\n\r\n", 400),
+                             (f"GET {viewer.file} HTTP/1.1\r\n{host}A: \0\r\n\r\n", 400),
+                             (f"POST {viewer.file} HTTP/1.1\r\n{host}Content-Length: 3\r\n\r\nabc", 413),
+                             (f"PUT {viewer.file} HTTP/1.1\r\n{host}Content-Length: 0\r\n\r\n", 405),
+                             ("A" * 40000, 400)]:
+            self.assertEqual(viewer.raw(text.encode())[:12], f"HTTP/1.1 {status}", text[:80])
+        self.assertEqual(viewer.ask(viewer.root).status, 200)
+
+    def test_signals_end_it_cleanly(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            viewer = self.view()
+            idle = socket.create_connection(("127.0.0.1", viewer.port))
+            viewer.ask(viewer.root)
+            code, seconds = viewer.end(number)
+            idle.close()
+            self.assertEqual(code, 0)
+            self.assertLess(seconds, 5)
+            with self.assertRaises(OSError):
+                socket.create_connection(("127.0.0.1", viewer.port), timeout=5).close()
+        self.assertIn("Ctrl-C", viewer.process.stderr.read())
+
+    def test_the_browser_gets_an_address_that_works_once(self):
+        programs = self.folder / "programs"
+        programs.mkdir()
+        browser = programs / "xdg-open"
+        browser.write_text(f'#!/bin/sh\necho "$1" > "{self.folder}/opened.part"\n'
+                           f'mv "{self.folder}/opened.part" "{self.folder}/opened"\n')
+        browser.chmod(0o755)
+        viewer = Viewer(self, "my scan%.tag", environment={**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"})
+        for _ in range(200):
+            if (self.folder / "opened").exists():
+                break
+            time.sleep(0.05)
+        opened = urlsplit((self.folder / "opened").read_text().strip())
+        self.assertNotIn(viewer.root.strip("/"), opened.path)
+        answers = [viewer.ask(opened.path) for _ in range(2)]
+        self.assertEqual([answer.status for answer in answers], [302, 404])
+        self.assertEqual(urljoin(viewer.address, answers[0].headers["Location"]), viewer.address)
+
+    def test_without_a_browser_it_says_so(self):
+        empty = self.folder / "empty"
+        empty.mkdir()
+        viewer = Viewer(self, "my scan%.tag", environment={**os.environ, "PATH": str(empty)})
+        self.assertEqual(viewer.ask(viewer.root).status, 200)
+        viewer.end()
+        self.assertIn("xdg-open", viewer.process.stderr.read())
+
+    def test_ports(self):
+        viewer = self.view("--quiet")
+        run = subprocess.run([self.program, "view", "my scan%.tag", "--no-browser", "--port", str(viewer.port)],
+                             cwd=self.folder, capture_output=True, check=False, text=True)
+        self.assertEqual(run.returncode, 74)
+        self.assertIn(str(viewer.port), run.stderr)
+        viewer.end()
+        self.assertEqual(viewer.process.stderr.read(), "")
+        again = self.view("--port", viewer.port)
+        self.assertEqual(again.port, viewer.port)
+        self.assertNotEqual(again.root, viewer.root)
+        for port in ("-1", "65536", "x"):
+            self.tagrid("view", "my scan%.tag", "--no-browser", "--port", port, code=64)
+
+    def test_what_cannot_be_viewed(self):
+        (self.folder / "text.tag").write_text("text")
+        for name, code in [("text.tag", 65), ("none.tag", 74), (".", 64), ("-", 64)]:
+            run = subprocess.run([self.program, "view", name, "--no-browser"], cwd=self.folder, capture_output=True,
+                                 check=False, text=True, stdin=subprocess.DEVNULL)
+            self.assertEqual((run.returncode, run.stdout), (code, ""), (name, run.stderr))
+        (self.program.parent / "viewer" / "index.html").unlink()
+        run = subprocess.run([self.program, "view", "my scan%.tag", "--no-browser"], cwd=self.folder,
+                             capture_output=True, check=False, text=True)
+        self.assertEqual((run.returncode, run.stdout), (74, ""))
+        self.assertTrue(re.search("viewer is not installed", run.stderr), run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

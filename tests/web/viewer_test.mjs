@@ -1,0 +1,349 @@
+// The page of the viewer in headless Chromium: what it shows is what the program decodes, and it reads little.
+// With TAGRID_PICTURES=FOLDER, it leaves pictures of the page there.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { startChromium } from "./chromium.mjs";
+import { decoded, folder, golden, made, tagrid } from "./files.mjs";
+import { serve } from "./server.mjs";
+
+const viewer = process.env.TAGRID_VIEWER;
+const dims = [150, 140, 130];
+let browser;
+let server;
+
+let scanned;
+/** A phantom with values in HU, spacing and overviews: /made/scan.tag. */
+const scan = () => (scanned ??= makeScan());
+function makeScan() {
+  const path = join(folder, "scan.tag");
+  const head = [
+    "NRRD0004",
+    "type: int16",
+    "dimension: 3",
+    `sizes: ${dims.join(" ")}`,
+    "encoding: raw",
+    "endian: little",
+    "space: left-posterior-superior",
+    "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.8)",
+    "space origin: (-30,-40,100)",
+    "rescale_slope:=2",
+    "rescale_intercept:=-100",
+    "rescale_units:=HU",
+  ];
+  tagrid("phantom", "--dims", dims.join(","), "-q", "-o", join(folder, "scan.raw"));
+  writeFileSync(join(folder, "scan.nhdr"), `${[...head, "data file: scan.raw"].join("\n")}\n`);
+  tagrid("encode", join(folder, "scan.nhdr"), "--max-error", "4", "--overviews", "4", "-q", "-o", path);
+  const bytes = decoded(path);
+  const samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length / 2);
+  return { path, value: ([x, y, z]) => 2 * samples[(z * dims[1] + y) * dims[0] + x] - 100 };
+}
+
+before(async () => {
+  scan();
+  browser = await startChromium();
+  server = await serve({ viewer, made: folder, golden });
+});
+after(async () => {
+  await browser.close();
+  server.close();
+});
+
+async function open(file, width = 1280, height = 860, mobile = false) {
+  const page = await browser.newPage(width, height, mobile);
+  await page.goTo(server.url(`viewer/index.html?src=/${file}`));
+  await page.until("tagridViewer.times.complete");
+  return page;
+}
+
+const picture = async (page, name) => {
+  if (process.env.TAGRID_PICTURES) await page.picture(join(process.env.TAGRID_PICTURES, `${name}.png`));
+};
+
+const readout = (page) =>
+  page.evaluate(
+    `Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`,
+  );
+
+/** Where a place of the volume is on the page. */
+const pointOf = (page, view, place) =>
+  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
+    const box = view.canvas.getBoundingClientRect();
+    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+    return [box.left + x, box.top + y]; })()`);
+
+/** The grey of the picture there, away from the cross hair. */
+const greyOf = (page, view, place) =>
+  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
+    view.draw();
+    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+    return [...view.canvas.getContext("2d").getImageData(Math.floor(x), Math.floor(y), 1, 1).data]; })()`);
+
+test("values under the pointer and greys are those of the program", async () => {
+  const { value } = scan();
+  const page = await open("made/scan.tag");
+  await page.evaluate(`document.getElementById("window-width").value = 1500;
+    document.getElementById("window-level").value = -200;
+    document.getElementById("window-level").dispatchEvent(new Event("input"))`);
+  // Samples of two pixels or more are drawn as they are.
+  await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 1.3)");
+  let bright = 0;
+  for (const position of [
+    [75, 70, 65],
+    [40, 75, 3],
+    [99, 20, 129],
+    [64, 63, 127],
+  ]) {
+    await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(position)})`);
+    await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)");
+    for (const [view, axis] of [2, 1, 0].entries())
+      for (const [a, b] of [
+        [31, 42],
+        [63, 64],
+        [65, 65],
+        [100, 90],
+        [20, 95],
+      ]) {
+        const place = [a, b];
+        place.splice(axis, 0, position[axis]);
+        await page.move(...(await pointOf(page, view, place)));
+        const shown = await readout(page);
+        assert.equal(shown.sample, place.join(", "));
+        assert.equal(shown.value, `${value(place)} HU`, `${place}`);
+        if (place.some((p, i) => i !== axis && Math.abs(p - position[i]) < 4)) continue;
+        const grey = Math.max(0, Math.min(255, Math.round(((value(place) + 950) * 255) / 1500)));
+        const found = await greyOf(page, view, place);
+        assert.deepEqual(found, [grey, grey, grey, 255], `view ${view} at ${place}`);
+        bright += grey > 20;
+      }
+  }
+  assert.ok(bright > 10);
+  await page.move(...(await pointOf(page, 0, [10, 20, 64])));
+  assert.equal((await readout(page))["position (mm)"], "-25, -30, 201.6");
+  assert.match(await page.evaluate(`document.getElementById("bounds").innerText`), /largest error allowed\s+4 HU/);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("an overview first, and then only the bricks that are seen", async () => {
+  const path = made("large", [700, 640, 130], "int16", "--max-error", "5", "--overviews", "4,16");
+  const page = await open("made/large.tag?delay=30");
+  const first = await page.evaluate("tagridViewer.times");
+  assert.ok(first.first < first.complete);
+  const { bytes } = server.seen("/made/large.tag");
+  const { size } = await (await import("node:fs/promises")).stat(path);
+  assert.ok(bytes < size, `${bytes} of ${size}`);
+  // Far in, only a few bricks of the volume itself.
+  await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 40)");
+  await page.until("tagridViewer.sliceViews.every((view) => view.isComplete && view.shown === 0)");
+  await picture(page, "zoomed");
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("mouse and keys", async () => {
+  const page = await open("made/scan.tag");
+  const state = (what) => page.evaluate(`tagridViewer.state.${what}`);
+  const [x, y] = await pointOf(page, 0, [75, 70, 65]);
+  await page.drag(await pointOf(page, 0, [60, 50, 65]), await pointOf(page, 0, [30, 100, 65]));
+  assert.deepEqual(await state("position"), [30, 100, 65]);
+  await page.wheel(x, y, 120);
+  await page.until("tagridViewer.state.position[2] === 68");
+  const { low, high } = await state("shades");
+  await page.drag([x, y], [x + 60, y - 40], "right");
+  const after = await state("shades");
+  assert.ok(after.high - after.low > 1.2 * (high - low));
+  assert.ok(after.low + after.high < low + high);
+  const zoom = await state("zoom");
+  await page.wheel(x, y, -200, 2);
+  await page.until(`tagridViewer.state.zoom > ${zoom}`);
+  const center = await page.evaluate("tagridViewer.sliceViews[0].center");
+  await page.drag([x, y], [x + 30, y], "middle");
+  assert.ok((await page.evaluate("tagridViewer.sliceViews[0].center"))[0] < center[0]);
+  await page.key("0");
+  assert.ok(Math.abs((await state("zoom")) - zoom) < 1e-9);
+  await page.key("ArrowRight");
+  await page.key("ArrowDown");
+  await page.key("PageUp");
+  await page.key("ArrowLeft", 8);
+  assert.deepEqual(await state("position"), [21, 101, 69]);
+  await page.key("2");
+  assert.equal(await state("tool"), "window");
+  await page.key("m");
+  assert.equal(
+    await page.evaluate(`[...document.querySelectorAll("#views section")].filter((e) => !e.hidden).length`),
+    1,
+  );
+  await page.key("m");
+  // Every control has a name, and can be reached.
+  assert.deepEqual(
+    await page.evaluate(`[...document.querySelectorAll("button, input, select")].filter((e) =>
+    !(e.textContent.trim() || e.labels?.length || e.getAttribute("aria-label"))).map((e) => e.outerHTML)`),
+    [],
+  );
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("a picture in space", async () => {
+  const page = await open("made/scan.tag");
+  await page.until("tagridViewer.spaceView.texture");
+  const lit = () =>
+    page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0);
+    const { data } = context.getImageData(0, 0, copy.width, copy.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) count += data[i] > 40;
+    done(count / (data.length / 4));
+  })))`);
+  const surface = await lit();
+  assert.ok(surface > 0.01 && surface < 0.6, `${surface}`);
+  await picture(page, "desktop");
+  // A surface around air is the whole box.
+  await page.evaluate(
+    `{ const slider = document.querySelector(".over input[type=range]");
+    slider.value = 0; slider.dispatchEvent(new Event("input")); }`,
+  );
+  assert.ok((await lit()) > surface);
+  await page.evaluate(
+    `{ const kind = document.querySelector(".over select");
+    kind.value = "fog"; kind.dispatchEvent(new Event("change")); }`,
+  );
+  assert.ok((await lit()) > 0.01);
+  await picture(page, "fog");
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("on a phone", async () => {
+  const page = await open("made/scan.tag", 360, 740, true);
+  await picture(page, "phone");
+  assert.equal(await page.evaluate("document.documentElement.scrollWidth"), 360);
+  assert.deepEqual(
+    await page.evaluate(`[...document.querySelectorAll("header button, header label, header input, nav button")]
+    .filter((e) => e.id !== "file" && e.offsetParent && e.getBoundingClientRect().right > 360).map((e) => e.outerHTML)`),
+    [],
+  );
+  await page.evaluate(`document.querySelector("[data-tab=coronal]").click()`);
+  await page.until("tagridViewer.sliceViews[1].isShown && tagridViewer.sliceViews[1].isComplete");
+  await page.close();
+});
+
+test("a file of this machine, and what is no such file", async () => {
+  const page = await browser.newPage(1000, 700);
+  await page.goTo(server.url("viewer/index.html"));
+  await page.until("document.readyState === 'complete'");
+  await picture(page, "welcome");
+  await page.choose("#file", [join(folder, "scan.nhdr")]);
+  await page.until(`document.getElementById("failure").textContent`);
+  await page.choose("#file", [join(folder, "scan.tag")]);
+  await page.until("tagridViewer.times.complete");
+  assert.equal(await page.evaluate(`document.getElementById("welcome").hidden`), true);
+  for (const [source, message] of [
+    ["javascript:alert(1)", /http/],
+    ["/made/none.tag", /404/],
+    ["/made/scan.nhdr", /scan\.nhdr/],
+  ]) {
+    await page.goTo(server.url(`viewer/index.html?src=${encodeURIComponent(source)}`));
+    await page.until(`document.getElementById("failure").textContent`);
+    assert.match(await page.evaluate(`document.getElementById("failure").textContent`), message);
+  }
+  await page.close();
+});
+
+test("files of every type, and of several volumes", async () => {
+  for (const file of [
+    "voxels_lossless_float32.tag",
+    "voxels_bounded_int16.tag",
+    "volumes_bounded_int16.tag",
+    "pages_lossless_uint8.tag",
+  ]) {
+    const page = await open(`golden/${file}`);
+    assert.equal(await page.evaluate(`document.getElementById("volume-choice").hidden`), !file.startsWith("volumes"));
+    if (file.startsWith("volumes")) {
+      await page.evaluate(
+        `{ const choice = document.getElementById("volume");
+        choice.value = "1"; choice.dispatchEvent(new Event("change")); }`,
+      );
+      await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)");
+    }
+    assert.deepEqual(page.errors, []);
+    await page.close();
+  }
+});
+
+test("served by `tagrid view`", async () => {
+  const process_ = spawn(process.env.TAGRID_PROGRAM, ["view", join(folder, "scan.tag"), "--no-browser"], {
+    stdio: ["ignore", "pipe", "ignore"],
+  });
+  const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
+  const page = await browser.newPage(1000, 700);
+  await page.goTo(line.toString().trim());
+  await page.until("tagridViewer.times.complete && tagridViewer.spaceView.texture");
+  assert.equal(await page.evaluate("document.title"), "scan.tag – tagrid viewer");
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  process_.kill("SIGINT");
+  const [code] = await once(process_, "exit");
+  assert.equal(code, 0);
+});
+
+test("of a terabyte, a first picture from 2 MB and 20 requests", async () => {
+  const path = join(folder, "part.tag");
+  tagrid("phantom", "--dims", "256,256,256", "-q", "-o", join(folder, "part.nrrd"));
+  tagrid("encode", join(folder, "part.nrrd"), "--max-error", "5", "--overviews", "4", "-q", "-o", path);
+  const process_ = spawn(process.env.TAGRID_TERABYTE_SERVER, [path], { stdio: ["pipe", "pipe", "inherit"] });
+  const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
+  const [port, size] = line.toString().split(" ").map(Number);
+  assert.ok(size > 1e11, `${size}`);
+  // Counts, and answers 50 ms later.
+  const count = { requests: 0, bytes: 0 };
+  const far = await serve(
+    { viewer },
+    {
+      "/scan.tag": async (request, response) => {
+        ++count.requests;
+        await new Promise((resolve) => setTimeout(resolve, 50));
+        const answer = await fetch(`http://127.0.0.1:${port}/scan.tag`, { headers: { range: request.headers.range } });
+        const bytes = Buffer.from(await answer.arrayBuffer());
+        count.bytes += bytes.length;
+        response
+          .writeHead(answer.status, {
+            "Content-Range": answer.headers.get("content-range"),
+            "Content-Length": bytes.length,
+          })
+          .end(bytes);
+      },
+    },
+  );
+  const page = await browser.newPage(1280, 860);
+  await page.goTo(far.url("viewer/index.html?src=/scan.tag"));
+  await page.until("tagridViewer.times.all");
+  const seen = { ...count };
+  const { start, first, all } = await page.evaluate("tagridViewer.times");
+  await picture(page, "terabyte");
+  console.log(
+    `# ${(size / 1e9).toFixed(0)} GB: three slices after ${seen.requests} requests and ${seen.bytes} bytes, ` +
+      `the first after ${Math.round(first - start)} ms, all after ${Math.round(all - start)} ms`,
+  );
+  assert.ok(seen.requests <= 20, `${seen.requests} requests`);
+  assert.ok(seen.bytes <= 2e6, `${seen.bytes} bytes`);
+  await page.until("tagridViewer.times.complete");
+  console.log(`# as fine as the screen after ${count.requests} requests and ${count.bytes} bytes`);
+  assert.ok(count.bytes < 2e7, `${count.bytes} bytes`);
+  // Far in, bricks of the volume itself.
+  await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 30)");
+  await page.until("tagridViewer.sliceViews.every((view) => view.isComplete && view.shown === 0)");
+  await picture(page, "terabyte-zoomed");
+  console.log(`# and with a part of it at full resolution after ${count.requests} requests and ${count.bytes} bytes`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  far.close();
+  process_.stdin.end();
+});

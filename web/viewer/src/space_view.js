@@ -1,0 +1,405 @@
+// The volume in space: a surface of one value, or a fog as bright as the window says. A program of the graphics card
+// follows a ray for each pixel through a texture with samples of an overview.
+import { numberText } from "./describe.js";
+
+// Samples that are read without asking, and at most, and along an axis of the texture.
+const samplesUnasked = 4e6;
+const mostSamples = 160e6;
+const longest = 256;
+
+const vertexCode = `#version 300 es
+in vec2 corner;
+out vec2 place;
+void main() { place = corner; gl_Position = vec4(corner, 0.0, 1.0); }`;
+
+// Rays in the box from 0 to 1, whose edges have the lengths \`size\`.
+const fragmentCode = `#version 300 es
+precision highp float;
+precision highp sampler3D;
+in vec2 place;
+out vec4 color;
+uniform sampler3D samples;
+uniform mat3 turn;
+uniform vec3 size, texels;
+uniform vec2 span, grey;
+uniform float level, stretch;
+uniform bool isSurface;
+
+float at(vec3 p) { return texture(samples, p).r; }
+
+vec3 slope(vec3 p) {
+  vec3 d = 1.0 / texels;
+  return vec3(at(p + vec3(d.x, 0, 0)) - at(p - vec3(d.x, 0, 0)), at(p + vec3(0, d.y, 0)) - at(p - vec3(0, d.y, 0)),
+              at(p + vec3(0, 0, d.z)) - at(p - vec3(0, 0, d.z))) * texels / size;
+}
+
+void main() {
+  vec3 direction = turn * vec3(0, 0, -1) / size;
+  vec3 start = turn * vec3(place * span, 2.0) / size + 0.5;
+  vec3 a = -start / direction, b = (1.0 - start) / direction;
+  vec3 low = min(a, b), high = max(a, b);
+  float enter = max(max(low.x, low.y), low.z), leave = min(min(high.x, high.y), high.z);
+  color = vec4(0.0, 0.0, 0.0, 1.0);
+  if (enter >= leave) return;
+  float step = stretch / length(direction * texels);
+  // Without it, the regular steps of all rays would draw rings.
+  float t = enter + step * fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
+  if (isSurface) {
+    float before = -1.0;
+    for (; t < leave; t += step) {
+      float now = at(start + t * direction);
+      if (now >= level) {
+        float from = before < 0.0 ? t : before, to = t;
+        for (int i = 0; i < 6; ++i) {
+          float middle = 0.5 * (from + to);
+          if (at(start + middle * direction) >= level) to = middle; else from = middle;
+        }
+        vec3 p = start + to * direction, n = slope(p);
+        float l = length(n);
+        vec3 toward = turn * vec3(0, 0, 1), light = normalize(turn * vec3(-0.4, 0.5, 1.0));
+        n = before < 0.0 || l == 0.0 ? toward : -n / l;
+        float diffuse = max(dot(n, light), 0.0), shine = pow(max(dot(n, normalize(light + toward)), 0.0), 40.0);
+        color = vec4(vec3(0.93, 0.87, 0.78) * (0.16 + 0.8 * diffuse) + 0.22 * shine, 1.0);
+        return;
+      }
+      before = t;
+    }
+    return;
+  }
+  float light = 0.0, through = 1.0;
+  for (; t < leave && through > 0.01; t += step) {
+    float g = clamp((at(start + t * direction) - grey.x) / (grey.y - grey.x), 0.0, 1.0);
+    float opaque = 1.0 - pow(1.0 - 0.12 * g * g, stretch);
+    light += through * opaque * g;
+    through *= 1.0 - opaque;
+  }
+  color = vec4(vec3(light), 1.0);
+}`;
+
+export class SpaceView {
+  #section;
+  #state;
+  #gl;
+  #uniforms = {};
+  #picture;
+  #turn = { around: 0.5, up: 0.35 };
+  #zoom = 1.15;
+  #isSurface = true;
+  #isMoving = false;
+  #isPlanned = false;
+  #drawnSize = [0, 0];
+  #reading;
+
+  constructor(section, state) {
+    this.#section = section;
+    this.#state = state;
+    this.canvas = document.createElement("canvas");
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", "the volume in space");
+    section.append(this.canvas);
+    section.insertAdjacentHTML(
+      "beforeend",
+      `
+      <div class="middle" hidden><p></p><p><button type="button">Show in 3D</button></p></div>
+      <div class="over" hidden>
+        <select aria-label="Kind of picture">
+          <option value="surface">Surface</option><option value="fog">Volume</option></select>
+        <input type="range" min="0" max="1000" aria-label="Value of the surface">
+        <input type="number" step="any" aria-label="Value of the surface">
+      </div>`,
+    );
+    const find = (selector) => section.querySelector(selector);
+    this.elements = {
+      middle: find(".middle"),
+      text: find(".middle p"),
+      button: find("button"),
+      over: find(".over"),
+      kind: find("select"),
+      slider: find("input[type=range]"),
+      number: find("input[type=number]"),
+    };
+    const { button, kind, slider, number } = this.elements;
+    button.addEventListener("click", () => this.#read());
+    kind.addEventListener("change", () => {
+      this.#isSurface = kind.value === "surface";
+      slider.hidden = number.hidden = !this.#isSurface;
+      this.draw();
+    });
+    slider.addEventListener("input", () => {
+      const { low, high } = this.#picture;
+      this.#setLevel(low + (slider.valueAsNumber / 1000) * (high - low));
+    });
+    number.addEventListener(
+      "input",
+      () => Number.isFinite(number.valueAsNumber) && this.#setLevel(number.valueAsNumber),
+    );
+    this.#handleInput();
+  }
+
+  /** There is another volume. */
+  reset() {
+    this.#reading?.abort();
+    this.#reading = undefined;
+    this.#picture = undefined;
+    this.elements.over.hidden = true;
+    this.elements.middle.hidden = true;
+    if (this.#gl) this.#gl.clear(this.#gl.COLOR_BUFFER_BIT);
+  }
+
+  /** Draws; without a picture, it reads one if it is small, and else offers to. */
+  update() {
+    if (!this.#state.volume || this.canvas.clientWidth === 0) return;
+    if (this.#picture) {
+      const { clientWidth, clientHeight } = this.canvas;
+      if (clientWidth !== this.#drawnSize[0] || clientHeight !== this.#drawnSize[1]) this.draw();
+      return;
+    }
+    if (this.#reading) return;
+    const { dims, factor } = this.#choice();
+    const samples = dims[0] * dims[1] * dims[2];
+    if (samples <= samplesUnasked) {
+      this.#read();
+      return;
+    }
+    const { middle, text, button } = this.elements;
+    const isTooMuch = samples > mostSamples;
+    const what = factor > 1 ? `the overview 1:${factor}` : "the volume";
+    text.textContent = isTooMuch
+      ? "There is no overview that is small enough for a picture in 3D."
+      : `${what} has ${numberText(samples / 1e6, 2)} million samples, which must be read for it.`;
+    button.hidden = isTooMuch;
+    middle.hidden = false;
+  }
+
+  windowChanged() {
+    if (!this.#isSurface) this.draw();
+  }
+
+  /** The level that is read: the finest that fits, or the coarsest. */
+  #choice() {
+    const { levels } = this.#state.volume;
+    return levels.find(({ dims }) => Math.max(...dims) <= longest) ?? levels.at(-1);
+  }
+
+  async #read() {
+    const controller = new AbortController();
+    this.#reading = controller;
+    const { volume, scale } = this.#state;
+    const { level, dims } = this.#choice();
+    const { middle, text, button } = this.elements;
+    // Every nth sample, where the volume has no overview that fits.
+    const every = Math.ceil(Math.max(...dims) / longest);
+    const size = dims.map((n) => Math.ceil(n / every));
+    middle.hidden = false;
+    button.hidden = true;
+    try {
+      const values = new Float32Array(size[0] * size[1] * size[2]);
+      const { brickEdge } = volume;
+      for (let z0 = 0; z0 < dims[2]; z0 += brickEdge) {
+        text.textContent = `Reading ${Math.round((100 * z0) / dims[2])} %`;
+        const z1 = Math.min(z0 + brickEdge, dims[2]);
+        const box = { low: [0, 0, z0], high: [dims[0], dims[1], z1] };
+        const samples = await volume.read({ level, box, signal: controller.signal });
+        for (let z = Math.ceil(z0 / every) * every; z < z1; z += every)
+          for (let y = 0; y < dims[1]; y += every) {
+            const from = ((z - z0) * dims[1] + y) * dims[0];
+            const to = ((z / every) * size[1] + y / every) * size[0];
+            for (let x = 0, i = to; x < dims[0]; x += every, ++i)
+              values[i] = scale.slope * samples[from + x] + scale.intercept;
+          }
+      }
+      if (controller.signal.aborted) return;
+      this.#prepare(values, size);
+      middle.hidden = true;
+      this.elements.over.hidden = false;
+      this.draw();
+    } catch (error) {
+      if (controller.signal.aborted) return;
+      text.textContent = error.message;
+    }
+  }
+
+  #prepare(values, size) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const value of values) {
+      if (!Number.isFinite(value)) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    if (!(low < high)) [low, high] = [Number.isFinite(low) ? low : 0, (Number.isFinite(low) ? low : 0) + 1];
+    for (let i = 0; i < values.length; ++i)
+      values[i] = Number.isFinite(values[i]) ? (values[i] - low) / (high - low) : 0;
+    this.#start();
+    const gl = this.#gl;
+    if (this.texture) gl.deleteTexture(this.texture);
+    this.texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_3D, this.texture);
+    for (const name of ["S", "T", "R"]) gl.texParameteri(gl.TEXTURE_3D, gl[`TEXTURE_WRAP_${name}`], gl.CLAMP_TO_EDGE);
+    for (const name of ["MIN", "MAG"]) gl.texParameteri(gl.TEXTURE_3D, gl[`TEXTURE_${name}_FILTER`], gl.LINEAR);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    // Half floats, which every card interpolates: as fine as 11 bits.
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R16F, ...size, 0, gl.RED, gl.FLOAT, values);
+    if (gl.getError() !== gl.NO_ERROR) throw new Error("the graphics card has too little memory for a picture in 3D");
+    const { volume, steps } = this.#state;
+    const lengths = volume.dims.map((n, axis) => n * steps[axis]);
+    const most = Math.hypot(...lengths);
+    this.#picture = { low, high, size, lengths: lengths.map((l) => l / most), level: 0 };
+    this.#setLevel(this.#likelyLevel(values));
+  }
+
+  /** The value between the two brightest of three classes: bone, in CT. */
+  #likelyLevel(values) {
+    const { low, high } = this.#picture;
+    const counts = new Uint32Array(1024);
+    for (const value of values) ++counts[Math.min(Math.floor(value * 1024), 1023)];
+    // Between the two classes that differ most (Otsu's method), of the samples from a number on.
+    const split = (from) => {
+      let [total, sum] = [0, 0];
+      for (let i = from; i < 1024; ++i) [total, sum] = [total + counts[i], sum + i * counts[i]];
+      let [below, sumBelow, best, at] = [0, 0, -1, from];
+      for (let i = from; i < 1024; ++i) {
+        [below, sumBelow] = [below + counts[i], sumBelow + i * counts[i]];
+        if (below === 0 || below === total) continue;
+        const difference = sumBelow / below - (sum - sumBelow) / (total - below);
+        const between = below * (total - below) * difference * difference;
+        if (between > best) [best, at] = [between, i + 1];
+      }
+      return at;
+    };
+    return low + (split(split(0)) / 1024) * (high - low);
+  }
+
+  #setLevel(value) {
+    const { low, high } = this.#picture;
+    const { slider, number } = this.elements;
+    this.#picture.level = value;
+    slider.value = (1000 * (value - low)) / (high - low);
+    if (document.activeElement !== number) number.value = numberText(value, 4);
+    this.draw();
+  }
+
+  #start() {
+    if (this.#gl) return;
+    const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
+    if (!gl) throw new Error("this browser has no WebGL 2, which pictures in 3D need");
+    const program = gl.createProgram();
+    for (const [kind, code] of [
+      [gl.VERTEX_SHADER, vertexCode],
+      [gl.FRAGMENT_SHADER, fragmentCode],
+    ]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, code);
+      gl.compileShader(shader);
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+      throw new Error(`the graphics card refuses: ${gl.getProgramInfoLog(program)}`);
+    gl.useProgram(program);
+    for (const name of ["turn", "size", "texels", "span", "grey", "level", "stretch", "isSurface"])
+      this.#uniforms[name] = gl.getUniformLocation(program, name);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
+    const corner = gl.getAttribLocation(program, "corner");
+    gl.enableVertexAttribArray(corner);
+    gl.vertexAttribPointer(corner, 2, gl.FLOAT, false, 0, 0);
+    this.#gl = gl;
+  }
+
+  draw() {
+    if (this.#isPlanned || !this.#picture || this.canvas.clientWidth === 0) return;
+    this.#isPlanned = true;
+    requestAnimationFrame(() => {
+      this.#isPlanned = false;
+      if (this.#picture) this.#drawNow();
+    });
+  }
+
+  #drawNow() {
+    const gl = this.#gl;
+    const { low, high, size, lengths, level } = this.#picture;
+    const { clientWidth, clientHeight } = this.canvas;
+    this.#drawnSize = [clientWidth, clientHeight];
+    // Coarser while it moves.
+    const ratio = this.#isMoving ? 0.5 : Math.min(devicePixelRatio, 2);
+    const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
+    if (this.canvas.width !== width || this.canvas.height !== height)
+      [this.canvas.width, this.canvas.height] = [width, height];
+    gl.viewport(0, 0, width, height);
+    const { around, up } = this.#turn;
+    const [ca, sa, cu, su] = [Math.cos(around), Math.sin(around), Math.cos(up), Math.sin(up)];
+    // The right, the top and the front of the picture, in the axes of the volume: z is up, and the front is a low y.
+    gl.uniformMatrix3fv(this.#uniforms.turn, false, [ca, sa, 0, su * sa * -1, su * ca, cu, cu * sa, -cu * ca, su]);
+    gl.uniform3f(this.#uniforms.size, ...lengths);
+    gl.uniform3f(this.#uniforms.texels, ...size);
+    const span = 0.5 / this.#zoom;
+    const shape = width / height;
+    gl.uniform2f(this.#uniforms.span, span * Math.max(shape, 1), span * Math.max(1 / shape, 1));
+    const { shades } = this.#state;
+    gl.uniform2f(this.#uniforms.grey, (shades.low - low) / (high - low), (shades.high - low) / (high - low));
+    gl.uniform1f(this.#uniforms.level, (level - low) / (high - low));
+    gl.uniform1f(this.#uniforms.stretch, this.#isMoving ? 1 : 0.5);
+    gl.uniform1i(this.#uniforms.isSurface, this.#isSurface ? 1 : 0);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  #handleInput() {
+    const { canvas } = this;
+    const pointers = new Map();
+    const turnBy = (dx, dy) => {
+      this.#turn.around -= dx;
+      this.#turn.up = Math.min(Math.max(this.#turn.up + dy, -1.55), 1.55);
+      this.draw();
+    };
+    const zoomBy = (factor) => {
+      this.#zoom = Math.min(Math.max(this.#zoom * factor, 0.3), 20);
+      this.draw();
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+      this.#isMoving = true;
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      const now = [event.clientX, event.clientY];
+      if (pointers.size === 2) {
+        const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
+        const distance = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 10);
+        zoomBy(distance(now) / distance(before));
+      } else turnBy((now[0] - before[0]) / 150, (now[1] - before[1]) / 150);
+      pointers.set(event.pointerId, now);
+    });
+    for (const name of ["pointerup", "pointercancel"])
+      canvas.addEventListener(name, (event) => {
+        pointers.delete(event.pointerId);
+        this.#isMoving = false;
+        this.draw();
+      });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        zoomBy(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) / 500));
+      },
+      { passive: false },
+    );
+    canvas.addEventListener("keydown", (event) => {
+      const work = {
+        ArrowLeft: () => turnBy(-0.1, 0),
+        ArrowRight: () => turnBy(0.1, 0),
+        ArrowUp: () => turnBy(0, -0.1),
+        ArrowDown: () => turnBy(0, 0.1),
+        "+": () => zoomBy(1.2),
+        "=": () => zoomBy(1.2),
+        "-": () => zoomBy(1 / 1.2),
+      }[event.key];
+      if (!work) return;
+      event.preventDefault();
+      event.stopPropagation();
+      work();
+    });
+  }
+}

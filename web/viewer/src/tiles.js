@@ -1,0 +1,186 @@
+// Reads the parts of slices that views want: overviews first, and only what is seen.
+//
+// A tile is the part of a slice that lies in one brick. It is named by its level, the axis that is normal to the
+// slice, the number of the slice, and its column and row.
+
+const readsAtOnce = 4;
+const keptBytes = 128 << 20;
+// Rows of tiles of an overview become one read if they have fewer samples along an axis: fewer requests.
+const smallSlice = 256;
+
+export const planes = [
+  { normal: 0, across: 1, down: 2 },
+  { normal: 1, across: 0, down: 2 },
+  { normal: 2, across: 0, down: 1 },
+];
+
+export class Tiles {
+  #tiles = new Map();
+  #bytes = 0;
+  #flying = new Set();
+  #failed = new Set();
+  #wanted = new Set();
+  #volume;
+  #onTiles;
+  #onError;
+
+  /** `onTiles()` is called when tiles have arrived. */
+  constructor(volume, onTiles, onError) {
+    this.#volume = volume;
+    this.#onTiles = onTiles;
+    this.#onError = onError;
+  }
+
+  close() {
+    for (const strip of this.#flying) strip.controller.abort();
+    this.#volume = undefined;
+    this.#tiles.clear();
+  }
+
+  get reads() {
+    return this.#flying.size;
+  }
+
+  /** The first sample of a tile along an axis, and its end: bricks begin one later where the volume has no lead. */
+  range(level, axis, number) {
+    const { brickEdge, lead, levels } = this.#volume;
+    const shift = lead ? 0 : 1;
+    const begin = number === 0 ? 0 : number * brickEdge + shift;
+    return [begin, Math.min((number + 1) * brickEdge + shift, levels[level].dims[axis])];
+  }
+
+  /** The tile in which a sample lies. */
+  number(sample) {
+    const { brickEdge, lead } = this.#volume;
+    return Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
+  }
+
+  /** Its samples, if they are there. */
+  get(level, normal, slice, column, row) {
+    const key = keyOf(level, normal, slice, column, row);
+    const tile = this.#tiles.get(key);
+    if (!tile) return undefined;
+    this.#tiles.delete(key);
+    this.#tiles.set(key, tile);
+    return tile;
+  }
+
+  /** All samples of a level and a slice that are there. */
+  ofSlice(level, normal, slice) {
+    const begin = `${level} ${normal} ${slice} `;
+    return [...this.#tiles].filter(([key]) => key.startsWith(begin)).map(([, samples]) => samples);
+  }
+
+  /**
+   * Reads what is wanted and not there: a list of { level, normal, slice, columns: [first, end], rows: [first, end],
+   * rank }; lower ranks come first. Reads of what is no longer wanted end.
+   */
+  want(regions) {
+    if (!this.#volume) return;
+    const wanted = new Set();
+    for (const region of regions) for (const key of keysOf(region)) wanted.add(key);
+    this.#wanted = wanted;
+    const coming = new Set();
+    for (const strip of this.#flying) {
+      if (strip.keys.some((key) => wanted.has(key))) for (const key of strip.keys) coming.add(key);
+      else strip.controller.abort();
+    }
+    const missing = (key) => !this.#tiles.has(key) && !coming.has(key) && !this.#failed.has(key);
+    const strips = regions.flatMap((region) => this.#strips(region, missing)).sort((a, b) => a.rank - b.rank);
+    for (const strip of strips) {
+      if (this.#flying.size >= readsAtOnce) break;
+      this.#read(strip);
+    }
+  }
+
+  /** True if nothing of a region is missing. */
+  has(region) {
+    return keysOf(region).every((key) => this.#tiles.has(key));
+  }
+
+  #strips(region, missing) {
+    const { level, columns, rows } = region;
+    const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;
+    const middle = (rows[0] + rows[1] - height) / 2;
+    const strips = [];
+    for (let row = rows[0]; row < rows[1]; row += height) {
+      const some = { ...region, rows: [row, Math.min(row + height, rows[1])] };
+      const absent = [];
+      for (let column = columns[0]; column < columns[1]; ++column)
+        if (keysOf({ ...some, columns: [column, column + 1] }).some(missing)) absent.push(column);
+      // From the middle outward.
+      if (absent.length > 0)
+        strips.push({
+          ...some,
+          columns: [absent[0], absent.at(-1) + 1],
+          rank: region.rank + Math.abs(row - middle) / 1000,
+        });
+    }
+    return strips;
+  }
+
+  async #read(strip) {
+    const { level, normal, slice, columns, rows } = strip;
+    const { across, down } = planes[normal];
+    const low = [0, 0, 0];
+    const high = [0, 0, 0];
+    [low[normal], high[normal]] = [slice, slice + 1];
+    [low[across], high[across]] = [
+      this.range(level, across, columns[0])[0],
+      this.range(level, across, columns[1] - 1)[1],
+    ];
+    [low[down], high[down]] = [this.range(level, down, rows[0])[0], this.range(level, down, rows[1] - 1)[1]];
+    strip.keys = keysOf(strip);
+    strip.controller = new AbortController();
+    this.#flying.add(strip);
+    try {
+      const samples = await this.#volume.read({ level, box: { low, high }, signal: strip.controller.signal });
+      const width = high[across] - low[across];
+      for (let row = rows[0]; row < rows[1]; ++row)
+        for (let column = columns[0]; column < columns[1]; ++column) {
+          const [x0, x1] = this.range(level, across, column);
+          const [y0, y1] = this.range(level, down, row);
+          const tile = new samples.constructor((x1 - x0) * (y1 - y0));
+          for (let y = y0; y < y1; ++y) {
+            const from = (y - low[down]) * width + x0 - low[across];
+            tile.set(samples.subarray(from, from + x1 - x0), (y - y0) * (x1 - x0));
+          }
+          this.#keep(keyOf(level, normal, slice, column, row), tile);
+        }
+    } catch (error) {
+      if (!strip.controller.signal.aborted) {
+        for (const key of strip.keys) this.#failed.add(key);
+        this.#onError(error);
+      }
+    } finally {
+      this.#flying.delete(strip);
+      if (this.#volume) this.#onTiles();
+    }
+  }
+
+  #keep(key, tile) {
+    const before = this.#tiles.get(key);
+    if (before) this.#bytes -= before.byteLength;
+    this.#tiles.delete(key);
+    this.#tiles.set(key, tile);
+    this.#bytes += tile.byteLength;
+    for (const [oldest, { byteLength }] of this.#tiles) {
+      if (this.#bytes <= keptBytes) break;
+      // Else it would be read again at once.
+      if (this.#wanted.has(oldest)) continue;
+      this.#tiles.delete(oldest);
+      this.#bytes -= byteLength;
+    }
+  }
+}
+
+function keyOf(level, normal, slice, column, row) {
+  return `${level} ${normal} ${slice} ${column} ${row}`;
+}
+
+function keysOf({ level, normal, slice, columns, rows }) {
+  const keys = [];
+  for (let row = rows[0]; row < rows[1]; ++row)
+    for (let column = columns[0]; column < columns[1]; ++column) keys.push(keyOf(level, normal, slice, column, row));
+  return keys;
+}
