@@ -389,7 +389,8 @@ typedef enum tagrid_error_rule TAGRID_INT {
 /* Where the grid is. */
 typedef enum tagrid_grid TAGRID_INT {
   TAGRID_GRID_DEFAULT = 0, /* derived with TAGRID_RULE_PSNR, _RATIO and _BITS, otherwise stored */
-  TAGRID_GRID_STORED = 1,  /* in the file: that of the original samples */
+  TAGRID_GRID_STORED =
+      1, /* in the file: that of the original samples. Not with TAGRID_RULE_RATIO and _BITS */
   TAGRID_GRID_DERIVED = 2 /* nowhere; what needs one computes that of the decoded samples. Not with grid_only,
                             * surface_error or mesh_error. */
 } tagrid_grid;

@@ -311,13 +311,14 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   const ResolvedOptions options = in_samples(any, source->facts());
   // Checked before anything is read.
   const auto bounds = static_cast<std::int64_t>(asked == 0 ? usual_bounds : asked);
-  // With rules, bricks may be larger.
-  EncodeOptions first_rule = any;
-  if (!run.rules.empty()) {
-    first_rule.error_rule = run.rules[0];
-    first_rule.max_error.reset();
-  }
-  const CodingParameters largest = in_samples(first_rule, source->facts()).parameters;
+  const auto with_rule = [&](const ErrorRule& rule) {
+    EncodeOptions one = run.options;
+    one.error_rule = rule;
+    return in_samples(one, source->facts());
+  };
+  // With rules, bricks may be larger. All are checked before anything is read.
+  CodingParameters largest = options.parameters;
+  for (const ErrorRule& rule : run.rules) largest = with_rule(rule).parameters;
   const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
     const CodingParameters& p = largest;
     return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;
@@ -360,11 +361,9 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     if (!parameters.empty()) result = estimated();
     // Each for itself: the size of bricks depends on the result.
     for (const ErrorRule& rule : run.rules) {
-      EncodeOptions one = run.options;
-      one.error_rule = rule;
-      const ResolvedOptions with_rule = in_samples(one, source->facts());
-      const FoundBound bound = bound_by_trials(with_rule, *source, true, {});
-      try_bound(with_bound(with_rule, bound.max_error, bound.step));
+      const ResolvedOptions ruled = with_rule(rule);
+      const FoundBound bound = bound_by_trials(ruled, *source, true, {});
+      try_bound(with_bound(ruled, bound.max_error, bound.step));
       EstimateResult of_rule = estimated();
       of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
       result = std::move(of_rule);
@@ -379,7 +378,6 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   for (Estimate& estimate : result.estimates) {
     if (estimate.max_error > 0) estimate.max_error *= slope;
     estimate.asked_error = estimate.max_error;
-    estimate.transform_step *= slope;
     estimate.rmse *= slope;
   }
   for (std::size_t i = 0; i < run.max_errors.size(); ++i) result.estimates[i].asked_error = run.max_errors[i];

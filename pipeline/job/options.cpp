@@ -24,7 +24,6 @@ void validate_rule(const EncodeOptions& options) {
   namespace set = setting;
   const ErrorRule& rule = *options.error_rule;
   const Setting& own = setting_of(rule.kind);
-  const bool sized = rule.is_tried() && rule.kind != ErrorRule::Kind::psnr;
   require(std::isfinite(rule.value) && rule.value > 0, {"{} must be a positive number", {own}});
   require(!options.max_error || rule.kind == ErrorRule::Kind::psnr,
           {"{} and {} both set the maximum error; give only one", {set::max_error, own}});
@@ -32,10 +31,10 @@ void validate_rule(const EncodeOptions& options) {
           {"{} is found by coding voxels; it cannot be combined with {}", {own, set::grid_only}});
   require(!rule.is_tried() || !options.surface_error,
           {"{} gives one bound for all voxels; it cannot be combined with {}", {own, set::surface_error}});
-  require(!sized || !options.mesh_error,
-          {"{} is that of the voxels; it cannot be combined with {}", {own, set::mesh_error}});
-  require(!sized || options.grid != GridOrigin::stored,
-          {"{} is that of the voxels; it cannot be combined with {} stored", {own, set::grid}});
+  require(!rule.is_size() || !options.mesh_error,
+          {"{} limits the size of the voxels; it cannot be combined with {}", {own, set::mesh_error}});
+  require(!rule.is_size() || options.grid != GridOrigin::stored,
+          {"{} limits the size of the voxels; it cannot be combined with {} stored", {own, set::grid}});
 }
 
 }  // namespace

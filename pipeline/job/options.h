@@ -48,6 +48,7 @@ struct ErrorRule {
 
   /// True if it is found by trial encodings, in which a step of a transform takes part.
   bool is_tried() const { return kind >= Kind::psnr; }
+  bool is_size() const { return kind == Kind::ratio || kind == Kind::bits; }
   friend bool operator==(const ErrorRule&, const ErrorRule&) = default;
 };
 
@@ -82,6 +83,9 @@ struct EncodeOptions {
   std::optional<std::uint32_t> parity;  ///< share of the file, in thousandths of a per cent; see io/parity
   /// The factors of the overviews, increasing; if not given, as large volumes need them: factors_for().
   std::optional<std::vector<int>> overviews;
+
+  /// True if a transform may be best. It knows one bound of the voxels.
+  bool may_be_transformed() const { return error_rule && error_rule->is_tried() && !mesh_error; }
 
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;

@@ -133,11 +133,6 @@ std::string turn_into_samples(const Rescale& rescale, SampleType type, EncodeOpt
 // At low rates, what each brick takes in any case would matter.
 constexpr int length_of_transformed_bricks = 128;
 
-// True if a transform may be best. It knows one bound of the voxels.
-bool may_be_transformed(const EncodeOptions& options) {
-  return options.error_rule && options.error_rule->is_tried() && !options.mesh_error;
-}
-
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
   CodingParameters p;
   p.dims = info.dims;
@@ -146,7 +141,7 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.effort = options.effort;
   p.cube_size = options.cube_size;
   // Until the rule has given a step, any that is not 0 stands for it.
-  p.transform_step = may_be_transformed(options) ? 1 : 0;
+  p.transform_step = options.may_be_transformed() ? 1 : 0;
   p.brick_edge = options.brick_edge.value_or(
       p.transform_step > 0 ? std::max(2, length_of_transformed_bricks / options.cube_size)
                            : usual_brick_edge(options.cube_size));
@@ -179,10 +174,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   ResolvedOptions resolved;
   resolved.options = options;
   EncodeOptions& o = resolved.options;
-  if (!o.grid) {
-    const bool low_rate = o.error_rule && o.error_rule->is_tried() && !o.mesh_error;
-    o.grid = low_rate ? GridOrigin::derived : GridOrigin::stored;
-  }
+  if (!o.grid) o.grid = o.may_be_transformed() ? GridOrigin::derived : GridOrigin::stored;
   resolved.reason_of_bound = turn_into_samples(source.rescale, info.type, o);
   o.validate();
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();

@@ -50,24 +50,23 @@ std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64
   return low;
 }
 
-// Searches for the loosest bounds: among whole numbers for integers, and in steps of half a percent for floats.
+// Searches for the loosest bounds: among whole numbers for integers; above 200, and for floats, in steps of half a
+// percent.
 class Bounds {
  public:
-  /// `reaches` holds for all bounds up to the one that is searched or, if `beyond`, up to the one before it.
+  /// `guess`: not much more than the bound. `reaches` holds for all bounds up to the one that is searched or, if
+  /// `beyond`, up to the one before it. Nothing is searched if the guess is not above 0: then it is 0.
   Bounds(Trials& trials, double guess, double peak, bool whole, bool beyond,
          std::function<bool(const Tried&)> reaches)
       : trials_(trials), guess_(guess), whole_(whole), beyond_(beyond), reaches_(std::move(reaches)) {
-    if (!(guess_ > 0)) return;
-    most_ = whole ? static_cast<std::int64_t>(std::max(peak, 1.0))
-                  : std::max<std::int64_t>(
-                        static_cast<std::int64_t>(std::log(peak / guess_) / std::log(step)), 0);
+    if (guess_ > 0) most_ = std::max<std::int64_t>(number_of(whole ? std::max(peak, 1.0) : peak), 0);
   }
 
   // The bound for a sample of the volume, which is nearly that for all of it.
   double of_sample() {
     if (!(guess_ > 0)) return 0;
-    const std::int64_t start = nearly_.value_or(whole_ ? static_cast<std::int64_t>(guess_) : 0);
-    nearly_ = search(start, nearly_ ? 1 : whole_ ? std::max<std::int64_t>(start / 2, 1) : 64, true);
+    const std::int64_t start = nearly_.value_or(number_of(guess_));
+    nearly_ = search(start, nearly_ ? 1 : std::clamp<std::int64_t>(start / 2, 1, 64), true);
     return bound(*nearly_ + beyond_);
   }
   double of_all() {
@@ -78,14 +77,25 @@ class Bounds {
 
  private:
   static constexpr double step = 1.005;
-  static constexpr std::int64_t tiny = -3700;  // 1e-8 of the guess
+  // Of floats, the guess has this number, and the first one, which is 0, is 1e-8 of it.
+  static constexpr std::int64_t of_guess = 3700;
+  static constexpr std::int64_t finest = 200;
 
+  static double power_of_step(std::int64_t n) { return std::pow(step, static_cast<double>(n)); }
   double bound(std::int64_t n) const {
-    return whole_ ? static_cast<double>(n) : n == tiny ? 0 : guess_ * std::pow(step, static_cast<double>(n));
+    if (!whole_) return n == 0 ? 0 : guess_ * power_of_step(n - of_guess);
+    return n <= finest ? static_cast<double>(n) : std::floor(finest * power_of_step(n - finest));
+  }
+  // Of the bound that is at least this one, nearly.
+  std::int64_t number_of(double bound) const {
+    const auto steps = [](double ratio) {
+      return static_cast<std::int64_t>(std::log(ratio) / std::log(step));
+    };
+    if (!whole_) return of_guess + steps(bound / guess_);
+    return bound <= finest ? static_cast<std::int64_t>(bound) : finest + steps(bound / finest);
   }
   std::int64_t search(std::int64_t from, std::int64_t first_step, bool sampled) {
-    const std::int64_t least = (whole_ ? 0 : tiny) - beyond_;
-    return last_that_reaches(from, first_step, least, most_ - beyond_,
+    return last_that_reaches(from, first_step, 0 - beyond_, most_ - beyond_,
                              [&](std::int64_t n) { return reaches_(trials_.of(bound(n), 0, sampled)); });
   }
 
@@ -100,7 +110,7 @@ class Bounds {
 // What a step has to reach.
 struct Goal {
   std::function<double(const Tried&)> part;  ///< of what is allowed; at most 1, and as near to it as possible
-  bool largest;                              ///< whether the part grows with the step
+  bool grows_with_step;                      ///< so that the largest step is best, and otherwise the smallest
   double enough;                             ///< the part that ends the search
   std::function<double(double)> factor;      ///< of the step that likely changes the part by this factor
 };
@@ -130,13 +140,14 @@ FoundStep best_step(Trials& trials, SampleType type, const Goal& goal, double ma
     // A little less than what is allowed, so that the next try is more likely to be the last one.
     double next = step * goal.factor((1 + goal.enough) / 2 / part);
     // Where the part jumps, factors lead nowhere.
-    if (i >= 2 && best.step == 0) next = goal.largest ? std::min(next, step / 2) : std::max(next, step * 2);
+    if (i >= 2 && best.step == 0)
+      next = goal.grows_with_step ? std::min(next, step / 2) : std::max(next, step * 2);
     if (best.step > 0 && missed > 0) {
       const auto [low, high] = std::minmax(best.step, missed);
       if (i >= most_guesses || !(next > low && next < high)) next = std::sqrt(low * high);
       // If the nearest step is one of both ends, there may be one between them after all.
-      if (kept_step(next, type) <= low) next = low + least_transform_step;
-      if (kept_step(next, type) >= high) break;
+      if (kept_step(next, type) <= low && !is_float_type(type)) next = low + least_transform_step;
+      if (kept_step(next, type) <= low || kept_step(next, type) >= high) break;
     }
     next = kept_step(next, type);
     if (next == step) break;
@@ -145,8 +156,18 @@ FoundStep best_step(Trials& trials, SampleType type, const Goal& goal, double ma
   return best;
 }
 
-double whole_bound(const std::optional<double>& given, SampleType type) {
+// Without a bound, nothing is corrected: numbers that are transformed have 16 bits.
+double bound_of_trials(const std::optional<double>& given, SampleType type) {
   return given ? kept_bound(*given, type) : is_float_type(type) ? std::numeric_limits<double>::max() : 65535;
+}
+
+// The bound that a file with a transform has: the largest error that was found. For wide types, it is so large that it
+// changes no decoded sample, as numbers of floats are rounded, and other bricks have half a step as their bound.
+double bound_of_step(const FoundStep& found, const std::optional<double>& given, SampleType type) {
+  double bound = found.tried.max_error;
+  if (is_wide_type(type)) bound = std::max(bound, kept_bound(found.step / 2, type));
+  if (is_float_type(type)) bound += found.step / 8;
+  return given ? std::min(bound, kept_bound(*given, type)) : bound;
 }
 
 // What a search by trials needs to know of a volume.
@@ -164,8 +185,9 @@ struct Subject {
         range(statistics_of(range_of_data(volume))),
         peak(range.finite > 0 ? range.high - range.low : 0),
         trials(volume, given.parameters, given.usual_edge(), peak, sampled_voxels, progress) {
-    require(std::isfinite(peak),
-            {"{}: {} is undefined for samples whose range is not finite", {volume.name(), setting}});
+    // Squares of errors would be infinite.
+    require(peak < 0x1p500,
+            {"{}: {} cannot be computed for samples whose range is so large", {volume.name(), setting}});
   }
 
   SampleType type() const { return source.info().type; }
@@ -201,7 +223,9 @@ double bits_besides(const Subject& subject, double max_error, double step, const
     Trials trials(means, p, p.brick_edge, subject.peak, most_means, progress);
     const double finest =
         trials.of(p.max_error, step, true).bits / 8 * static_cast<double>(p.domain().volume().count());
-    for (const int factor : options.overviews) bytes += share_of_level(factor) * finest;
+    for (const int factor : options.overviews)
+      bytes += static_cast<double>(serialize_header(header).size()) + bytes_of_end +
+               share_of_level(factor) * finest;
   }
   return 8 * bytes / static_cast<double>(options.parameters.domain().volume().count());
 }
@@ -220,10 +244,11 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
   const std::optional<double>& given = options.options.max_error;
   FoundBound found;
   found.reason = fmt::format("which reaches {} dB", psnr);
-  // Below a step of samples, a bound is 0.
-  if (given && kept_bound(*given, subject.type()) == 0) return found;
+  // Below a step of samples, a bound is 0. No type has so many digits.
+  const bool exact = psnr > 2000 && subject.peak > 0;
+  if (exact || (given && kept_bound(*given, subject.type()) == 0)) return found;
   found.reason = fmt::format("to reach {} dB", psnr);
-  const double max_error = whole_bound(given, subject.type());
+  const double max_error = bound_of_trials(given, subject.type());
   // If errors are spread evenly within a bound, their root mean square is its part 1 / sqrt(3).
   Bounds bounds(trials, std::sqrt(3.0) * rmse, subject.peak, subject.whole(), false,
                 [psnr](const Tried& tried) { return tried.psnr >= psnr; });
@@ -238,8 +263,7 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
     if (better()) {
       best = best_step(trials, subject.type(), goal, max_error, best.step, sampled);
       if (best.step > 0 && best.tried.max_error > 0) {
-        // What is beyond a bound that was given is corrected, and then within it.
-        found.max_error = best.tried.max_error;
+        found.max_error = bound_of_step(best, given, subject.type());
         found.step = best.step;
         return found;
       }
@@ -260,7 +284,7 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
   Subject subject(options, source, setting, progress);
   Trials& trials = subject.trials;
   const SampleType type = subject.type();
-  const double max_error = whole_bound({}, type);
+  const double max_error = bound_of_trials({}, type);
   double besides = 0;
   const auto part = [&](const Tried& tried) { return (tried.bits + besides) / bits; };
   // At low rates, twice the step takes half of the bits; above, it takes up to a bit of a sample less.
@@ -268,8 +292,8 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
     return (bits > 1 ? std::sqrt(1 / more) : 1) * (bits > 2 ? std::sqrt(1 / more) : 1) / more;
   };
   const Goal goal = {part, false, 0.985, factor};
-  // A PSNR of 40 dB and 8 dB a bit are a guess to begin with.
-  const double rmse = subject.peak * std::pow(10, -(40 + 8 * bits) / 20);
+  // A PSNR of 40 dB and 8 dB a bit are a guess to begin with. No type has more than 64 bits.
+  const double rmse = subject.peak * std::pow(10, -(40 + 8 * std::min(bits, 64.0)) / 20);
   Bounds bounds(trials, std::sqrt(3.0) * rmse, subject.peak, subject.whole(), true,
                 [&](const Tried& tried) { return part(tried) > 1; });
   FoundStep best;
@@ -290,16 +314,19 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
                           : bits_besides(subject, found.max_error, 0, progress);
   search();
   if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, sampled);
-  found.reason = fmt::format("for {} {}", setting.words, rule.value);
+  found.reason = rule.kind == ErrorRule::Kind::ratio ? fmt::format("for a ratio of {}", rule.value)
+                                                     : fmt::format("for {} bits a voxel", rule.value);
   if (best.step > 0 && best.tried.max_error > 0) {
-    found.max_error = best.tried.max_error;
+    found.max_error = bound_of_step(best, {}, type);
     found.step = best.step;
     return found;
   }
   found.max_error = sampled ? bounds.of_sample() : bounds.of_all();
   const double least = trials.of(found.max_error, 0, sampled).bits + besides;
-  require(least <= bits, {"{}: {} {} cannot be reached: the file takes at least {} bits a voxel",
-                          {source.name(), setting, rule.value, fmt::format("{:.3g}", least)}});
+  const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
+  require(least <= bits, {"{}: {} {} cannot be reached; the file takes about {} bits a voxel, a ratio of {}",
+                          {source.name(), setting, rule.value, fmt::format("{:.3g}", least),
+                           fmt::format("{:.3g}", bits_of_sample / least)}});
   return found;
 }
 

@@ -26,7 +26,7 @@ std::vector<double> numbers_option(const char* option, const std::string& text) 
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto error = finite_number(std::string_view(text).substr(begin, end - begin));
     if (!error || *error < 0)
-      throw usage_error("{} {}: must be numbers of at least 0, with commas between them", option, text);
+      throw usage_error("{} {}: must be numbers, with commas between them", option, text);
     errors.push_back(*error);
     begin = end + 1;
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "io/errors/errors.h"
@@ -275,6 +276,22 @@ TYPED_TEST(EstimatesOfType, ASizeIsReachedWithTheBestPsnr) {
       EXPECT_LT(achieved_of(bounded.index.total).psnr, achieved.psnr + 0.2) << bits << ' ' << bound;
       break;
     }
+  }
+}
+
+// Bricks of which none is transformed, as their values span too much.
+TEST_F(EstimatedVolume, ASizeIsReachedWhereValuesHaveLongTails) {
+  const Index3 dims = {48, 48, 48};
+  std::mt19937 random(1);
+  std::lognormal_distribution<float> values(0, 6);
+  std::vector<float> samples(static_cast<std::size_t>(Box::of_size(dims).count()));
+  for (float& sample : samples) sample = values(random);
+  write_nrrd(in_, dims, samples);
+  for (const double bits : {0.5, 2.0, 5.0}) {
+    const EncodeResult result =
+        encode_volume(in_, {}, path("a.tag"), true, rule(ErrorRule::Kind::bits, bits), Resources(2));
+    const double voxels = 48 * 48 * 48, kept_of_source = 300;
+    EXPECT_LT(static_cast<double>(result.file_bytes), bits * voxels / 8 + kept_of_source) << bits;
   }
 }
 
