@@ -67,11 +67,13 @@ class SelfContained(build_ext):
         super().run()
         if self.inplace:
             return
+        if not shutil.which("patchelf"):
+            raise SystemExit("patchelf was not found. On Debian: apt-get install patchelf")
         package = pathlib.Path(self.build_lib) / "tagrid"
         extension, = package.glob("_tagrid.*.so")
-        self.libraries_there = package / "libs"
+        self.copies = package / "libs"
         self.licenses = package / "licenses"
-        for folder in (self.libraries_there, self.licenses):
+        for folder in (self.copies, self.licenses):
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()
         self.names = {}
@@ -87,6 +89,8 @@ class SelfContained(build_ext):
         for name in needed(file):
             if EVERYWHERE.fullmatch(name):
                 continue
+            if name not in where:
+                raise SystemExit(f"{file} needs {name}, which the loader does not find: set LD_LIBRARY_PATH")
             if name not in self.names:
                 self.copy_library(name, pathlib.Path(where[name]).resolve())
             subprocess.run(["patchelf", "--replace-needed", name, self.names[name], file], check=True)
@@ -96,7 +100,7 @@ class SelfContained(build_ext):
         # Another module of the process may have loaded a library of this name, in another version.
         stem, _, version = name.partition(".so")
         self.names[name] = f"{stem}-{hashlib.sha256(source.read_bytes()).hexdigest()[:8]}.so{version}"
-        copy = self.libraries_there / self.names[name]
+        copy = self.copies / self.names[name]
         shutil.copyfile(source, copy)
         copy.chmod(0o755)
         subprocess.run(["patchelf", "--set-soname", copy.name, copy], check=True)
