@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
 # with other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper
+#   tools/install_packages.sh build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -12,8 +12,9 @@ build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev li
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
 packages=("${python[@]}" dpkg-dev file)
-test=("${mpi[@]}" "${python[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc openssl shellcheck zsh
-  libopenvdb-tools python3 pkgconf dpkg-dev file jq zstd
+wheel=("${python[@]}" python3-pip python3-setuptools python3-wheel python3-venv patchelf)
+test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc openssl shellcheck zsh
+  libopenvdb-tools python3 python3-yaml pkgconf dpkg-dev file shared-mime-info libglib2.0-bin jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
@@ -26,8 +27,8 @@ pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|packages|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

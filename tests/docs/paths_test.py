@@ -8,7 +8,7 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("include", "stages", "io", "pipeline", "tools", "tests", "docs", "cmake", "examples", "python")
+FOLDERS = ("include", "stages", "io", "pipeline", "tools", "tests", "docs", "cmake", "examples", "python", "packaging")
 SOURCES = {".h", ".cpp", ".py", ".sh", ".cmake", ".sbatch", ".txt"}
 ENDINGS = ("", ".h", ".cpp", ".py", ".md")
 
@@ -22,7 +22,7 @@ FILE_NAME = re.compile(r"(?<![\w./<-])([a-z]\w*\.(?:h|cpp))\b")
 def all_files():
     folders = [ROOT / folder for folder in FOLDERS]
     files = [path for folder in folders for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    return files + [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    return files + [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
 
 
 NAMES = {path.name for path in all_files()}
@@ -42,7 +42,7 @@ def wrong_names(text):
 
 def installed_documents():
     """The files that CMakeLists.txt installs in the directory of the documents, where they have the same relative paths."""
-    top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")]
+    top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CITATION.cff", "LICENSE")]
     folders = [path for folder in ("docs", "tools/slurm", "examples/readers") for path in (ROOT / folder).rglob("*")]
     return {path for path in top + folders if path.name != "tagrid.1"}
 

@@ -177,7 +177,8 @@ class InstalledLibrary(unittest.TestCase):
         self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"} | plugins | with_python)
         content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
-        for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
+        for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid", "/usr/share/mime/packages/tagrid.xml\n",
+                     "/usr/share/tagrid/magic\n", "/usr/share/doc/tagrid/tagrid.spdx.json\n"):
             self.assertIn(path, content["tagrid"])
         for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
