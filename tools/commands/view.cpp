@@ -18,10 +18,12 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
+#include "io/files/open_source.h"
 #include "io/server/site.h"
 #include "io/tag/file.h"
 #include "pipeline/serving/serve.h"
 #include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
 #include "tools/report/process.h"
 
 extern char** environ;
@@ -107,7 +109,7 @@ struct ViewCommand {
   void execute() const {
     require_tag_input(input);
     if (input == "-") throw UsageError("standard input: only a file can be viewed; save it as one first");
-    const auto file = std::make_shared<FileSource>(input);
+    const std::shared_ptr<const ByteSource> file = open_source(input);
     // A file that cannot be shown is an error here, not in the page.
     static_cast<void>(TagBricks(file));
 
@@ -150,7 +152,7 @@ struct ViewCommand {
 Action add_view_command(CLI::App& app) {
   auto state = std::make_shared<ViewCommand>();
   CLI::App* command = app.add_subcommand("view", "Show the slices in a browser on this machine");
-  command->add_option("INPUT", state->input, ".tag file, not a pipe")->required();
+  add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
   command->add_option("--port", state->port, "Port of 127.0.0.1; 0, the default, means one that is free")
       ->option_text("N")
       ->check(CLI::Range(0, 65535));

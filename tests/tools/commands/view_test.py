@@ -117,6 +117,13 @@ class View(ProgramTest):
         self.assertEqual((answer.status, answer.content, answer.headers["Content-Length"]), (206, b"", "10"))
         self.assertEqual(viewer.ask(viewer.file, "HEAD").headers["Content-Length"], str(size))
 
+    def test_an_address(self):
+        """What a second one serves comes from the first."""
+        first = self.view()
+        environment = {name: value for name, value in os.environ.items() if not name.lower().endswith("_proxy")}
+        second = Viewer(self, f"http://127.0.0.1:{first.port}{first.file}", "--no-browser", environment=environment)
+        self.assertEqual(second.ask(second.file).content, self.bytes)
+
     def test_a_connection_takes_many_requests_and_others_work_beside_it(self):
         viewer = self.view()
         idle = [socket.create_connection(("127.0.0.1", viewer.port)) for _ in range(20)]
