@@ -19,20 +19,6 @@ std::string variable(std::initializer_list<const char*> names) {
   return "";
 }
 
-std::string percent_encoded(std::string_view key) {
-  constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/",
-                             digits = "0123456789ABCDEF";
-  std::string encoded;
-  for (const char c : key) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (plain.find(c) != plain.npos)
-      encoded += c;
-    else
-      encoded.append({'%', digits[byte >> 4], digits[byte & 15]});
-  }
-  return encoded;
-}
-
 bool is_bucket(std::string_view name) {
   return name.size() >= 3 && name.size() <= 63 && std::ranges::all_of(name, [](char c) {
            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '-' || c == '.' ||
@@ -59,7 +45,7 @@ Address object_at(const std::string& name) {
   while (server.ends_with('/')) server.pop_back();
   if (!server.empty() && (!is_address(server) || server.starts_with("s3")))
     throw UsageError(name + ": AWS_ENDPOINT_URL must begin with http:// or https://");
-  const std::string path = percent_encoded(key), host = "s3." + address.region + ".amazonaws.com";
+  const std::string path = percent_encoded(key, "/"), host = "s3." + address.region + ".amazonaws.com";
   // A name with dots does not fit the certificate of the server.
   const bool is_host = bucket.find_first_of("._") == bucket.npos;
   if (!server.empty())

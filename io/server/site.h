@@ -43,7 +43,4 @@ void answer_requests(int connection, int port, const WebSite& site, std::atomic<
 /// The type of a file, by its name.
 std::string_view media_type(std::string_view name);
 
-/// A text for a path or the value of a query: bytes other than letters, digits and -._~ as %20.
-std::string percent_encoded(std::string_view text);
-
 }  // namespace tagrid

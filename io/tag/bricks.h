@@ -138,7 +138,7 @@ struct TagSummary {
   std::vector<std::string> volume_names = {};  ///< of all volumes; empty if none has one
 };
 
-/// The overview with this factor in a file. Throws UsageError that names the overviews if there is none.
+/// The overview with this factor in a file. If there is none, throws a UsageError that names those that there are.
 const Member& member_of_overview(const TagBricks& file, std::int64_t factor);
 /// The volume with this number; null for volume 0. Throws UsageError that says how many there are.
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume);

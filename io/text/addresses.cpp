@@ -1,5 +1,7 @@
 #include "io/text/addresses.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "io/text/text.h"
@@ -32,6 +34,17 @@ std::string shown_address(std::string_view text) {
   if (at != rest.npos) rest.remove_prefix(at + 1);
   rest = rest.substr(0, rest.find_first_of("?#"));
   return scheme + std::string(rest);
+}
+
+std::string percent_encoded(std::string_view text, std::string_view kept) {
+  constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
+  std::string encoded;
+  for (const char c : text)
+    if (plain.find(c) != plain.npos || kept.find(c) != kept.npos)
+      encoded += c;
+    else
+      encoded += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  return encoded;
 }
 
 }  // namespace tagrid

@@ -13,4 +13,7 @@ bool is_address(std::string_view text);
 /// mark, which is often a signature. Other texts stay as they are.
 std::string shown_address(std::string_view text);
 
+/// A text for a path or the value of a query: bytes other than letters, digits, -._~ and those of `kept` as %20.
+std::string percent_encoded(std::string_view text, std::string_view kept = "");
+
 }  // namespace tagrid

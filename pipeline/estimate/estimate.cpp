@@ -40,8 +40,6 @@ namespace {
 constexpr double samples_per_block = block_edge * block_edge * block_edge;
 // Bricks of an overview that are encoded.
 constexpr std::int64_t most_bricks_of_overview = 128;
-// Besides, each has a directory, a footer, and the parameters of its bricks.
-constexpr double bytes_of_small_overview = 300;
 
 double thread_seconds() {
   timespec now;
@@ -255,9 +253,7 @@ void add_overviews(VolumeSource& source, const std::vector<CodingParameters>& of
       const Estimate& of_finest = finest.estimates[bound];
       const double share = share_of_level(factor);
       // Every level has all lines of the header.
-      const double least =
-          static_cast<double>(serialize_header({of_means[bound], means.info().nrrd_fields}).size()) +
-          bytes_of_small_overview;
+      const double least = bytes_besides_bricks({of_means[bound], means.info().nrrd_fields});
       Estimate& e = result.estimates[bound];
       e.file_bytes += least + share * (of_finest.file_bytes - least) + static_cast<double>(member_frame_size);
       e.encoding_seconds += share * of_finest.encoding_seconds;

@@ -118,6 +118,9 @@ struct Goal {
 struct FoundStep {
   double step = 0;  ///< 0: none
   Tried tried;
+
+  /// True if there is a step with which bricks are transformed.
+  bool transforms() const { return step > 0 && tried.max_error > 0; }
 };
 
 // The step of a transform that is best for a goal, nearly. What it reaches changes steadily with the step, but not
@@ -210,22 +213,20 @@ struct Subject {
 
 // Bits a sample that a file takes besides the blocks of its bricks.
 double bits_besides(const Subject& subject, double max_error, double step, const Progress& progress) {
-  constexpr double bytes_of_end = 300, bytes_of_index_entry = 12;
+  constexpr double bytes_of_index_entry = 12;
   constexpr std::int64_t most_means = sampled_voxels / 64;
   const ResolvedOptions options = with_bound(subject.options, max_error, step);
   const TagHeader header{options.parameters, options.fields};
   const auto volume = one_of_volumes(subject.source, 0);
-  double bytes = static_cast<double>(serialize_header(header).size()) + bytes_of_end +
-                 bytes_of_index_entry * static_cast<double>(options.parameters.bricks().count());
+  const double around = bytes_besides_bricks(header);
+  double bytes = around + bytes_of_index_entry * static_cast<double>(options.parameters.bricks().count());
   if (!options.overviews.empty()) {
     BlockMeans means(*volume);
     const CodingParameters p = overview_header(header, block_edge, subject.range).parameters;
     Trials trials(means, p, p.brick_edge, subject.peak, most_means, progress);
     const double finest =
         trials.of(p.max_error, step, true).bits / 8 * static_cast<double>(p.domain().volume().count());
-    for (const int factor : options.overviews)
-      bytes += static_cast<double>(serialize_header(header).size()) + bytes_of_end +
-               share_of_level(factor) * finest;
+    for (const int factor : options.overviews) bytes += around + share_of_level(factor) * finest;
   }
   return 8 * bytes / static_cast<double>(options.parameters.domain().volume().count());
 }
@@ -256,13 +257,10 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
     const Goal goal = {[rmse](const Tried& tried) { return tried.rmse / rmse * (tried.rmse / rmse); }, true,
                        0.995, power_of_error};
     FoundStep best = best_step(trials, subject.type(), goal, max_error, 8 * rmse, true);
-    const auto better = [&] {
-      return best.step > 0 && best.tried.max_error > 0 &&
-             best.tried.bits < trials.of(std::min(bounds.of_sample(), max_error), 0, true).bits;
-    };
-    if (better()) {
+    if (best.transforms() &&
+        best.tried.bits < trials.of(std::min(bounds.of_sample(), max_error), 0, true).bits) {
       best = best_step(trials, subject.type(), goal, max_error, best.step, sampled);
-      if (best.step > 0 && best.tried.max_error > 0) {
+      if (best.transforms()) {
         found.max_error = bound_of_step(best, given, subject.type());
         found.step = best.step;
         return found;
@@ -304,8 +302,7 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
     found.max_error = bounds.of_sample();
     if (!subject.may_be_transformed() || found.max_error == 0) return;
     best = best_step(trials, type, goal, max_error, first, true);
-    const bool better = best.step > 0 && best.tried.max_error > 0 &&
-                        best.tried.psnr >= trials.of(found.max_error, 0, true).psnr;
+    const bool better = best.transforms() && best.tried.psnr >= trials.of(found.max_error, 0, true).psnr;
     if (!better) best = {};
     first = best.step > 0 ? best.step : first;
   };
@@ -316,7 +313,7 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
   if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, sampled);
   found.reason = rule.kind == ErrorRule::Kind::ratio ? fmt::format("for a ratio of {}", rule.value)
                                                      : fmt::format("for {} bits a voxel", rule.value);
-  if (best.step > 0 && best.tried.max_error > 0) {
+  if (best.transforms()) {
     found.max_error = bound_of_step(best, {}, type);
     found.step = best.step;
     return found;

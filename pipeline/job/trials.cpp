@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "io/tag/blocks.h"

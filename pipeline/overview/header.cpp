@@ -36,4 +36,9 @@ TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Stat
   return header;
 }
 
+double bytes_besides_bricks(const TagHeader& header) {
+  constexpr double bytes_of_end = 300;
+  return static_cast<double>(serialize_header(header).size()) + bytes_of_end;
+}
+
 }  // namespace tagrid

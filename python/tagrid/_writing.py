@@ -72,8 +72,8 @@ class Writer:
                                 "values that matters, or field_scale")
         z, y, x = self._shape
         options: dict[str, Any] = {
-            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid": 0 if grid is None else GRIDS[grid],
-            "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
+            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort],
+            "grid": 0 if grid is None else GRIDS[grid], "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
         rule = error_rule(max_error, relative_error=relative_error, psnr=psnr, ratio=ratio, bits=bits)
         if rule and samples is None:
             raise ArgumentError("the bound follows from the samples; give samples=, a function that reads them, or a number")

@@ -20,17 +20,17 @@ namespace {
 
 /// "0,2,5"
 std::vector<double> numbers_option(const char* option, const std::string& text) {
-  std::vector<double> errors;
-  if (text.empty()) return errors;
+  std::vector<double> numbers;
+  if (text.empty()) return numbers;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    const auto error = finite_number(std::string_view(text).substr(begin, end - begin));
-    if (!error || *error < 0)
+    const auto number = finite_number(std::string_view(text).substr(begin, end - begin));
+    if (!number || *number < 0)
       throw usage_error("{} {}: must be numbers, with commas between them", option, text);
-    errors.push_back(*error);
+    numbers.push_back(*number);
     begin = end + 1;
   }
-  return errors;
+  return numbers;
 }
 
 struct EstimateCommand {

@@ -21,6 +21,7 @@
 #include "io/files/open_source.h"
 #include "io/server/site.h"
 #include "io/tag/file.h"
+#include "io/text/addresses.h"
 #include "pipeline/serving/serve.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
