@@ -27,8 +27,7 @@ Fields fields_of(std::string_view nrrd_fields) {
   for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     if (line.kind != NrrdLine::Kind::field) continue;
     if (is_storage_field(line.field)) refuse(std::string(line.field) + " is not expected here");
-    if (!fields.emplace(line.field, line.value).second)
-      refuse(std::string(line.field) + " is given twice");
+    if (!fields.emplace(line.field, line.value).second) refuse(std::string(line.field) + " is given twice");
   }
   return fields;
 }
