@@ -13,7 +13,6 @@
 #include <tuple>
 #include <utility>
 
-#include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
 #include "io/samples/file_samples.h"
 #include "io/tag/blocks.h"
@@ -346,6 +345,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     for (const auto& error : usual_errors(noise.deviation, options.options, first))
       try_bound(with_bound(options, error));
   EstimateResult result;
+  std::vector<UsageError> out_of_reach;
   Threads(threads).run([&] {
     const auto estimated = [&] {
       const SampleSize size = {.bricks = most_chosen(parameters[0].bricks())};
@@ -358,13 +358,21 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     // Each for itself: the size of bricks depends on the result.
     for (const ErrorRule& rule : run.rules) {
       const ResolvedOptions ruled = with_rule(rule);
-      const FoundBound bound = bound_by_trials(ruled, *source, true, {});
+      FoundBound bound;
+      try {
+        bound = bound_by_trials(ruled, *source, true, {});
+      } catch (const UsageError& error) {
+        out_of_reach.push_back(error);
+        continue;
+      }
       try_bound(with_bound(ruled, bound.max_error, bound.step));
       EstimateResult of_rule = estimated();
       of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
       result = std::move(of_rule);
     }
   });
+  if (result.estimates.empty()) throw UsageError(out_of_reach.front());
+  result.out_of_reach = std::move(out_of_reach);
   // In units of values, as they were given.
   const double slope = std::abs(rescale.slope);
   result.noise = noise.deviation * slope;

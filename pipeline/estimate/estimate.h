@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/errors/errors.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
 #include "pipeline/memory/resources.h"
@@ -39,11 +40,12 @@ struct EstimateResult {
   double low = 0, high = 0;     ///< of the samples that were looked at
   int threads = 1;              ///< that fit into the limit on memory
   std::int64_t bricks = 0, encoded = 0;
-  std::vector<Estimate> estimates;  ///< in the order of max_errors, then of rules
+  std::vector<Estimate> estimates;       ///< in the order of max_errors, then of rules that can be kept
+  std::vector<UsageError> out_of_reach;  ///< why other rules cannot be kept
 };
 
 /// Encodes and decodes a sample of the bricks, or all of a small volume, with every bound. Infers the rest
-/// from roughness. Throws UsageError, BrokenInput, WorldError and MemoryLimit.
+/// from roughness. Throws UsageError, also if there is no estimate at all, BrokenInput, WorldError and MemoryLimit.
 EstimateResult estimate_encoding(const EstimateRun& run);
 
 }  // namespace tagrid

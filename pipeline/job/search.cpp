@@ -82,8 +82,14 @@ class Bounds {
   static constexpr std::int64_t finest = 200;
 
   static double power_of_step(std::int64_t n) { return std::pow(step, static_cast<double>(n)); }
+  // With 24 digits, as the last ones of a power depend on the machine, and the bound is stored.
+  static double rounded(double number) {
+    int exponent;
+    const double mantissa = std::frexp(number, &exponent);
+    return std::ldexp(std::round(std::ldexp(mantissa, 24)), exponent - 24);
+  }
   double bound(std::int64_t n) const {
-    if (!whole_) return n == 0 ? 0 : guess_ * power_of_step(n - of_guess);
+    if (!whole_) return n == 0 ? 0 : rounded(guess_ * power_of_step(n - of_guess));
     return n <= finest ? static_cast<double>(n) : std::floor(finest * power_of_step(n - finest));
   }
   // Of the bound that is at least this one, nearly.
@@ -323,7 +329,7 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
   require(least <= bits, {"{}: {} {} cannot be reached; the file takes about {} bits a voxel, a ratio of {}",
                           {source.name(), setting, rule.value, fmt::format("{:.3g}", least),
-                           fmt::format("{:.3g}", bits_of_sample / least)}});
+                           fmt::format("{:.4g}", bits_of_sample / least)}});
   return found;
 }
 

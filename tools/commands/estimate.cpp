@@ -11,6 +11,7 @@
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
+#include "tools/report/failure.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/info.h"
 #include "tools/report/run_report.h"
@@ -55,6 +56,7 @@ struct EstimateCommand {
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
     const EstimateResult result = estimate(request);
     if (!result.doubt_of_noise.empty()) warn(run, "{}: {}", shown_input(input), result.doubt_of_noise);
+    for (const UsageError& error : result.out_of_reach) warn(run, "{}", words_of(error));
     const CodingParameters& p = result.parameters;
     // With a slope, a number may come back from samples with another last digit.
     for (const Estimate& e : result.estimates)

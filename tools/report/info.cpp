@@ -330,7 +330,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
                                  fmt::join(index.unknown_sections, ", ")));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));
-  if (p.transform_step > 0) line("wavelet", fmt::format("step {:.4g}", p.transform_step));
+  if (p.transform_step > 0)
+    line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller", p.transform_step));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0)
     line("mesh error",

@@ -113,6 +113,15 @@ TEST_F(EstimateCommand, TriesPsnrsAndSizes) {
   EXPECT_TRUE(has(tagrid({"estimate", "volume.nrrd", "--psnr", "40"}).out, " w "));
 }
 
+TEST_F(EstimateCommand, SizesThatAreOutOfReachHideNoOthers) {
+  phantom("volume.nrrd");
+  const Ending some = tagrid({"estimate", "volume.nrrd", "--ratio", "1e9,20", "--json", "some.json"});
+  EXPECT_EQ(some.code, 0);
+  EXPECT_TRUE(has(some.err, "warning: volume.nrrd: --ratio 1000000000 cannot be reached"));
+  EXPECT_EQ(json_of("some.json")["settings"]["estimates"].size(), 1);
+  expect_error(tagrid({"estimate", "volume.nrrd", "--ratio", "1e9"}), usage, "cannot be reached");
+}
+
 TEST_F(EstimateCommand, RefusesWhatIsNoList) {
   phantom("volume.nrrd");
   for (const char* list : {"1,x", ",", "1,,2", "-1", "1 2", "nan"})
