@@ -112,13 +112,18 @@ class LabelPass {
     for (std::size_t first = 0; first < count; first += 64) {
       const std::size_t end = std::min(count, first + 64);
       const std::uint64_t calm = calm_voxels(a + first, b + first, d + first);
+      std::size_t known = first;
       for (std::size_t x = first; x < end;) {
         const int run = std::min(std::countr_one(calm >> (x - first)), static_cast<int>(end - x));
         if (run > 0 && c[static_cast<std::int64_t>(x) - 1] == a[x]) {
           x += code_run(c + x, a[x], static_cast<std::size_t>(run));
           continue;
         }
-        code_one(c + x, a + x, aa + x, b + x, ba + x, d + x);
+        if (const std::size_t eight = x / 8 * 8; x >= known) {
+          find_like_above(a + eight, aa + eight, b + eight, ba + eight, d + eight);
+          known = eight + 8;
+        }
+        code_one(c + x, a + x, aa + x, b + x, ba + x, d + x, like_above_[x % 8]);
         ++x;
       }
     }
@@ -145,14 +150,41 @@ class LabelPass {
     return same + 1;
   }
 
+  // The contexts of eight voxels whose expected label is the one above, but for the neighbors in their row. One loop
+  // for each neighbor, so that they become vector code.
+  void find_like_above(const std::uint16_t* a, const std::uint16_t* aa, const std::uint16_t* b,
+                       const std::uint16_t* ba, const std::uint16_t* d) {
+    std::array<std::uint16_t, 8> usual, like;
+    std::memcpy(usual.data(), a, sizeof usual);
+    like.fill(1 << 1 | 1 << 2);
+    const auto compare = [&](const std::uint16_t* neighbors, int bit) {
+      std::array<std::uint16_t, 8> n;
+      std::memcpy(n.data(), neighbors, sizeof n);
+      for (std::size_t x = 0; x < like.size(); ++x)
+        like[x] |= n[x] == usual[x] ? static_cast<std::uint16_t>(1 << bit) : std::uint16_t{0};
+    };
+    compare(a + 1, 3);
+    compare(b + 1, 4);
+    compare(d, 5);
+    compare(a - 1, 6);
+    compare(b - 1, 7);
+    compare(ba, 8);
+    compare(d + 1, 9);
+    compare(aa, 11);
+    like_above_ = like;
+  }
+
   void code_one(std::uint16_t* c, const std::uint16_t* a, const std::uint16_t* aa, const std::uint16_t* b,
-                const std::uint16_t* ba, const std::uint16_t* d) {
+                const std::uint16_t* ba, const std::uint16_t* d, std::size_t like_above) {
     const std::uint16_t left = c[-1], above = a[0], behind = b[0];
     const std::uint16_t e = above == behind ? above : left;
     const std::array<std::uint16_t, 12> around = {left,  above, behind, a[1], b[1],  d[0],
                                                   a[-1], b[-1], ba[0],  d[1], c[-2], aa[0]};
-    std::size_t context = 0;
-    for (std::size_t i = 0; i < around.size(); ++i) context |= std::size_t{around[i] == e} << i;
+    std::size_t context = like_above | std::size_t{left == e} | std::size_t{c[-2] == e} << 10;
+    if (above != behind) {
+      context = 0;
+      for (std::size_t i = 0; i < around.size(); ++i) context |= std::size_t{around[i] == e} << i;
+    }
     if (code_adaptive(coder_, c[0] == e, expected_[context], limit)) {
       c[0] = e;
       return;
@@ -200,6 +232,7 @@ class LabelPass {
   std::uint32_t count_;
   int index_bits_;
   LabelSlice now_, before_;
+  std::array<std::uint16_t, 8> like_above_{};
   std::array<AdaptiveBit, 4096> expected_{};
   std::array<AdaptiveBit, 64> other_{};
   std::array<AdaptiveBit, 7> whole_{};
