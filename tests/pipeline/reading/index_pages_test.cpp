@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
+#include <iostream>
 
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
@@ -47,7 +49,10 @@ TEST(IndexPages, AFileOfAnySizeIsOpenedByTheLast256KiB) {
   const auto source = std::make_shared<ForgedTag>(header_of_a_large_volume(), constant_five, brick);
   source->reads();
   const HeapPeak heap;
+  const std::clock_t start = std::clock();
   const TagBricks file(source);
+  std::cout << "opened in " << static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC << " s, with "
+            << heap.bytes() << " bytes of heap\n";
   EXPECT_LT(heap.bytes(), sanitized ? 40'000'000U : 5'000'000U);
   const Reads opening = source->reads();
   EXPECT_EQ(opening.size(), 2U) << "the header and the end";
