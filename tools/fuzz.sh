@@ -25,7 +25,7 @@ tools/install_packages.sh fuzz
 cmake --preset asan >/dev/null
 cmake --build --preset asan --target make_fuzz_seeds "${targets[@]/#/fuzz_}"
 build=$PWD/build/asan
-"$build/tests/make_fuzz_seeds" tests/golden "$build/seeds"
+"$build/tests/make_fuzz_seeds" tests/golden/1.0 "$build/seeds"
 mkdir -p "$build/findings" "$build/logs"
 
 same_addresses=()

@@ -3,7 +3,7 @@
 
 Compares decoder.py, which was written from docs/format.md alone, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
-  golden  the files that every version must read. decoder.py takes minutes to decode them, so tests/golden/second_decoder.json
+  golden  the files that every version must read. decoder.py takes minutes to decode them, so tests/golden/1.0/second_decoder.json
           holds the hashes of its results, which are those of `tagrid decode`. It fails where a file or decoder.py has changed
           since: then record them again.
   record  decodes all golden files with both, compares, and writes those hashes
@@ -332,7 +332,7 @@ def test_made(comparison):
     assert comparison.compare(data, "bottom up") and decoder.compression_in(data) == b""
 
 
-GOLDEN = pathlib.Path(__file__).parents[1] / "golden"
+GOLDEN = pathlib.Path(__file__).parents[1] / "golden" / "1.0"
 RECORDS = GOLDEN / "second_decoder.json"
 
 

@@ -2,7 +2,7 @@
 """python3 tests/format/example_test.py TAGRID [rewrite]
 
 The examples and test vectors in docs/format.md are what a file says: the parts between "made by example_test.py" and "end"
-are made here from tests/golden/example_int16.tag and the other golden files, by the second decoder. Fails if the document
+are made here from tests/golden/1.0/example_int16.tag and the other golden files, by the second decoder. Fails if the document
 says something else, or if the file is no longer what TAGRID writes. `rewrite` writes the file and these parts anew.
 
 The functions of the second decoder are watched while they return; their local variables have the names that the document uses.
@@ -25,7 +25,7 @@ from second_decoder.xxh3 import xxh3
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "format.md"
-GOLDEN = ROOT / "tests" / "golden"
+GOLDEN = ROOT / "tests" / "golden" / "1.0"
 EXAMPLE = GOLDEN / "example_int16.tag"
 DIMS = (8, 6, 2)
 OPTIONS = ["--cube=4", "--max-error=2"]
@@ -353,7 +353,7 @@ def made_of_example(document):
     command = f"tagrid encode example.raw --dims {','.join(map(str, DIMS))} --type int16 {' '.join(OPTIONS)}"
     example = [
         f"The volume has {DIMS[0]} × {DIMS[1]} × {DIMS[2]} samples of int16:\n{FORMULA}.\n"
-        f"The file is `tests/golden/{EXAMPLE.name}`, {len(data)} bytes, made by\n`{command}`.\n",
+        f"The file is `tests/golden/1.0/{EXAMPLE.name}`, {len(data)} bytes, made by\n`{command}`.\n",
         "**The header** (3.1):\n", block(in_header),
         "**The only brick** (3.2, 7.5):\n", block(in_brick), "**Its checksum** (4.1):\n",
         block(describe_checksum(data, start, header.checksum, 0)),

@@ -42,7 +42,7 @@ TEST_P(Targets, HoldOnEveryInputThatOnceWasTrouble) {
 }
 
 TEST_P(Targets, HoldOnTheirSeedsAndAllTheirPrefixes) {
-  static const auto all = make_seeds(TAGRID_SOURCE_DIR "/tests/golden");
+  static const auto all = make_seeds(TAGRID_SOURCE_DIR "/tests/golden/1.0");
   const Seeds& seeds = all.at(std::string(GetParam().name));
   ASSERT_FALSE(seeds.empty());
   for (const auto& seed : seeds)

@@ -1,5 +1,5 @@
-// Golden files: this version writes the same bytes as always, and reads them. A change of the bytes is a
-// change of the format: docs/format.md and its version change with them. To write the files anew:
+// Golden files: this version writes the same bytes as 1.0, and reads them. Those of tests/golden/1.0 are frozen; see
+// CONTRIBUTING.md, "Changes of the format". To write new ones:
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 
@@ -183,7 +183,7 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
  protected:
   Golden golden_ = all_golden()[GetParam()];
   std::string golden_path() const {
-    return std::string(TAGRID_SOURCE_DIR "/tests/golden/") + golden_.name + ".tag";
+    return std::string(TAGRID_SOURCE_DIR "/tests/golden/1.0/") + golden_.name + ".tag";
   }
 
   std::string source() const { return path(golden_.volumes == 1 ? "in.nrrd" : "in.nii"); }

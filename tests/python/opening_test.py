@@ -121,7 +121,7 @@ class Opening(unittest.TestCase):
                 tagrid.open(file)
 
     def test_an_overview_is_a_volume_of_its_own(self):
-        path = pathlib.Path(__file__).parents[1] / "golden/lead_voxels_overviews_int16.tag"
+        path = pathlib.Path(__file__).parents[1] / "golden/1.0/lead_voxels_overviews_int16.tag"
         volume = tagrid.open(path)
         self.assertEqual(volume.overviews, (4, 16))
         self.assertEqual(tagrid.open(self.bytes).overviews, ())
@@ -147,7 +147,7 @@ class Opening(unittest.TestCase):
         self.assertRaises(tagrid.ArgumentError, volume._reader.overviews)
 
     def test_a_volume_of_several_is_a_volume_of_its_own(self):
-        path = pathlib.Path(__file__).parents[1] / "golden/volumes_bounded_int16.tag"
+        path = pathlib.Path(__file__).parents[1] / "golden/1.0/volumes_bounded_int16.tag"
         first = tagrid.open(path)
         self.assertEqual((first.volumes, tagrid.open(self.bytes).volumes), (3, 1))
         for number in (3, -1):

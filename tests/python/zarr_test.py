@@ -73,7 +73,7 @@ class Stores(unittest.TestCase):
                                  (str(level), [step * 2**level for step in scale], translation))
 
     def test_levels_are_the_overviews_of_a_file_that_has_some(self):
-        path = pathlib.Path(__file__).parents[1] / "golden/lead_voxels_overviews_int16.tag"
+        path = pathlib.Path(__file__).parents[1] / "golden/1.0/lead_voxels_overviews_int16.tag"
         volume = tagrid.open(path)
         group = zarr.open_group(Store(path, chunk=8), mode="r")
         (multiscales,) = group.attrs["multiscales"]

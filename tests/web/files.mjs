@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-export const golden = join(dirname(fileURLToPath(import.meta.url)), "..", "golden");
+export const golden = join(dirname(fileURLToPath(import.meta.url)), "..", "golden", "1.0");
 export const goldenFiles = readdirSync(golden).filter((name) => name.endsWith(".tag"));
 
 export const folder = mkdtempSync(join(tmpdir(), "tagrid-web-"));

@@ -27,7 +27,7 @@ Bytes content_of(const std::filesystem::path& path) {
 
 std::vector<std::filesystem::path> golden_files() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(TAGRID_SOURCE_DIR "/tests/golden"))
+  for (const auto& entry : std::filesystem::directory_iterator(TAGRID_SOURCE_DIR "/tests/golden/1.0"))
     if (entry.path().extension() == ".tag") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
@@ -219,7 +219,7 @@ TEST(LibraryBlocks, SamplesAreThoseOfTheReader) {
 }
 
 TEST(LibraryBlocks, OpeningFetchesTheTwoEnds) {
-  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/pages_lossless_uint8.tag");
+  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/pages_lossless_uint8.tag");
   Fetching fetching(file);
   const Blocks blocks(file.size());
   ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
@@ -257,7 +257,7 @@ TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
 }
 
 TEST(LibraryBlocks, DamageIsBrokenInput) {
-  const Bytes whole = content_of(TAGRID_SOURCE_DIR "/tests/golden/lead_voxels_overviews_int16.tag");
+  const Bytes whole = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_overviews_int16.tag");
   std::mt19937 random(2);
   for (int i = 0; i < 300; ++i) {
     Bytes file = whole;
@@ -297,7 +297,7 @@ TEST(LibraryBlocks, DamageIsBrokenInput) {
 }
 
 TEST(LibraryBlocks, MistakesOfACallerAreRefused) {
-  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/voxels_bounded_int16.tag");
+  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/voxels_bounded_int16.tag");
   Fetching fetching(file);
   const Blocks blocks(file.size());
   tagrid_info info;

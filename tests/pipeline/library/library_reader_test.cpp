@@ -534,7 +534,7 @@ TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
 }
 
 TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
-  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/lead_voxels_overviews_int16.tag")};
+  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_overviews_int16.tag")};
   ReaderHandle reader = open_reader(file);
   std::int64_t factors[TAGRID_MOST_OVERVIEWS];
   ASSERT_EQ(tagrid_reader_overviews(reader.get(), factors), TAGRID_OK);
@@ -567,7 +567,7 @@ TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
 }
 
 TEST(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
-  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/volumes_bounded_int16.tag")};
+  MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/1.0/volumes_bounded_int16.tag")};
   ReaderHandle reader = open_reader(file);
   std::int64_t count = 0;
   ASSERT_EQ(tagrid_reader_volumes(reader.get(), &count), TAGRID_OK);
