@@ -138,6 +138,17 @@ void ReadAhead::will_read(std::vector<ByteRange> ranges) const {
     else
       plan.push_back(range);
   }
+  std::uint64_t in_gaps = 0;
+  while (plan.size() > few_ranges && plan.size() <= 2 * few_ranges) {
+    std::size_t nearest = 1;
+    const auto gap_before = [&](std::size_t i) { return plan[i].begin - plan[i - 1].end; };
+    for (std::size_t i = 2; i < plan.size(); ++i)
+      if (gap_before(i) < gap_before(nearest)) nearest = i;
+    in_gaps += gap_before(nearest);
+    if (in_gaps > most_in_gaps) break;
+    plan[nearest - 1].end = plan[nearest].end;
+    plan.erase(plan.begin() + static_cast<std::ptrdiff_t>(nearest));
+  }
   const std::lock_guard lock(mutex_);
   plan_ = std::move(plan);
 }

@@ -32,7 +32,8 @@ class ReadAhead : public ByteSource {
   /// Waits while another thread fetches some of these bytes. What is read front to back is fetched in parts
   /// that become larger, up to largest_part. When a fetch has failed, so do all other reads.
   void read_at(std::uint64_t position, std::span<std::byte> to) const override;
-  /// Ranges that lie close together are fetched as one, when the first byte of it is read.
+  /// Ranges that lie close together are fetched as one, when the first byte of it is read. If there are few, so are
+  /// those that lie further apart, until few_ranges are left.
   void will_read(std::vector<ByteRange> ranges) const override;
   bool waits() const override { return true; }
 
@@ -42,6 +43,10 @@ class ReadAhead : public ByteSource {
   static constexpr std::uint64_t kept_bytes = most_at_once * largest_part;
   /// A gap of so many bytes is fetched sooner than a second answer arrives.
   static constexpr std::uint64_t largest_gap = std::uint64_t{64} << 10;
+  /// A box across bricks along all axes is four ranges, and their sizes in the index are one more. Bytes in gaps that are
+  /// fetched to make them fewer are at most `most_in_gaps`.
+  static constexpr std::size_t few_ranges = 2;
+  static constexpr std::uint64_t most_in_gaps = std::uint64_t{1} << 20;
 
  private:
   struct Part {

@@ -115,6 +115,20 @@ TEST(ReadAhead, PlannedRangesAreFetchedTogetherIfTheGapIsSmall) {
   EXPECT_EQ(far.fetched[1].begin, c);
 }
 
+// Rows of bricks around a corner, whose layers lie far apart.
+TEST(ReadAhead, FewRangesBecomeTwo) {
+  Far far(40 * mebibyte);
+  const std::uint64_t rows = mebibyte / 2, layers = 20 * mebibyte;
+  const auto places = {mebibyte, mebibyte + rows, layers, layers + rows};
+  std::vector<ByteRange> plan;
+  for (const std::uint64_t at : places) plan.push_back({at, at + 100});
+  far.source().will_read(plan);
+  for (const std::uint64_t at : places) EXPECT_TRUE(far.is_right(at, 100));
+  ASSERT_EQ(far.fetched.size(), 2u);
+  EXPECT_EQ(far.fetched[1].begin, layers);
+  EXPECT_EQ(far.fetched[1].end, layers + rows + 100);
+}
+
 TEST(ReadAhead, NoMoreIsKeptThanWasPromised) {
   Far far(64 * mebibyte);
   const auto pass = [&] {
