@@ -139,7 +139,7 @@ void ReadAhead::will_read(std::vector<ByteRange> ranges) const {
       plan.push_back(range);
   }
   std::uint64_t in_gaps = 0;
-  while (plan.size() > few_ranges && plan.size() <= 2 * few_ranges) {
+  while (plan.size() > 1 && plan.size() <= few_ranges) {
     std::size_t nearest = 1;
     const auto gap_before = [&](std::size_t i) { return plan[i].begin - plan[i - 1].end; };
     for (std::size_t i = 2; i < plan.size(); ++i)

@@ -33,7 +33,7 @@ class ReadAhead : public ByteSource {
   /// that become larger, up to largest_part. When a fetch has failed, so do all other reads.
   void read_at(std::uint64_t position, std::span<std::byte> to) const override;
   /// Ranges that lie close together are fetched as one, when the first byte of it is read. If there are few, so are
-  /// those that lie further apart, until few_ranges are left.
+  /// those that lie further apart.
   void will_read(std::vector<ByteRange> ranges) const override;
   bool waits() const override { return true; }
 
@@ -43,9 +43,9 @@ class ReadAhead : public ByteSource {
   static constexpr std::uint64_t kept_bytes = most_at_once * largest_part;
   /// A gap of so many bytes is fetched sooner than a second answer arrives.
   static constexpr std::uint64_t largest_gap = std::uint64_t{64} << 10;
-  /// A box across bricks along all axes is four ranges, and their sizes in the index are one more. Bytes in gaps that are
-  /// fetched to make them fewer are at most `most_in_gaps`.
-  static constexpr std::size_t few_ranges = 2;
+  /// A box across bricks along all axes is four ranges, or two for each layer of bricks. That few are made fewer if the
+  /// gaps that are fetched for it have at most `most_in_gaps` bytes together.
+  static constexpr std::size_t few_ranges = 4;
   static constexpr std::uint64_t most_in_gaps = std::uint64_t{1} << 20;
 
  private:

@@ -104,7 +104,7 @@ TEST(ReadAhead, OneReadElsewhereFetchesLittleMore) {
 TEST(ReadAhead, PlannedRangesAreFetchedTogetherIfTheGapIsSmall) {
   Far far(40 * mebibyte);
   const std::uint64_t gap = ReadAhead::largest_gap;
-  const std::uint64_t a = mebibyte, b = a + 50000 + gap, c = b + 50000 + gap + 1;
+  const std::uint64_t a = mebibyte, b = a + 50000 + gap, c = b + 50000 + ReadAhead::most_in_gaps + 1;
   far.source().will_read({{c, c + 50000}, {a, a + 50000}, {b, b + 50000}});
   EXPECT_TRUE(far.is_right(a, 50000));
   EXPECT_TRUE(far.is_right(b, 50000));
@@ -116,7 +116,7 @@ TEST(ReadAhead, PlannedRangesAreFetchedTogetherIfTheGapIsSmall) {
 }
 
 // Rows of bricks around a corner, whose layers lie far apart.
-TEST(ReadAhead, FewRangesBecomeTwo) {
+TEST(ReadAhead, FewRangesBecomeFewer) {
   Far far(40 * mebibyte);
   const std::uint64_t rows = mebibyte / 2, layers = 20 * mebibyte;
   const auto places = {mebibyte, mebibyte + rows, layers, layers + rows};
