@@ -53,16 +53,16 @@ for kind in simd scalar; do
       -DCMAKE_CXX_FLAGS="$flags" -DTAGRID_ZSTD_SOURCES="$zstd/lib" -DTAGRID_DEBIAN_HEADERS="$include" \
       -DTAGRID_WASM_KIND="$kind" >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
   fi
-  ninja -C "$build/$kind" tagrid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
+  ninja -C "$build/$kind" tagrid_wasm tagrid_grid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
 done
 
 dist=$root/web/decoder/dist
 mkdir -p "$dist"
 cp web/decoder/src/*.js web/decoder/src/*.d.ts LICENSE "$dist"
-for kind in simd scalar; do
-  cp "$build/$kind/web/decoder/tagrid_$kind.wasm" "$dist"
-  printf '%s %s bytes, %s in gzip\n' "tagrid_$kind.wasm" "$(stat -c %s "$dist/tagrid_$kind.wasm")" \
-    "$(gzip -9 -n <"$dist/tagrid_$kind.wasm" | wc -c)"
+for name in tagrid_simd tagrid_scalar tagrid_grid_simd tagrid_grid_scalar; do
+  cp "$build/${name##*_}/web/decoder/$name.wasm" "$dist"
+  printf '%s %s bytes, %s in gzip\n' "$name.wasm" "$(stat -c %s "$dist/$name.wasm")" \
+    "$(gzip -9 -n <"$dist/$name.wasm" | wc -c)"
 done
 
 viewer=$root/web/viewer/dist

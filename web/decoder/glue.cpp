@@ -47,8 +47,8 @@ EXPORTED int web_give(tagrid_blocks* blocks, double offset, const void* bytes, s
 }
 
 // 3 dims, type, 3 + 3 + 9 numbers of the geometry and whether each is known, 3 bounds, 3 achieved ones, the
-// range, the edge of a brick, lead, volumes, and factors of overviews up to a 0: room for 34 +
-// TAGRID_MOST_OVERVIEWS numbers.
+// range, the edge of a brick, lead, whether the grid is stored, volumes, and factors of overviews up to a 0:
+// room for 35 + TAGRID_MOST_OVERVIEWS numbers.
 EXPORTED int web_info(tagrid_blocks* blocks, double* to) {
   tagrid_info info;
   tagrid_info_init(&info);
@@ -70,6 +70,7 @@ EXPORTED int web_info(tagrid_blocks* blocks, double* to) {
     put(to, number);
   put(to, static_cast<double>(info.brick_edge));
   put(to, info.lead);
+  put(to, tagrid_blocks_stores_grid(blocks));
   put(to, static_cast<double>(volumes));
   for (const std::int64_t factor : factors) put(to, static_cast<double>(factor));
   return status;
