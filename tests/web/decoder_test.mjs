@@ -152,7 +152,7 @@ test("the grid in slices, and its vertices", async () => {
     const mesh = meshOf(path);
     const volume = await open(blobOf(path), kinds[i % 3].options);
     assert.ok(volume.storesGrid);
-    for (const [axis, slice] of [[0, 0], [0, 33], [1, 1], [1, 64], [2, 63], [2, 66]]) {
+    for (const [axis, slice] of [[0, 0], [1, 64], [2, 33], [2, 66]]) {
       const box = { low: [0, 0, 0], high: [...volume.dims] };
       [box.low[axis], box.high[axis]] = [slice, slice + 1];
       const edges = await volume.edges({ axis, box });

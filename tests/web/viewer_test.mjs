@@ -8,6 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { startChromium } from "./chromium.mjs";
 import { decoded, folder, golden, made, tagrid } from "./files.mjs";
+import { edgesOf, meshOf } from "./mesh.mjs";
 import { serve } from "./server.mjs";
 
 const viewer = process.env.TAGRID_VIEWER;
@@ -142,6 +143,69 @@ test("an overview first, and then only the bricks that are seen", async () => {
   await picture(page, "zoomed");
   assert.deepEqual(page.errors, []);
   await page.close();
+});
+
+test("the grid over a slice", async () => {
+  const path = made("grid", [75, 70, 67], "uint8", "--max-error", "2");
+  const page = await open("made/grid.tag");
+  const [x, y, z] = [37, 35, 33];
+  assert.deepEqual(await page.evaluate("tagridViewer.state.position"), [x, y, z]);
+  await page.evaluate(`tagridViewer.actions.one("axial")`);
+  await page.key("g");
+  await page.until(`tagridViewer.sliceViews[0].gridState === "shown"`);
+  await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+  assert.equal(await page.evaluate(`document.getElementById("grid").getAttribute("aria-pressed")`), "true");
+  await picture(page, "grid");
+  /** The share of a sample of some edges at whose middles the picture is blue, moved by some pixels. */
+  const blue = (places) =>
+    page.evaluate(`(() => { const view = tagridViewer.sliceViews[0];
+      view.draw();
+      const context = view.canvas.getContext("2d"), places = ${JSON.stringify(places)};
+      let found = 0;
+      for (const [u, v] of places) {
+        const [x, y] = view.pointOf([u + 0.5, v + 0.5]);
+        const { data } = context.getImageData(Math.round(x) - 1, Math.round(y) - 1, 3, 3);
+        let most = 0;
+        for (let i = 0; i < data.length; i += 4) most = Math.max(most, data[i + 2] - data[i]);
+        found += most > 40;
+      }
+      return found / places.length; })()`);
+  // Away from the cross hair, the names and the bars.
+  const seen = ([u, v]) => Math.abs(u - x) > 2 && Math.abs(v - y) > 2 && u > 20 && u < 60 && v > 20 && v < 60;
+  const edges = edgesOf(meshOf(path), 2, z).map((text) => text.split(" ").map(Number));
+  const middles = edges.map(([a, b, c, d]) => [(a + c) / 2, (b + d) / 2]).filter(seen);
+  assert.ok(middles.length > 200, `${middles.length}`);
+  assert.ok((await blue(middles)) > 0.98, `${await blue(middles)}`);
+  // Places that no edge is near.
+  const distance = ([u, v], [a, b, c, d]) => {
+    const share = ((u - a) * (c - a) + (v - b) * (d - b)) / ((c - a) ** 2 + (d - b) ** 2);
+    const t = Math.min(Math.max(share, 0), 1);
+    return Math.hypot(u - a - t * (c - a), v - b - t * (d - b));
+  };
+  const free = [];
+  for (let v = 20.5; v < 60; ++v)
+    for (let u = 20.25; u < 60; u += 0.5)
+      if (seen([u, v]) && edges.every((edge) => distance([u, v], edge) > 0.35)) free.push([u, v]);
+  assert.ok(free.length > 50, `${free.length}`);
+  assert.ok((await blue(free)) < 0.02, `${await blue(free)}`);
+  await page.evaluate(`document.getElementById("grid").click()`);
+  assert.equal(await blue(middles), 0);
+  assert.deepEqual(page.errors, []);
+  // Of a file that stores no grid, it says so; and over an overview, that one must zoom in.
+  await page.close();
+  for (const [file, text] of [
+    ["golden/voxels_derived_grid_int16.tag", /stores no grid/],
+    ["made/large.tag", /Zoom in/],
+  ]) {
+    made("large", [700, 640, 130], "int16", "--max-error", "5", "--overviews", "4,16");
+    const other = await open(file);
+    await other.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 0.3)");
+    await other.key("g");
+    await other.until(`/grid/.test(document.getElementById("status").textContent)`);
+    assert.match(await other.evaluate(`document.getElementById("status").textContent`), text);
+    assert.deepEqual(other.errors, []);
+    await other.close();
+  }
 });
 
 test("mouse and keys", async () => {

@@ -23,6 +23,7 @@ const state = {
   tool: "move",
   isFitted: true,
   isWindowChosen: false,
+  showsGrid: false,
 };
 
 const sliceViews = [
@@ -43,7 +44,11 @@ const sliceViews = [
     actions.moveTo(position);
   });
   sections[name].append(canvas, slider);
-  return Object.assign(new SliceView(canvas, name, normal, state), { slider });
+  const onError = (error) => {
+    failure = error.message;
+    draw();
+  };
+  return Object.assign(new SliceView(canvas, name, normal, state, () => draw(), onError), { slider });
 });
 const spaceView = new SpaceView(sections.space, state);
 let file;
@@ -82,7 +87,15 @@ function noteTimes() {
 let failure;
 function showProgress(isComplete) {
   if (failure) return say(failure, true);
-  say(isComplete ? "" : "Reading …");
+  say(isComplete ? gridNote() : "Reading …");
+}
+
+function gridNote() {
+  if (!state.showsGrid) return "";
+  if (!state.volume.storesGrid) return "The file stores no grid: it follows from the samples. tagrid mesh computes it.";
+  const states = sliceViews.map((view) => view.gridState);
+  if (states.includes("reading")) return "Reading the grid …";
+  return states.includes("far") ? "Zoom in to see the grid: it is drawn over samples of the volume itself." : "";
 }
 
 let timer;
@@ -91,6 +104,7 @@ function read() {
   clearTimeout(timer);
   if (!state.volume) return;
   state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order)));
+  for (const view of sliceViews) view.wantGrid();
   const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
 }
@@ -183,6 +197,11 @@ const actions = {
   fit() {
     state.isFitted = true;
     for (const view of sliceViews) view.changed();
+    update();
+  },
+  grid() {
+    state.showsGrid = !state.showsGrid;
+    element("grid").setAttribute("aria-pressed", String(state.showsGrid));
     update();
   },
   tool(name) {
@@ -402,6 +421,7 @@ const activeView = () =>
   sliceViews.find((view) => view.isShown) ??
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
+element("grid").addEventListener("click", () => state.volume && actions.grid());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
