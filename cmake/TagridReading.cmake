@@ -32,7 +32,7 @@ if(EMSCRIPTEN)
   set_source_files_properties(${small} PROPERTIES COMPILE_OPTIONS -Os)
   set(plain ${sources})
   list(FILTER plain EXCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/wavefront)/")
-  set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS -O2)
+  set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS "-O2;-fno-unroll-loops")
 endif()
 # Whoever links it drops what only encoding needs.
 target_compile_options(tagrid_reading PRIVATE -ffunction-sections -fdata-sections)

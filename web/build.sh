@@ -11,7 +11,7 @@ build=${1:-$root/build/web}
 mkdir -p "$build"
 build=$(cd "$build" && pwd)
 
-for program in emcmake em++ ninja node; do
+for program in emcmake em++ ninja node esbuild; do
   command -v "$program" >/dev/null || { echo "$program is missing. On Debian: tools/install_packages.sh web" >&2; exit 69; }
 done
 # Debian's emscripten looks there for the JavaScript that it needs.
@@ -65,7 +65,12 @@ for name in tagrid_simd tagrid_scalar tagrid_grid_simd tagrid_grid_scalar; do
     "$(gzip -9 -n <"$dist/$name.wasm" | wc -c)"
 done
 
+# The page is few files, each of which is a request.
 viewer=$root/web/viewer/dist
 rm -rf "$viewer" && mkdir -p "$viewer/decoder"
-cp web/viewer/src/* "$viewer"
-cp "$dist"/*.js "$dist"/*.wasm "$dist/LICENSE" "$viewer/decoder"
+bundled() { esbuild "$1" --bundle --format=esm --minify --log-level=warning --alias:@tagrid/decoder="$dist/index.js" --outfile="$2"; }
+bundled web/viewer/src/viewer.js "$viewer/viewer.js"
+bundled web/viewer/src/viewer.css "$viewer/viewer.css"
+bundled "$dist/worker.js" "$viewer/decoder/worker.js"
+cp web/viewer/src/index.html "$viewer"
+cp "$dist"/*.wasm "$dist/LICENSE" "$viewer/decoder"

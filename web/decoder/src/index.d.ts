@@ -160,7 +160,7 @@ export interface OpenOptions {
   simd?: boolean;
 }
 
-/** Opens a .tag file: two requests, of at most 320 KiB. The result is volume 0 of the file. */
+/** Opens a .tag file: two requests, of 320 KiB, or of up to 832 KiB for a large file. The result is volume 0 of the file. */
 export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
 
 export type ErrorCode =

@@ -4,13 +4,15 @@ import { TagridError, require, unlessAborted } from "./errors.js";
 import { cores } from "./platform.js";
 import { Pool } from "./pool.js";
 import { Queue, Recent } from "./queue.js";
-import { openSource } from "./source.js";
+import { openSource, within } from "./source.js";
 import { Wasm, boxBytes, compile, types } from "./wasm.js";
 
 export { TagridError };
 export const version = "0.1.0";
 
 const megabyte = 1 << 20;
+// Parts of the index that are kept, of at most 256 KiB.
+const partsOfIndex = 16;
 const activityCache = 64 * megabyte;
 
 export async function open(given, options = {}) {
@@ -46,6 +48,7 @@ class File {
   #grids = new Map();
   #streams = 0;
   #fetching = new Map();
+  #index = [];
   #ended = new AbortController();
   volumes = new Map();
 
@@ -96,12 +99,17 @@ class File {
     return this.#queue.run(async () => use(await this.#source.read(offset, length, signal)), signal);
   }
 
-  /** A part of the index. Calls that need it at the same time share it. */
+  /** A part of the index. Calls that need it at the same time share it, and the last parts are kept. */
   #fetchOnce({ offset, length }) {
+    const kept = within(this.#index, offset, length);
+    if (kept) return { offset, bytes: kept };
     const key = `${offset} ${length}`;
     let fetched = this.#fetching.get(key);
     if (!fetched) {
-      fetched = this.fetch(offset, length, this.until(), (bytes) => ({ offset, bytes }));
+      fetched = this.fetch(offset, length, this.until(), (bytes) => {
+        this.#index = [{ offset, bytes }, ...this.#index].slice(0, partsOfIndex);
+        return { offset, bytes };
+      });
       this.#fetching.set(key, fetched);
       fetched.catch(() => {}).finally(() => this.#fetching.delete(key));
     }
@@ -180,6 +188,7 @@ class Volume {
       `there is no level ${level}; the levels are 0 to ${this.levels.length - 1}`);
     const { dims, factor } = this.levels[level];
     const wanted = boxWithin(box, dims);
+    file.pool.warm();
     const stream = level === 0 ? this.#stream : await this.#overview(factor, signal);
     const until = file.until(signal);
     const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);

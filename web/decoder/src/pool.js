@@ -29,6 +29,11 @@ export class Pool {
     });
   }
 
+  /** Starts a worker, while bytes are fetched. */
+  warm() {
+    if (!this.#inline && !this.#closed && this.#workers.size === 0) this.#start();
+  }
+
   #work() {
     while (this.#waiting.length > 0) {
       if (!this.#waiting[0].isWanted()) {

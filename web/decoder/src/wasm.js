@@ -68,11 +68,13 @@ export class Wasm {
       imports[from] ??= {};
       // Nothing is written anywhere; an end of the program is an error of the call.
       imports[from][name] =
-        name === "proc_exit"
-          ? (code) => {
-              throw new TagridError("bug", `the module ended with ${code}`);
-            }
-          : () => 0;
+        {
+          proc_exit: (code) => {
+            throw new TagridError("bug", `the module ended with ${code}`);
+          },
+          number: (pointer, length) =>
+            Number(String.fromCharCode(...new Uint8Array(this.#exports.memory.buffer, pointer >>> 0, length))),
+        }[name] ?? (() => 0);
     }
     this.#exports = new WebAssembly.Instance(module, { ...imports }).exports;
     this.#exports._initialize?.();

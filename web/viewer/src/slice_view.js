@@ -138,12 +138,25 @@ export class SliceView {
     return { level, normal: this.normal, slice, columns, rows, rank };
   }
 
-  /** What it wants to be read, first of all the coarsest overview. `order` is that of this view among the others. */
-  regions(order) {
+  get #coarsest() {
+    return this.#state.volume.levels.length - 1;
+  }
+
+  /** True if there is something to see, or nothing more to wait for. */
+  get hasFirst() {
+    const first = this.isShown ? this.region(this.#coarsest, 0) : undefined;
+    return !first || this.#state.tiles.isSettled(first);
+  }
+
+  /**
+   * What it wants to be read: the coarsest overview and, if the views have that, the wanted level. `order` is that of
+   * this view among the others.
+   */
+  regions(order, haveFirst) {
     if (!this.isShown) return [];
-    const coarsest = this.#state.volume.levels.length - 1;
+    const coarsest = this.#coarsest;
     const wanted = [this.region(coarsest, order)];
-    if (this.level !== coarsest && performance.now() - this.changedAt >= rest)
+    if (haveFirst && this.level !== coarsest && performance.now() - this.changedAt >= rest)
       wanted.push(this.region(this.level, 10 + order));
     return wanted.filter(Boolean);
   }

@@ -98,6 +98,11 @@ export class Tiles {
     return keysOf(region).every((key) => this.#tiles.has(key));
   }
 
+  /** True if reading more would change nothing. */
+  isSettled(region) {
+    return keysOf(region).every((key) => this.#tiles.has(key) || this.#failed.has(key));
+  }
+
   #strips(region, missing) {
     const { level, columns, rows } = region;
     const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;

@@ -1,5 +1,5 @@
 // The page: opens a file, and links the views.
-import { open } from "./decoder/index.js";
+import { open } from "@tagrid/decoder";
 import { boundRows, factRows, fillList, numberText, scaleOf, unitOf } from "./describe.js";
 import { handleKeys, handlePointers } from "./input.js";
 import { Shades, percentiles } from "./shades.js";
@@ -103,7 +103,8 @@ let timer;
 function read() {
   clearTimeout(timer);
   if (!state.volume) return;
-  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order)));
+  const haveFirst = sliceViews.every((view) => view.hasFirst);
+  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order, haveFirst)));
   for (const view of sliceViews) view.wantGrid();
   const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
@@ -302,7 +303,7 @@ async function openFile(source, name, options = {}) {
   element("failure").textContent = "";
   say(`Opening ${name} …`);
   try {
-    const opened = await open(source, { ...options, signal: controller.signal });
+    const opened = await open(source, { ...options, base: new URL("decoder/", import.meta.url), signal: controller.signal });
     if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
