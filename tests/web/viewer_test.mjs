@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { startChromium } from "./chromium.mjs";
@@ -358,7 +358,8 @@ test("served by `tagrid view`", async () => {
   assert.equal(code, 0);
 });
 
-test("of a terabyte, a first picture from 1 MB and a few requests", async () => {
+/** A volume of a terabyte behind 50 ms; `asked` has the time and the bytes of each request for it. */
+async function farTerabyte() {
   const path = join(folder, "part.tag");
   tagrid("phantom", "--dims", "256,256,256", "-q", "-o", join(folder, "part.nrrd"));
   tagrid("encode", join(folder, "part.nrrd"), "--max-error", "5", "--overviews", "4", "-q", "-o", path);
@@ -366,7 +367,6 @@ test("of a terabyte, a first picture from 1 MB and a few requests", async () => 
   const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
   const [port, size] = line.toString().split(" ").map(Number);
   assert.ok(size > 1e11, `${size}`);
-  // Counts, and answers 50 ms later.
   const count = { requests: 0, bytes: 0 };
   const asked = [];
   const far = await serve(
@@ -390,6 +390,15 @@ test("of a terabyte, a first picture from 1 MB and a few requests", async () => 
       },
     },
   );
+  const close = () => {
+    far.close();
+    process_.stdin.end();
+  };
+  return { far, size, count, asked, close };
+}
+
+test("of a terabyte, a first picture from 1 MB and a few requests", async () => {
+  const { far, size, count, asked, close } = await farTerabyte();
   const page = await browser.newPage(1280, 860);
   await page.goTo(far.url("viewer/index.html?src=/scan.tag"));
   await page.until("tagridViewer.times.all");
@@ -417,6 +426,46 @@ test("of a terabyte, a first picture from 1 MB and a few requests", async () => 
   console.log(`# and with a part of it at full resolution after ${count.requests} requests and ${count.bytes} bytes`);
   assert.deepEqual(page.errors, []);
   await page.close();
-  far.close();
-  process_.stdin.end();
+  close();
+});
+
+/** Bytes of memory of a process and its children. */
+function memoryOf(pid) {
+  // Pages that are there, and those of files among them.
+  const [, resident, shared] = readFileSync(`/proc/${pid}/statm`, "utf8").split(" ").map(Number);
+  const own = 4096 * (resident - shared);
+  const children = readFileSync(`/proc/${pid}/task/${pid}/children`, "utf8").trim().split(" ").filter(Boolean);
+  return children.reduce((sum, child) => sum + memoryOf(child), own);
+}
+
+// TAGRID_LONG=MINUTES: an hour of looking at slices, faster.
+test("memory does not grow with the slices that were seen", { skip: !process.env.TAGRID_LONG, timeout: 4e6 }, async () => {
+  const { far, count, close } = await farTerabyte();
+  const alone = await startChromium();
+  const page = await alone.newPage(1280, 860);
+  await page.goTo(far.url("viewer/index.html?src=/scan.tag"));
+  await page.until("tagridViewer.times.all");
+  // Bricks of the volume itself.
+  await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 30)");
+  const begin = Date.now();
+  const length = Number(process.env.TAGRID_LONG) * 60000;
+  const seen = [];
+  let steps = 0;
+  while (Date.now() - begin < length) {
+    for (const axis of [2, 1, 0]) await page.evaluate(`tagridViewer.actions.step(${axis}, ${steps % 700 < 350 ? 10 : -10})`);
+    if (++steps % 5 === 0) await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)", 120);
+    if (steps % 20 === 0) {
+      const { JSHeapUsedSize } = await page.metrics();
+      seen.push({ at: Date.now() - begin, all: memoryOf(alone.pid), heap: JSHeapUsedSize });
+    }
+  }
+  const most = (from, to, key) =>
+    Math.max(...seen.filter(({ at }) => at >= from * length && at < to * length).map((entry) => entry[key]));
+  const table = [0, 1, 2, 3, 4].map((i) => `${(most(i / 5, (i + 1) / 5, "all") / 1e6).toFixed(0)}`);
+  console.log(`# ${3 * steps} slices, ${count.requests} requests, ${(count.bytes / 1e6).toFixed(0)} MB; ` +
+    `most memory in each fifth of the time: ${table.join(", ")} MB; heap ${(most(0.8, 1, "heap") / 1e6).toFixed(0)} MB`);
+  assert.ok(most(0.6, 1, "all") < 1.15 * most(0.2, 0.6, "all"), JSON.stringify(seen));
+  assert.deepEqual(page.errors, []);
+  await alone.close();
+  close();
 });
