@@ -361,8 +361,8 @@ test("served by `tagrid view`", async () => {
 /** A volume of a terabyte behind 50 ms; `asked` has the time and the bytes of each request for it. */
 async function farTerabyte() {
   const path = join(folder, "part.tag");
-  tagrid("phantom", "--dims", "256,256,256", "-q", "-o", join(folder, "part.nrrd"));
-  tagrid("encode", join(folder, "part.nrrd"), "--max-error", "5", "--overviews", "4", "-q", "-o", path);
+  tagrid("phantom", "--dims", "256,256,256", "-q", "-f", "-o", join(folder, "part.nrrd"));
+  tagrid("encode", join(folder, "part.nrrd"), "--max-error", "5", "--overviews", "4", "-q", "-f", "-o", path);
   const process_ = spawn(process.env.TAGRID_TERABYTE_SERVER, [path], { stdio: ["pipe", "pipe", "inherit"] });
   const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
   const [port, size] = line.toString().split(" ").map(Number);
