@@ -7,6 +7,7 @@ set(rooms stages/grid stages/sample stages/bound stages/criterion stages/entropy
 set(sources io/errors/errors.cpp io/text/text.cpp io/volume/volume_info.cpp
             io/formats/nrrd/axes.cpp io/formats/nrrd/geometry.cpp io/formats/nrrd/line.cpp
             io/parity/layout.cpp
+            stages/mesh/plane_edges.cpp
             io/tag/blocks.cpp io/tag/bricks.cpp io/tag/header.cpp io/tag/index.cpp io/tag/members.cpp io/tag/pages.cpp
             pipeline/reading/region.cpp
             pipeline/library/blocks.cpp pipeline/library/general.cpp pipeline/library/volume.cpp)
@@ -31,7 +32,7 @@ if(EMSCRIPTEN)
   set_source_files_properties(${small} PROPERTIES COMPILE_OPTIONS -Os)
   set(plain ${sources})
   list(FILTER plain EXCLUDE REGEX "/(io|pipeline|stages/brick|stages/values/wavefront)/")
-  set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS -O2)
+  set_source_files_properties(${plain} PROPERTIES COMPILE_OPTIONS "-O2;-fno-unroll-loops")
 endif()
 # Whoever links it drops what only encoding needs.
 target_compile_options(tagrid_reading PRIVATE -ffunction-sections -fdata-sections)

@@ -19,7 +19,7 @@ test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clan
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
 # The decoder for browsers: 0.8 GB, and as much again for a browser to test it with.
-web=(emscripten nodejs ninja-build cmake libhwy-dev libfmt-dev libxxhash-dev xz-utils chromium)
+web=(emscripten esbuild nodejs ninja-build cmake libhwy-dev libfmt-dev libxxhash-dev xz-utils chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)

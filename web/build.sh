@@ -11,7 +11,7 @@ build=${1:-$root/build/web}
 mkdir -p "$build"
 build=$(cd "$build" && pwd)
 
-for program in emcmake em++ ninja node; do
+for program in emcmake em++ ninja node esbuild; do
   command -v "$program" >/dev/null || { echo "$program is missing. On Debian: tools/install_packages.sh web" >&2; exit 69; }
 done
 # Debian's emscripten looks there for the JavaScript that it needs.
@@ -53,19 +53,24 @@ for kind in simd scalar; do
       -DCMAKE_CXX_FLAGS="$flags" -DTAGRID_ZSTD_SOURCES="$zstd/lib" -DTAGRID_DEBIAN_HEADERS="$include" \
       -DTAGRID_WASM_KIND="$kind" >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
   fi
-  ninja -C "$build/$kind" tagrid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
+  ninja -C "$build/$kind" tagrid_wasm tagrid_grid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
 done
 
 dist=$root/web/decoder/dist
 mkdir -p "$dist"
 cp web/decoder/src/*.js web/decoder/src/*.d.ts LICENSE "$dist"
-for kind in simd scalar; do
-  cp "$build/$kind/web/decoder/tagrid_$kind.wasm" "$dist"
-  printf '%s %s bytes, %s in gzip\n' "tagrid_$kind.wasm" "$(stat -c %s "$dist/tagrid_$kind.wasm")" \
-    "$(gzip -9 -n <"$dist/tagrid_$kind.wasm" | wc -c)"
+for name in tagrid_simd tagrid_scalar tagrid_grid_simd tagrid_grid_scalar; do
+  cp "$build/${name##*_}/web/decoder/$name.wasm" "$dist"
+  printf '%s %s bytes, %s in gzip\n' "$name.wasm" "$(stat -c %s "$dist/$name.wasm")" \
+    "$(gzip -9 -n <"$dist/$name.wasm" | wc -c)"
 done
 
+# The page is few files, each of which is a request.
 viewer=$root/web/viewer/dist
 rm -rf "$viewer" && mkdir -p "$viewer/decoder"
-cp web/viewer/src/* "$viewer"
-cp "$dist"/*.js "$dist"/*.wasm "$dist/LICENSE" "$viewer/decoder"
+bundled() { esbuild "$1" --bundle --format=esm --minify --log-level=warning --alias:@tagrid/decoder="$dist/index.js" --outfile="$2"; }
+bundled web/viewer/src/viewer.js "$viewer/viewer.js"
+bundled web/viewer/src/viewer.css "$viewer/viewer.css"
+bundled "$dist/worker.js" "$viewer/decoder/worker.js"
+cp web/viewer/src/index.html "$viewer"
+cp "$dist"/*.wasm "$dist/LICENSE" "$viewer/decoder"

@@ -68,6 +68,10 @@ TAGRID_API const char* tagrid_blocks_metadata(const tagrid_blocks* blocks);
 TAGRID_API tagrid_status tagrid_blocks_overviews(tagrid_blocks* blocks, int64_t* factors);
 TAGRID_API tagrid_status tagrid_blocks_volumes(tagrid_blocks* blocks, int64_t* count);
 
+/* 1 if the file stores the grid of its bricks, 0 if it is computed from decoded samples, or the file is not
+ * open. */
+TAGRID_API int tagrid_blocks_stores_grid(const tagrid_blocks* blocks);
+
 /* The bytes of the header, which a decoder needs. Valid as long as `blocks`; NULL if it is not open. */
 TAGRID_API const void* tagrid_blocks_header(const tagrid_blocks* blocks, size_t* bytes);
 
@@ -123,6 +127,30 @@ TAGRID_API uint64_t tagrid_decoder_memory(const tagrid_decoder* decoder, const t
 TAGRID_API tagrid_status tagrid_decoder_decode(tagrid_decoder* decoder, const tagrid_block* block,
                                                const void* bytes, size_t count, const void** samples,
                                                size_t* sample_bytes);
+
+/* Decodes the activity of a brick: which points of its closed box are vertices of the grid. The closed box has
+ * the samples of the brick and those on its low faces, and reaches to the end of its last root cubes, so also
+ * beyond the volume. The file must store its grid. The activity depends on all samples of the brick, whatever
+ * block->slices is.
+ *
+ * `*box` receives the closed box; its coordinates may be negative. `*words` receives a bit for each point of
+ * it, valid until the next call with this decoder: each row along x begins with a new number of 64 bits, whose
+ * lowest bit is its first point. If the call fails, there are none. */
+TAGRID_API tagrid_status tagrid_decoder_activity(tagrid_decoder* decoder, const tagrid_block* block,
+                                                 const void* bytes, size_t count, tagrid_box* box,
+                                                 const uint64_t** words, size_t* word_count);
+
+/* The most bytes of memory that tagrid_decoder_activity() takes for this block, as tagrid_decoder_memory(). */
+TAGRID_API uint64_t tagrid_decoder_activity_memory(const tagrid_decoder* decoder, const tagrid_block* block);
+
+/* The edges of the grid of the brick `number` in the slice `slice` across `axis`, which must be one of the
+ * samples that it holds, from its activity: the borders of what the plane cuts out of the tetrahedra, each
+ * once. `*edges` receives four numbers for each: where it begins and where it ends, along the two other axes,
+ * the lower one first, in samples. Valid until the next call with this decoder. They reach beyond the volume
+ * as the closed box does. */
+TAGRID_API tagrid_status tagrid_decoder_edges(tagrid_decoder* decoder, int64_t number, const uint64_t* words,
+                                              size_t word_count, int axis, int64_t slice,
+                                              const int64_t** edges, size_t* edge_count);
 
 #ifdef __cplusplus
 }

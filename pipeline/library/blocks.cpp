@@ -13,6 +13,7 @@
 #include "pipeline/library/given_bytes.h"
 #include "pipeline/reading/region.h"
 #include "stages/brick/codec.h"
+#include "stages/mesh/plane_edges.h"
 
 using namespace tagrid;
 using namespace tagrid::library;
@@ -30,6 +31,7 @@ struct tagrid_decoder {
   CodingParameters parameters;
   bool is_open = false;
   DecodedBrick brick;
+  std::vector<std::int64_t> edges;
   SharedMessage message;
 };
 
@@ -137,8 +139,33 @@ tagrid_block described(const tagrid_blocks& blocks, const Region& region, std::i
   return block;
 }
 
-bool has_brick(const CodingParameters& parameters, const tagrid_block* block) {
-  return block != nullptr && block->number >= 0 && block->number < parameters.bricks().count();
+bool has_brick(const CodingParameters& parameters, std::int64_t number) {
+  return number >= 0 && number < parameters.bricks().count();
+}
+
+std::uint64_t memory_of(const tagrid_decoder* decoder, const tagrid_block* block, Wanted wanted) {
+  if (decoder == nullptr || block == nullptr || !decoder->is_open) return 0;
+  const CodingParameters& parameters = decoder->parameters;
+  if (!has_brick(parameters, block->number)) return 0;
+  return working_bytes_of_decoding(parameters, parameters.bricks().position(block->number), wanted) +
+         block->range.bytes + small_things;
+}
+
+// Decodes a block by `decode(code, parameters)`, which returns a status.
+template <class Decode>
+void decode_block(tagrid_decoder& decoder, const tagrid_block* block, const void* bytes, std::size_t count,
+                  Decode decode) {
+  const CodingParameters& parameters = decoder.parameters;
+  require(decoder.is_open, "the decoder is not open");
+  require(block != nullptr && has_brick(parameters, block->number), "there is no brick with this number");
+  require(bytes != nullptr && count == block->range.bytes, "the bytes are not those of the block");
+  BrickBytes code;
+  Status status = parse_bound_block({static_cast<const std::byte*>(bytes), count}, parameters, block->number,
+                                    block->activity_bytes, code);
+  if (status.ok()) status = decode(BrickCodeView{code.activity, code.values}, parameters);
+  if (status.ok()) return;
+  decoder.brick = {};
+  throw BrokenInput("brick " + std::to_string(block->number) + ": " + status.what());
 }
 
 }  // namespace
@@ -204,6 +231,10 @@ tagrid_status tagrid_blocks_volumes(tagrid_blocks* blocks, int64_t* count) {
     require(count != nullptr, "there is no room for the number");
     *count = file.header().volumes;
   });
+}
+
+int tagrid_blocks_stores_grid(const tagrid_blocks* blocks) {
+  return blocks != nullptr && blocks->file != nullptr && blocks->file->parameters().stores_activity();
 }
 
 const void* tagrid_blocks_header(const tagrid_blocks* blocks, size_t* bytes) {
@@ -288,10 +319,11 @@ const char* tagrid_decoder_message(const tagrid_decoder* decoder) {
 }
 
 uint64_t tagrid_decoder_memory(const tagrid_decoder* decoder, const tagrid_block* block) {
-  if (decoder == nullptr || !decoder->is_open || !has_brick(decoder->parameters, block)) return 0;
-  const CodingParameters& parameters = decoder->parameters;
-  return working_bytes_of_decoding(parameters, parameters.bricks().position(block->number), Wanted::samples) +
-         block->range.bytes + small_things;
+  return memory_of(decoder, block, Wanted::samples);
+}
+
+uint64_t tagrid_decoder_activity_memory(const tagrid_decoder* decoder, const tagrid_block* block) {
+  return memory_of(decoder, block, Wanted::samples_and_grid);
 }
 
 tagrid_status tagrid_decoder_decode(tagrid_decoder* decoder, const tagrid_block* block, const void* bytes,
@@ -301,24 +333,69 @@ tagrid_status tagrid_decoder_decode(tagrid_decoder* decoder, const tagrid_block*
   *sample_bytes = 0;
   decoder->brick = {};
   return answer(*decoder, [&] {
-    const CodingParameters& parameters = decoder->parameters;
-    require(decoder->is_open, "the decoder is not open");
-    require(has_brick(parameters, block), "there is no brick with this number");
-    require(bytes != nullptr && count == block->range.bytes, "the bytes are not those of the block");
-    const BrickGrid bricks = parameters.bricks();
-    const std::int64_t all = bricks.owned_box(bricks.position(block->number)).size().z;
-    const std::int64_t slices = block->slices >= 1 && block->slices < all ? block->slices : all_slices;
-    BrickBytes code;
-    Status status = parse_bound_block({static_cast<const std::byte*>(bytes), count}, parameters,
-                                      block->number, block->activity_bytes, code);
-    if (status.ok())
-      status = decode_brick_samples({code.activity, code.values}, parameters, block->number, slices,
-                                    decoder->brick);
-    if (!status.ok()) {
-      decoder->brick = {};
-      throw BrokenInput("brick " + std::to_string(block->number) + ": " + status.what());
-    }
+    decode_block(*decoder, block, bytes, count, [&](BrickCodeView code, const CodingParameters& parameters) {
+      const BrickGrid bricks = parameters.bricks();
+      const std::int64_t all = bricks.owned_box(bricks.position(block->number)).size().z;
+      const std::int64_t slices = block->slices >= 1 && block->slices < all ? block->slices : all_slices;
+      return decode_brick_samples(code, parameters, block->number, slices, decoder->brick);
+    });
     *samples = decoder->brick.samples.data();
     *sample_bytes = decoder->brick.samples.size();
+  });
+}
+
+tagrid_status tagrid_decoder_activity(tagrid_decoder* decoder, const tagrid_block* block, const void* bytes,
+                                      size_t count, tagrid_box* box, const uint64_t** words,
+                                      size_t* word_count) {
+  if (decoder == nullptr || box == nullptr || words == nullptr || word_count == nullptr)
+    return TAGRID_INVALID_ARGUMENT;
+  *words = nullptr;
+  *word_count = 0;
+  decoder->brick = {};
+  return answer(*decoder, [&] {
+    decode_block(*decoder, block, bytes, count, [&](BrickCodeView code, const CodingParameters& parameters) {
+      require(parameters.stores_activity(), "the file stores no grid: it is computed from decoded samples");
+      return decode_brick(code, parameters, {block->number}, decoder->brick);
+    });
+    decoder->brick.samples = {};
+    decoder->brick.points = {};
+    const LatticeBits& active = decoder->brick.active;
+    const Box closed = decoder->parameters.domain().samples_at(active.box());
+    for (int axis = 0; axis < 3; ++axis) {
+      box->low[axis] = closed.low[axis];
+      box->high[axis] = closed.high[axis] + 1;
+    }
+    *words = active.words().data();
+    *word_count = active.words().size();
+  });
+}
+
+tagrid_status tagrid_decoder_edges(tagrid_decoder* decoder, int64_t number, const uint64_t* words,
+                                   size_t word_count, int axis, int64_t slice, const int64_t** edges,
+                                   size_t* edge_count) {
+  if (decoder == nullptr || edges == nullptr || edge_count == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *edges = nullptr;
+  *edge_count = 0;
+  return answer(*decoder, [&] {
+    const CodingParameters& parameters = decoder->parameters;
+    require(decoder->is_open && has_brick(parameters, number), "there is no brick with this number");
+    require(axis >= 0 && axis < 3, "the axes are 0, 1 and 2");
+    const BrickGrid bricks = parameters.bricks();
+    const Box owned = bricks.owned_box(bricks.position(number));
+    const Index3 first = bricks.domain.first();
+    const std::int64_t at = slice <= owned.high[axis] ? slice + first[axis] : slice;
+    require(owned.low[axis] <= at && at <= owned.high[axis], "the brick holds no samples of this slice");
+    LatticeBits active(bricks.closed_box(bricks.position(number)));
+    require(words != nullptr && word_count == active.words().size(), "the activity is not that of the brick");
+    std::copy_n(words, word_count, active.words().begin());
+    decoder->edges.clear();
+    const int across = axis == 0 ? 1 : 0, down = axis == 2 ? 1 : 2;
+    for (const PlaneEdge& edge : edges_in_plane(active, parameters.cube_size, axis, at))
+      for (const PlacePlane& place : {edge.from, edge.to}) {
+        decoder->edges.push_back(place.across - first[across]);
+        decoder->edges.push_back(place.down - first[down]);
+      }
+    *edges = decoder->edges.data();
+    *edge_count = decoder->edges.size() / 4;
   });
 }

@@ -103,14 +103,14 @@ void code_passes(Coder& coder, LatticeBits& active, const Forecast& forecast, in
     }
 }
 
-template <class Coder>
-void code_activity(Coder& coder, LatticeBits& active, const Forecast& forecast, int cube_size, int max_level,
-                   const LatticeBits* known) {
+template <class Contexts>
+Status decode_passes(std::span<const std::uint8_t> bytes, const Forecast& forecast, int cube_size,
+                     int max_level, LatticeBits& active) {
+  RansDecoder coder(bytes);
   set_root_corners(active, cube_size);
-  if (forecast.exists())
-    code_passes<ForecastContexts>(coder, active, forecast, cube_size, max_level, known);
-  else
-    code_passes<PlainContexts>(coder, active, forecast, cube_size, max_level, known);
+  code_passes<Contexts>(coder, active, forecast, cube_size, max_level, nullptr);
+  if (!coder.finished()) return Status::broken("the activity has the wrong number of bytes");
+  return {};
 }
 
 }  // namespace
@@ -119,16 +119,23 @@ void encode_activity(const LatticeBits& active, const Forecast& forecast, int cu
                      std::vector<std::uint8_t>& out) {
   RansEncoder coder(out);
   LatticeBits coded(active.box());
-  code_activity(coder, coded, forecast, cube_size, max_level, &active);
+  set_root_corners(coded, cube_size);
+  if (forecast.exists())
+    code_passes<ForecastContexts>(coder, coded, forecast, cube_size, max_level, &active);
+  else
+    code_passes<PlainContexts>(coder, coded, forecast, cube_size, max_level, &active);
   coder.finish();
 }
 
 Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& forecast, int cube_size,
                        int max_level, LatticeBits& active) {
-  RansDecoder coder(bytes);
-  code_activity<RansDecoder>(coder, active, forecast, cube_size, max_level, nullptr);
-  if (!coder.finished()) return Status::broken("the activity has the wrong number of bytes");
-  return {};
+  if (!forecast.exists()) return decode_activity(bytes, cube_size, max_level, active);
+  return decode_passes<ForecastContexts>(bytes, forecast, cube_size, max_level, active);
+}
+
+Status decode_activity(std::span<const std::uint8_t> bytes, int cube_size, int max_level,
+                       LatticeBits& active) {
+  return decode_passes<PlainContexts>(bytes, {}, cube_size, max_level, active);
 }
 
 std::uint64_t working_bytes_of_encoding_activity(Index3 size, bool forecast) {

@@ -27,6 +27,10 @@ void encode_activity(const LatticeBits& active, const Forecast& forecast, int cu
 Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& forecast, int cube_size,
                        int max_level, LatticeBits& active);
 
+/// The same without a forecast. A program that calls nothing else has no code for one.
+Status decode_activity(std::span<const std::uint8_t> bytes, int cube_size, int max_level,
+                       LatticeBits& active);
+
 /// The peak of the heap that encode_activity() takes for a box of `size` points, including the bytes that it
 /// appends: the models, two sets of bits, and an event for each point. `forecast`: whether there is a
 /// forecast.

@@ -244,7 +244,7 @@ Status decode_values(BrickCodeView code, const CodingParameters& parameters, std
   if (!values_first) {
     brick.active = LatticeBits(bricks.closed_box(position));
     if (Status status =
-            decode_activity(code.activity, {}, parameters.cube_size, parameters.max_level, brick.active);
+            decode_activity(code.activity, parameters.cube_size, parameters.max_level, brick.active);
         !status.ok())
       return status;
   }

@@ -82,6 +82,22 @@ struct Answer {
   std::vector<std::uint8_t> samples;
 };
 
+/// The grid of a brick in its last slice. The bits of broken bytes may be any.
+void look_at_grid(Bytes file, tagrid_decoder* decoder, const tagrid_block& block) {
+  if (tagrid_decoder_activity_memory(decoder, &block) > most_memory) return;
+  tagrid_box box;
+  const std::uint64_t* words = nullptr;
+  const std::int64_t* edges = nullptr;
+  std::size_t count = 0;
+  if (tagrid_decoder_activity(decoder, &block, file.data() + block.range.offset,
+                              static_cast<std::size_t>(block.range.bytes), &box, &words, &count) != TAGRID_OK)
+    return;
+  const std::vector<std::uint64_t> active(words, words + count);
+  claim(tagrid_decoder_edges(decoder, block.number, active.data(), active.size(), 2, block.box.high[2] - 1,
+                             &edges, &count) == TAGRID_OK,
+        "what was decoded has edges");
+}
+
 Answer samples_of(Bytes file, tagrid_blocks* blocks, const tagrid_box& box, std::size_t size) {
   Answer answer;
   std::vector<tagrid_block> found(most_bricks);
@@ -122,6 +138,7 @@ Answer samples_of(Bytes file, tagrid_blocks* blocks, const tagrid_box& box, std:
                     static_cast<const std::uint8_t*>(samples) + static_cast<std::size_t>(at) * size,
                     static_cast<std::size_t>(end - x) * size);
       }
+    look_at_grid(file, decoder.handle, block);
   }
   return answer;
 }

@@ -57,6 +57,18 @@ class ByZarrita(Written):
         facts = json.loads(run.stdout)
         return numpy.fromfile(self.folder / "samples", numpy.dtype(facts["type"])).reshape(facts["shape"]), facts
 
+    def assert_shown(self, shown, samples, scale):
+        """That ome-zarr.js, if it is there, finds the level and draws its first slice."""
+        if shown is None:
+            return
+        self.assertEqual((shown["version"], shown["axes"], shown["shape"], shown["scale"]),
+                         (3, ["z", "y", "x"], list(samples.shape), scale))
+        height, width = (min(n, m) for n, m in zip(samples.shape[1:], (shown["height"], shown["width"])))
+        grey = numpy.array(shown["grey"]).reshape(shown["height"], shown["width"])[:height, :width]
+        low, high = shown["ends"]
+        expected = 255 * (samples[0, :height, :width] - low) / (high - low)
+        self.assertLess(abs(grey - expected).max(), 1.01)
+
     def test_every_type(self):
         for type in TYPES:
             truth = self.encode(type, fields="")
@@ -91,6 +103,7 @@ class ByZarrita(Written):
                 self.assertEqual(samples.tobytes(), (self.folder / "level.raw").read_bytes())
                 scale, translation = facts["attributes"]["ome"]["multiscales"][0]["datasets"][number]["coordinateTransformations"]
                 self.assertEqual(scale["scale"], geometry["spacing"][::-1])
+                self.assert_shown(facts["shown"], samples, scale["scale"])
                 # The centers of the blocks: ngff-spec#125.
                 self.assertEqual(translation["translation"], [(factor - 1) / 2 * s for s in (2, .5, .25)])
                 self.assertEqual(self.ok("encode", name, "--dataset", number, "-o", "one.tag", "-f", "--range", "auto").returncode, 0)

@@ -45,6 +45,7 @@ export async function startChromium() {
       input.write(`${JSON.stringify({ id: number, method, params, sessionId })}\0`);
     });
   return {
+    pid: process.pid,
     newPage: (width, height, mobile = false) => newPage(send, listeners, width, height, mobile),
     close: async () => {
       process.kill();
@@ -68,7 +69,7 @@ async function newPage(send, listeners, width, height, mobile) {
     if (method === "Log.entryAdded" && params.entry.level === "error")
       errors.push(`${params.entry.text} ${params.entry.url ?? ""}`);
   });
-  for (const domain of ["Page", "Runtime", "Log", "DOM"]) await call(`${domain}.enable`);
+  for (const domain of ["Page", "Runtime", "Log", "DOM", "Performance"]) await call(`${domain}.enable`);
   await call("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
 
   async function evaluate(code) {
@@ -91,6 +92,11 @@ async function newPage(send, listeners, width, height, mobile) {
       throw new Error(
         `never true: ${code}; the page says: ${await evaluate("document.body.innerText.slice(0, 400)")} ${errors}`,
       );
+    },
+    /** Numbers of the page by their names in the protocol. */
+    async metrics() {
+      const { metrics } = await call("Performance.getMetrics");
+      return Object.fromEntries(metrics.map(({ name, value }) => [name, value]));
     },
     async picture(path) {
       const { data } = await call("Page.captureScreenshot", { format: "png" });

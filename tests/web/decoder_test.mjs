@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { edgeText, edgesOf, meshOf } from "./mesh.mjs";
 import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, tagrid } from "./files.mjs";
 
 const { open, TagridError } = await import(pathToFileURL(join(process.env.TAGRID_DIST, "index.js")));
@@ -138,6 +139,43 @@ test("descriptions", async () => {
   const plain = await open(blobOf(join(golden, "voxels_lossless_float32.tag")), { workers: 0 });
   assert.equal(plain.bounds.maxError, 0);
   plain.close();
+});
+
+test("the grid in slices, and its vertices", async () => {
+  for (const [i, options] of [
+    ["--max-error", "2"],
+    ["--max-error", "9", "--surface-error", "1", "--lead", "0"],
+    ["--grid-only", "--cube", "8", "--brick", "3"],
+    ["--grid-only", "--max-level", "8"],
+  ].entries()) {
+    const path = made(`grid-${i}`, [75, 70, 67], i % 2 ? "float32" : "uint8", ...options);
+    const mesh = meshOf(path);
+    const volume = await open(blobOf(path), kinds[i % 3].options);
+    assert.ok(volume.storesGrid);
+    for (const [axis, slice] of [[0, 0], [1, 64], [2, 33], [2, 66]]) {
+      const box = { low: [0, 0, 0], high: [...volume.dims] };
+      [box.low[axis], box.high[axis]] = [slice, slice + 1];
+      const edges = await volume.edges({ axis, box });
+      const texts = new Set();
+      for (let e = 0; e < edges.length; e += 4) texts.add(edgeText(edges.subarray(e, e + 4)));
+      assert.deepEqual([...texts].sort(), edgesOf(mesh, axis, slice), `${options.join(" ")}: slice ${slice} across ${axis}`);
+      assert.ok(texts.size > 20);
+    }
+    const used = new Set(mesh.tetrahedra.flat());
+    const vertices = new Set([...used].map((tag) => mesh.points.get(tag).join()));
+    const box = { low: [20, 3, 0], high: [75, 70, 66] };
+    const activity = await volume.activity({ box });
+    const [nx, ny, nz] = box.high.map((high, axis) => high - box.low[axis]);
+    for (let z = 0, at = 0; z < nz; ++z)
+      for (let y = 0; y < ny; ++y)
+        for (let x = 0; x < nx; ++x, ++at)
+          if (activity[at] !== Number(vertices.has(`${x + 20},${y + 3},${z}`))) assert.fail(`${[x + 20, y + 3, z]}`);
+    volume.close();
+  }
+  const derived = await open(blobOf(join(golden, "voxels_derived_grid_int16.tag")), { workers: 0 });
+  assert.ok(!derived.storesGrid);
+  assert.equal(await code(derived.activity()), "no-grid");
+  derived.close();
 });
 
 const code = async (promise) => {

@@ -49,7 +49,7 @@ fs::path viewer_folder() {
   const fs::path program = fs::read_symlink("/proc/self/exe", unknown).parent_path();
   const std::array folders = {program / "viewer", program.parent_path() / "share/tagrid/viewer"};
   for (const fs::path& folder : folders)
-    if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/index.js", unknown))
+    if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/worker.js", unknown))
       return folder;
   throw WorldError(
       fmt::format("the page of the viewer is not installed (looked for in {} and {}); "

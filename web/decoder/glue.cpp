@@ -1,4 +1,4 @@
-// What JavaScript calls. Its numbers are doubles, so sizes and places are doubles here, too: files have
+// What JavaScript calls to find bricks. Its numbers are doubles, so sizes and places are doubles here, too: files have
 // fewer than 2^53 bytes.
 #include <emscripten.h>
 
@@ -47,8 +47,8 @@ EXPORTED int web_give(tagrid_blocks* blocks, double offset, const void* bytes, s
 }
 
 // 3 dims, type, 3 + 3 + 9 numbers of the geometry and whether each is known, 3 bounds, 3 achieved ones, the
-// range, the edge of a brick, lead, volumes, and factors of overviews up to a 0: room for 34 +
-// TAGRID_MOST_OVERVIEWS numbers.
+// range, the edge of a brick, lead, whether the grid is stored, volumes, and factors of overviews up to a 0:
+// room for 35 + TAGRID_MOST_OVERVIEWS numbers.
 EXPORTED int web_info(tagrid_blocks* blocks, double* to) {
   tagrid_info info;
   tagrid_info_init(&info);
@@ -70,6 +70,7 @@ EXPORTED int web_info(tagrid_blocks* blocks, double* to) {
     put(to, number);
   put(to, static_cast<double>(info.brick_edge));
   put(to, info.lead);
+  put(to, tagrid_blocks_stores_grid(blocks));
   put(to, static_cast<double>(volumes));
   for (const std::int64_t factor : factors) put(to, static_cast<double>(factor));
   return status;
@@ -116,34 +117,4 @@ EXPORTED int web_plan(tagrid_blocks* blocks, double first, double* numbers, std:
   }
   static_assert(1 + 6 + 2 + 1 + 1 + 1 == numbers_of_block);
   return static_cast<int>(count);
-}
-
-EXPORTED int web_decoder_open(const void* header, std::size_t bytes, tagrid_decoder** decoder) {
-  return tagrid_decoder_open(header, bytes, decoder);
-}
-
-EXPORTED void web_decoder_close(tagrid_decoder* decoder) { tagrid_decoder_close(decoder); }
-EXPORTED const char* web_decoder_message(const tagrid_decoder* decoder) {
-  return tagrid_decoder_message(decoder);
-}
-
-// `result` receives where the samples are, and their number of bytes.
-EXPORTED int web_decode(tagrid_decoder* decoder, double number, double activity_bytes, double slices,
-                        const void* bytes, std::size_t count, std::size_t* result) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = count;
-  block.activity_bytes = static_cast<std::uint64_t>(activity_bytes);
-  block.slices = static_cast<std::int64_t>(slices);
-  const void* samples = nullptr;
-  const int status = tagrid_decoder_decode(decoder, &block, bytes, count, &samples, &result[1]);
-  result[0] = reinterpret_cast<std::size_t>(samples);
-  return status;
-}
-
-EXPORTED double web_decoder_memory(const tagrid_decoder* decoder, double number, double bytes) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = static_cast<std::uint64_t>(bytes);
-  return static_cast<double>(tagrid_decoder_memory(decoder, &block));
 }

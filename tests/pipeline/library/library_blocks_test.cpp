@@ -252,6 +252,14 @@ TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
       EXPECT_LE(peak.bytes(), tagrid_decoder_memory(decoder.handle, &block));
       // It is no idle promise.
       EXPECT_LE(count, tagrid_decoder_memory(decoder.handle, &block));
+      if (tagrid_blocks_stores_grid(blocks.handle) == 0) continue;
+      tagrid_box box;
+      const std::uint64_t* words = nullptr;
+      const HeapPeak grid_peak;
+      ASSERT_EQ(tagrid_decoder_activity(decoder.handle, &block, file.data() + block.range.offset,
+                                        block.range.bytes, &box, &words, &count),
+                TAGRID_OK);
+      EXPECT_LE(grid_peak.bytes(), tagrid_decoder_activity_memory(decoder.handle, &block));
     }
   }
 }
@@ -331,6 +339,32 @@ TEST(LibraryBlocks, MistakesOfACallerAreRefused) {
   // A block of another brick has another checksum.
   other.number = block.number + 1;
   EXPECT_EQ(decode(other, block.range.bytes), TAGRID_BROKEN_INPUT);
+
+  tagrid_box box;
+  const std::uint64_t* words = nullptr;
+  const std::int64_t* edges = nullptr;
+  const auto activity = [&](std::size_t bytes) {
+    return tagrid_decoder_activity(decoder.handle, &block, file.data() + block.range.offset, bytes, &box,
+                                   &words, &count);
+  };
+  EXPECT_EQ(activity(block.range.bytes - 1), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(words, nullptr);
+  ASSERT_EQ(activity(block.range.bytes), TAGRID_OK);
+  const std::vector<std::uint64_t> active(words, words + count);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_LE(block.box.high[axis], box.high[axis]);
+  const auto cut = [&](std::int64_t number, std::size_t size, int axis, std::int64_t slice) {
+    return tagrid_decoder_edges(decoder.handle, number, active.data(), size, axis, slice, &edges, &count);
+  };
+  EXPECT_EQ(cut(block.number, active.size(), 2, block.box.high[2] - 1), TAGRID_OK);
+  EXPECT_GT(count, 0U);
+  EXPECT_EQ(cut(block.number, active.size(), 2, block.box.high[2]), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(cut(block.number, active.size(), 2, INT64_MAX), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(cut(block.number, active.size(), 2, INT64_MIN), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(cut(block.number, active.size(), 3, 0), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(cut(block.number, active.size() - 1, 2, 0), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(cut(1 << 20, active.size(), 2, 0), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(edges, nullptr);
+
   tagrid_decoder* foreign = nullptr;
   EXPECT_EQ(tagrid_decoder_open("not a header", 12, &foreign), TAGRID_BROKEN_INPUT);
   EXPECT_EQ(decode(block, block.range.bytes), TAGRID_OK);

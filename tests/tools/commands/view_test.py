@@ -71,7 +71,7 @@ class View(ProgramTest):
         except OSError:
             self.program.write_bytes(TAGRID.read_bytes())
             self.program.chmod(0o755)
-        self.page = {"index.html": b"<!DOCTYPE html>", "viewer.js": b"1;", "decoder/index.js": b"2;",
+        self.page = {"index.html": b"<!DOCTYPE html>", "viewer.js": b"1;", "decoder/worker.js": b"2;",
                      "decoder/a.wasm": b"\0asm"}
         for name, content in self.page.items():
             (place / "viewer" / name).write_bytes(content)

@@ -13,24 +13,27 @@ export class Bricks {
   #file;
   #pool;
   #connections;
+  #kind;
   #blocks;
-  #samples;
+  #results;
   #flying = new Map();
 
-  constructor(file, pool, connections, blockBytes, brickBytes) {
+  /** `kind` is what is decoded: see Decoders.run(). `blocks` are those that are kept, and `bytes` how much of results. */
+  constructor(file, pool, connections, kind, blocks, bytes) {
     this.#file = file;
     this.#pool = pool;
     this.#connections = connections;
-    this.#blocks = new Recent(blockBytes);
-    this.#samples = new Recent(brickBytes);
+    this.#kind = kind;
+    this.#blocks = blocks;
+    this.#results = new Recent(bytes);
   }
 
   clear() {
     this.#blocks.clear();
-    this.#samples.clear();
+    this.#results.clear();
   }
 
-  /** Calls `use(brick, bytes)` with the samples of each brick, in any order. */
+  /** Calls `use(brick, bytes)` with what each brick is decoded to, in any order. */
   async read(stream, bricks, signal, use) {
     signal.throwIfAborted();
     const waits = [];
@@ -38,7 +41,7 @@ export class Bricks {
     const missing = [];
     for (const brick of bricks) {
       const key = `${stream.id}:${brick.number}`;
-      const kept = this.#samples.get(key);
+      const kept = this.#results.get(key);
       if (kept && kept.slices >= brick.slices) {
         use(brick, kept.bytes);
         continue;
@@ -139,13 +142,15 @@ export class Bricks {
   async #decode(flight, bytes) {
     const { stream, brick, key } = flight;
     try {
-      const task = { stream: stream.id, header: stream.header, brick, bytes };
-      const samples = await this.#pool.decode(task, () => !flight.landed);
-      if (!samples) return;
+      const task = { kind: this.#kind, stream: stream.id, header: stream.header, brick, bytes };
+      const result = await this.#pool.run(task, () => !flight.landed);
+      if (!result) return;
       const slice = (brick.high[0] - brick.low[0]) * (brick.high[1] - brick.low[1]) * types[stream.type][1].BYTES_PER_ELEMENT;
-      this.#samples.put(key, { bytes: samples, slices: samples.length / slice }, samples.length);
+      // An activity is always that of all slices.
+      const slices = this.#kind === "decode" ? result.length / slice : Infinity;
+      this.#results.put(key, { bytes: result, slices }, result.length);
       this.#land(flight);
-      flight.resolve(samples);
+      flight.resolve(result);
     } catch (error) {
       this.#fail(flight, error);
     }

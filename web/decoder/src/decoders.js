@@ -12,13 +12,16 @@ export class Decoders {
     this.#module = module;
   }
 
-  /** Decodes a brick of a stream. The first task of a stream has its header. */
-  decode({ stream, header, brick, bytes }) {
+  /**
+   * Does a task of a stream: `kind` is "decode", "activity" or "edges", and `more` what the last one takes. The first
+   * task of a stream has its header.
+   */
+  run({ kind, stream, header, brick, bytes, more }) {
     if (header) this.#headers.set(stream, header);
     try {
       this.#wasm ??= new Wasm(this.#module);
       if (!this.#decoders.has(stream)) this.#decoders.set(stream, this.#wasm.decoder(this.#headers.get(stream)));
-      return this.#wasm.decode(this.#decoders.get(stream), brick, bytes);
+      return this.#wasm[kind](this.#decoders.get(stream), brick, bytes, more);
     } catch (error) {
       if (error instanceof TagridError && error.code !== "bug") throw error;
       // A trap leaves the instance in any state.

@@ -52,6 +52,14 @@ export interface Bounds {
   achievedPsnr: number | null;
 }
 
+/** Of the volume itself: overviews store no grid. */
+export interface GridOptions {
+  /** In samples, within the dims of the volume. The default is all of it. */
+  box?: Box;
+  /** Ends the call: it then fails with `signal.reason`. */
+  signal?: AbortSignal;
+}
+
 export interface ReadOptions {
   /** In samples of the level, within its dims. The default is all of it. */
   box?: Box;
@@ -92,6 +100,18 @@ export interface Volume {
    * sample. Fails with a TagridError.
    */
   read(options?: ReadOptions): Promise<Samples>;
+
+  /** Whether the file has the grid of the volume. Otherwise it follows from the samples, and cannot be read. */
+  readonly storesGrid: boolean;
+  /** For each sample of a box, x fastest: 1 if it is a vertex of the grid, or 0. The first call loads a second module. */
+  activity(options?: GridOptions): Promise<Uint8Array>;
+  /**
+   * The edges of the grid in a slice across an axis (0, 1, 2): where the faces of its tetrahedra cut the slice, in the
+   * bricks that hold samples of the box. The box is one slice across the axis. Four numbers for each edge: where it
+   * begins and where it ends, along the two other axes, the lower one first, in samples; a sample lies at its number.
+   * They may reach beyond the volume, to the end of the root cubes. Edges between two bricks appear twice.
+   */
+  edges(options: GridOptions & { axis: 0 | 1 | 2; box: Box }): Promise<Int32Array>;
 
   /** Ends the workers and all reads of the file, and frees the caches. Nothing of the file can be used after that. */
   close(): void;
@@ -140,7 +160,7 @@ export interface OpenOptions {
   simd?: boolean;
 }
 
-/** Opens a .tag file: two requests, of at most 320 KiB. The result is volume 0 of the file. */
+/** Opens a .tag file: two requests, of 320 KiB, or of up to 832 KiB for a large file. The result is volume 0 of the file. */
 export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
 
 export type ErrorCode =
@@ -160,6 +180,8 @@ export type ErrorCode =
   | "out-of-memory"
   /** The file was closed. */
   | "closed"
+  /** The file stores no grid. */
+  | "no-grid"
   /** WebAssembly or a file of this package is missing. */
   | "not-supported"
   /** A bug in this package. */

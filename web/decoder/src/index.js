@@ -3,14 +3,17 @@ import { Bricks } from "./bricks.js";
 import { TagridError, require, unlessAborted } from "./errors.js";
 import { cores } from "./platform.js";
 import { Pool } from "./pool.js";
-import { Queue } from "./queue.js";
-import { openSource } from "./source.js";
-import { Wasm, compile, types } from "./wasm.js";
+import { Queue, Recent } from "./queue.js";
+import { openSource, within } from "./source.js";
+import { Wasm, boxBytes, compile, types } from "./wasm.js";
 
 export { TagridError };
 export const version = "0.1.0";
 
 const megabyte = 1 << 20;
+// Parts of the index that are kept, of at most 256 KiB.
+const partsOfIndex = 16;
+const activityCache = 64 * megabyte;
 
 export async function open(given, options = {}) {
   const { signal, workers, connections = 8, retries, simd = true, base = import.meta.url } = options;
@@ -20,10 +23,11 @@ export async function open(given, options = {}) {
   signal?.throwIfAborted();
   const where = new URL(base, globalThis.location?.href ?? import.meta.url);
   const [source, module, count] = await unlessAborted(
-    Promise.all([openSource(given, options), compile(where, simd), workers ?? cores().then((n) => Math.max(n - 1, 1))]),
+    Promise.all([openSource(given, options), compile("tagrid", where, simd), workers ?? cores().then((n) => Math.max(n - 1, 1))]),
     signal,
   );
-  const file = new File(source, module, new Pool(module, where, count), connections, options);
+  const gridPool = async () => new Pool(await compile("tagrid_grid", where, simd), where, count);
+  const file = new File(source, module, new Pool(module, where, count), gridPool, connections, options);
   try {
     const blocks = file.wasm.create(source.size);
     await file.call(blocks, () => file.wasm.open(blocks), signal);
@@ -38,18 +42,40 @@ export async function open(given, options = {}) {
 class File {
   #source;
   #queue;
+  #connections;
+  #blocks;
+  #gridPool;
+  #grids = new Map();
   #streams = 0;
   #fetching = new Map();
+  #index = [];
   #ended = new AbortController();
   volumes = new Map();
 
-  constructor(source, module, pool, connections, { blockCache = 64 * megabyte, brickCache = 256 * megabyte }) {
+  constructor(source, module, pool, gridPool, connections, { blockCache = 64 * megabyte, brickCache = 256 * megabyte }) {
     this.#source = source;
     this.#queue = new Queue(connections);
+    this.#connections = connections;
+    this.#blocks = new Recent(blockCache);
+    this.#gridPool = gridPool;
     this.bytes = source.size;
     this.wasm = new Wasm(module);
     this.pool = pool;
-    this.bricks = new Bricks(this, pool, connections, blockCache, brickCache);
+    this.bricks = new Bricks(this, pool, connections, "decode", this.#blocks, brickCache);
+  }
+
+  /** What decodes the grid, which few need: a pool of its own, and the activity of bricks. */
+  grid(signal) {
+    return shared(this.#grids, "grid", this.until(signal), async () => {
+      const pool = await this.#gridPool();
+      const activity = new Bricks(this, pool, this.#connections, "activity", this.#blocks, activityCache);
+      this.#ended.signal.addEventListener("abort", () => {
+        pool.close();
+        activity.clear();
+      });
+      this.requireOpen();
+      return { pool, activity };
+    });
   }
 
   close() {
@@ -73,12 +99,17 @@ class File {
     return this.#queue.run(async () => use(await this.#source.read(offset, length, signal)), signal);
   }
 
-  /** A part of the index. Calls that need it at the same time share it. */
+  /** A part of the index. Calls that need it at the same time share it, and the last parts are kept. */
   #fetchOnce({ offset, length }) {
+    const kept = within(this.#index, offset, length);
+    if (kept) return { offset, bytes: kept };
     const key = `${offset} ${length}`;
     let fetched = this.#fetching.get(key);
     if (!fetched) {
-      fetched = this.fetch(offset, length, this.until(), (bytes) => ({ offset, bytes }));
+      fetched = this.fetch(offset, length, this.until(), (bytes) => {
+        this.#index = [{ offset, bytes }, ...this.#index].slice(0, partsOfIndex);
+        return { offset, bytes };
+      });
       this.#fetching.set(key, fetched);
       fetched.catch(() => {}).finally(() => this.#fetching.delete(key));
     }
@@ -123,6 +154,7 @@ class Volume {
       dims: stream.dims.map((n) => Math.floor((n - 1) / factor) + 1),
       geometry: geometryOf(stream.geometry, factor),
     }));
+    this.storesGrid = stream.storesGrid;
     this.bounds = stream.bounds;
     this.range = stream.range;
     this.metadata = stream.metadata;
@@ -156,6 +188,7 @@ class Volume {
       `there is no level ${level}; the levels are 0 to ${this.levels.length - 1}`);
     const { dims, factor } = this.levels[level];
     const wanted = boxWithin(box, dims);
+    file.pool.warm();
     const stream = level === 0 ? this.#stream : await this.#overview(factor, signal);
     const until = file.until(signal);
     const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);
@@ -168,8 +201,51 @@ class Volume {
     return samples;
   }
 
+  async activity({ box, signal } = {}) {
+    const wanted = boxWithin(box, this.dims);
+    const { activity } = await this.#grid(signal);
+    const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);
+    const points = allocated(Uint8Array, shape);
+    const bricks = await this.#plan(this.#stream, wanted, signal);
+    await activity.read(this.#stream, bricks, this.#file.until(signal), (brick, bytes) => copyBits(bytes, brick, points, wanted, shape));
+    return points;
+  }
+
+  async edges({ axis, box, signal } = {}) {
+    require([0, 1, 2].includes(axis), "an axis is 0, 1 or 2");
+    const wanted = boxWithin(box, this.dims);
+    const slice = wanted.low[axis];
+    require(wanted.high[axis] === slice + 1, "the box is one slice across the axis");
+    const { activity, pool } = await this.#grid(signal);
+    const { id: stream, header } = this.#stream;
+    const until = this.#file.until(signal);
+    const bricks = await this.#plan(this.#stream, wanted, signal);
+    const tasks = [];
+    await activity.read(this.#stream, bricks, until, (brick, bytes) => {
+      const task = { kind: "edges", stream, header, brick, bytes, more: { axis, slice } };
+      const edges = pool.run(task, () => !until.aborted);
+      edges.catch(() => {});
+      tasks.push(edges);
+    });
+    const parts = await unlessAborted(Promise.all(tasks), until);
+    const all = new Int32Array(parts.reduce((sum, { length }) => sum + length, 0) / 4);
+    let at = 0;
+    for (const { buffer, length } of parts) {
+      all.set(new Int32Array(buffer), at);
+      at += length / 4;
+    }
+    return all;
+  }
+
   close() {
     this.#file.close();
+  }
+
+  #grid(signal) {
+    this.#file.requireOpen();
+    signal?.throwIfAborted();
+    if (!this.storesGrid) throw new TagridError("no-grid", "the file stores no grid; it follows from its samples");
+    return this.#file.grid(signal);
   }
 
   #overview(factor, signal) {
@@ -231,6 +307,19 @@ function copy(from, { low, high }, to, box, [nx, ny]) {
     for (let y = first[1]; y < end[1]; ++y) {
       const at = ((z - low[2]) * by + y - low[1]) * bx + first[0] - low[0];
       to.set(from.subarray(at, at + count), ((z - box.low[2]) * ny + y - box.low[1]) * nx + first[0] - box.low[0]);
+    }
+}
+
+/** Copies the bits of the points of a brick that are samples of a box, from an activity (see Wasm). */
+function copyBits(activity, { low, high }, to, box, [nx, ny]) {
+  const [x0, y0, z0, x1, y1] = new Float64Array(activity.buffer, activity.byteOffset, 5);
+  const row = 8 * Math.ceil((x1 - x0) / 64);
+  for (let z = Math.max(low[2], box.low[2]); z < Math.min(high[2], box.high[2]); ++z)
+    for (let y = Math.max(low[1], box.low[1]); y < Math.min(high[1], box.high[1]); ++y) {
+      const from = boxBytes + ((z - z0) * (y1 - y0) + y - y0) * row;
+      const at = ((z - box.low[2]) * ny + y - box.low[1]) * nx - box.low[0];
+      for (let x = Math.max(low[0], box.low[0]); x < Math.min(high[0], box.high[0]); ++x)
+        to[at + x] = (activity[from + ((x - x0) >> 3)] >> ((x - x0) & 7)) & 1;
     }
 }
 

@@ -19,14 +19,19 @@ export class Pool {
     if (size === 0) this.#inline = new Decoders(module);
   }
 
-  /** The samples of a brick, as bytes; undefined if nobody wants them when it is its turn. */
-  async decode(task, isWanted) {
+  /** The result of a task for a brick, as bytes; undefined if nobody wants it when it is its turn. */
+  async run(task, isWanted) {
     if (this.#closed) throw new TagridError("closed", "the file was closed");
-    if (this.#inline) return this.#inline.decode(task);
+    if (this.#inline) return this.#inline.run(task);
     return new Promise((resolve, reject) => {
       this.#waiting.push({ task, isWanted, resolve, reject });
       this.#work();
     });
+  }
+
+  /** Starts a worker, while bytes are fetched. */
+  warm() {
+    if (!this.#inline && !this.#closed && this.#workers.size === 0) this.#start();
   }
 
   #work() {
@@ -56,11 +61,11 @@ export class Pool {
   #start() {
     const worker = { port: undefined, entry: undefined, streams: new Set() };
     this.#workers.add(worker);
-    const onMessage = ({ samples, code, message }) => {
+    const onMessage = ({ result, code, message }) => {
       const { entry } = worker;
       worker.entry = undefined;
       worker.port.works(false);
-      if (samples) entry.resolve(samples);
+      if (result) entry.resolve(result);
       else entry.reject(new TagridError(code, message));
       this.#work();
     };

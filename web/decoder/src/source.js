@@ -3,6 +3,8 @@ import { TagridError, require, unlessAborted } from "./errors.js";
 import { isNode } from "./platform.js";
 
 const firstBytes = 1 << 16;
+// The end of a file has the index and, mostly, its coarsest overview: of small files less, of large ones more.
+const lastBytes = (size) => Math.min(Math.max(size / 256, 256 << 10), 768 << 10);
 
 /** Opens a source: `size`, and `read(offset, length, signal)`, which gives all of the bytes or fails. */
 export async function openSource(given, options) {
@@ -56,7 +58,7 @@ class Passing extends Error {}
 class UrlSource {
   #url;
   #options;
-  #beginning = new Uint8Array(0);
+  #kept = [];
   #first; // what the first answer said of the file
   size;
 
@@ -75,12 +77,17 @@ class UrlSource {
       this.size = this.#options.size;
       if (this.size === 0) return;
     }
-    this.#beginning = await this.#range(0, Math.min(firstBytes, this.size ?? firstBytes), signal);
+    this.#keep(0, await this.#range(0, Math.min(firstBytes, this.size ?? firstBytes), signal));
+    const offset = Math.max(this.size - Math.floor(lastBytes(this.size)), firstBytes);
+    if (offset < this.size) this.#keep(offset, await this.#range(offset, this.size - offset, signal));
+  }
+
+  #keep(offset, bytes) {
+    this.#kept.push({ offset, bytes });
   }
 
   async read(offset, length, signal) {
-    if (offset + length <= this.#beginning.length) return this.#beginning.subarray(offset, offset + length);
-    return this.#range(offset, length, signal);
+    return within(this.#kept, offset, length) ?? this.#range(offset, length, signal);
   }
 
   async #range(offset, length, signal) {
@@ -105,7 +112,8 @@ class UrlSource {
     if (ifMatch && etag && !etag.startsWith("W/")) sent["If-Match"] = etag;
     const watch = new Watch(timeout, signal);
     try {
-      const response = await fetch(this.#url, { headers: sent, credentials, signal: watch.signal });
+      // The caches of browsers let only one request for an address pass at a time.
+      const response = await fetch(this.#url, { headers: sent, credentials, cache: "no-store", signal: watch.signal });
       if (!this.#accepts(response, offset, length)) return new Uint8Array(0);
       const bytes = await read(response, length, watch);
       if (bytes.length === length) return bytes;
@@ -158,6 +166,12 @@ class UrlSource {
       throw drop(this.#fail("io-error", `the server sent the range ${range[0]} in place of ${length} bytes from byte ${offset} on`));
     return true;
   }
+}
+
+/** A range, if one of the pieces { offset, bytes } has it. */
+export function within(pieces, offset, length) {
+  const piece = pieces.find((p) => p.offset <= offset && offset + length <= p.offset + p.bytes.length);
+  return piece && piece.bytes.subarray(offset - piece.offset, offset - piece.offset + length);
 }
 
 /** Ends a request that the caller ends, or that sends nothing for some time. */

@@ -20,9 +20,10 @@ export const types = [
   ["float64", Float64Array],
 ];
 
-const numbersOfInfo = 34 + 64;
+const numbersOfInfo = 35 + 64;
 const numbersOfBlock = 12;
 const blocksAtOnce = 64;
+export const boxBytes = 48;
 
 // A function that returns a vector: i32.const 0, i8x16.splat, i8x16.popcnt.
 const withVectors = new Uint8Array([
@@ -31,9 +32,9 @@ const withVectors = new Uint8Array([
 
 const compiled = new Map();
 
-/** The compiled module, which workers can be given. */
-export function compile(base, simd) {
-  const url = new URL(simd && WebAssembly.validate(withVectors) ? "tagrid_simd.wasm" : "tagrid_scalar.wasm", base);
+/** A compiled module, which workers can be given: `tagrid` decodes samples, `tagrid_grid` also the grid. */
+export function compile(name, base, simd) {
+  const url = new URL(`${name}_${simd && WebAssembly.validate(withVectors) ? "simd" : "scalar"}.wasm`, base);
   let module = compiled.get(url.href);
   if (!module) {
     module = compileFrom(url).catch((cause) => {
@@ -67,11 +68,13 @@ export class Wasm {
       imports[from] ??= {};
       // Nothing is written anywhere; an end of the program is an error of the call.
       imports[from][name] =
-        name === "proc_exit"
-          ? (code) => {
-              throw new TagridError("bug", `the module ended with ${code}`);
-            }
-          : () => 0;
+        {
+          proc_exit: (code) => {
+            throw new TagridError("bug", `the module ended with ${code}`);
+          },
+          number: (pointer, length) =>
+            Number(String.fromCharCode(...new Uint8Array(this.#exports.memory.buffer, pointer >>> 0, length))),
+        }[name] ?? (() => 0);
     }
     this.#exports = new WebAssembly.Instance(module, { ...imports }).exports;
     this.#exports._initialize?.();
@@ -212,7 +215,7 @@ export class Wasm {
     };
     const [low, high, mean] = take(3);
     info.range = low <= high ? { low, high, mean } : null;
-    [info.brickEdge, info.lead, info.volumes] = [one(), one() === 1, one()];
+    [info.brickEdge, info.lead, info.storesGrid, info.volumes] = [one(), one() === 1, one() === 1, one()];
     info.factors = numbers.slice(0, numbers.indexOf(0));
     info.metadata = this.#text(this.#exports.web_metadata(blocks));
     const header = this.#exports.web_header(blocks, this.#scratch) >>> 0;
@@ -236,16 +239,50 @@ export class Wasm {
     this.#exports.web_decoder_close(decoder);
   }
 
-  /** The samples of a brick, as bytes: at least `slices` of it, x fastest. */
-  decode(decoder, { number, activityBytes, slices }, bytes) {
-    const memory = this.#exports.web_decoder_memory(decoder, number, bytes.length);
+  #requireMemory(memory, number) {
     // The module addresses 4 GiB, and has some of it.
     if (memory > 0xf0000000) throw new TagridError("out-of-memory", `brick ${number} takes ${memory} bytes to decode`);
+  }
+
+  /** The samples of a brick, as bytes: at least `slices` of it, x fastest. */
+  decode(decoder, { number, activityBytes, slices }, bytes) {
+    this.#requireMemory(this.#exports.web_decoder_memory(decoder, number, bytes.length), number);
     return this.#with(bytes, (pointer) => {
       const status = this.#exports.web_decode(decoder, number, activityBytes, slices, pointer, bytes.length, this.#scratch);
       this.#check(status, () => this.#exports.web_decoder_message(decoder));
       const [samples, count] = this.#words(2);
       return new Uint8Array(this.#exports.memory.buffer, samples, count).slice();
+    });
+  }
+
+  /** The activity of a brick, as bytes: its box as six doubles, and then a bit for each point. */
+  activity(decoder, { number, activityBytes }, bytes) {
+    this.#requireMemory(this.#exports.web_activity_memory(decoder, number, bytes.length), number);
+    return this.#with(bytes, (pointer) => {
+      const box = this.#scratch + 8;
+      const status = this.#exports.web_activity(decoder, number, activityBytes, pointer, bytes.length, box, this.#scratch);
+      this.#check(status, () => this.#exports.web_decoder_message(decoder));
+      const [words, count] = this.#words(2);
+      const result = new Uint8Array(boxBytes + 8 * count);
+      const { buffer } = this.#exports.memory;
+      result.set(new Uint8Array(buffer, box, boxBytes));
+      result.set(new Uint8Array(buffer, words, 8 * count), boxBytes);
+      return result;
+    });
+  }
+
+  /** The edges of the grid of a brick in a slice, from its activity: four numbers each, as bytes of an Int32Array. */
+  edges(decoder, { number }, activity, { axis, slice }) {
+    return this.#with(activity.subarray(boxBytes), (pointer) => {
+      const count = (activity.length - boxBytes) / 8;
+      const status = this.#exports.web_edges(decoder, number, pointer, count, axis, slice, this.#scratch);
+      this.#check(status, () => this.#exports.web_decoder_message(decoder));
+      const [edges, edgeCount] = this.#words(2);
+      // Of the 64 bits of each number.
+      const words = new Int32Array(this.#exports.memory.buffer, edges, 8 * edgeCount);
+      const result = new Int32Array(4 * edgeCount);
+      for (let i = 0; i < result.length; ++i) result[i] = words[2 * i];
+      return new Uint8Array(result.buffer);
     });
   }
 }

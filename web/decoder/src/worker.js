@@ -1,4 +1,4 @@
-// Decodes bricks. A message has the compiled module or a task; each task is answered by its number.
+// Works on bricks. A message has the compiled module or a task; each task is answered by its number.
 import { serve } from "./platform.js";
 import { Decoders } from "./decoders.js";
 
@@ -10,8 +10,8 @@ serve((message, reply) => {
     return;
   }
   try {
-    const samples = decoders.decode(message);
-    reply({ task: message.task, samples }, [samples.buffer]);
+    const result = decoders.run(message);
+    reply({ task: message.task, result }, [result.buffer]);
   } catch (error) {
     reply({ task: message.task, code: error.code ?? "bug", message: error.message });
   }

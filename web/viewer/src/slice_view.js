@@ -3,6 +3,7 @@
 //
 // Places are in samples of the volume, where sample i reaches from i to i + 1. Sample i of a level reaches from i *
 // factor to (i + 1) * factor.
+import { GridLines } from "./grid_lines.js";
 import { planes } from "./tiles.js";
 
 const axisNames = ["x", "y", "z"];
@@ -12,16 +13,21 @@ const coarsePixels = 1.5;
 const mostSamples = 4096;
 // Milliseconds without change, after which the wanted level is read.
 const rest = 120;
+// Bricks whose grid is drawn at most, each of which takes some hundredths of a second.
+const mostGridBricks = 150;
 
 export class SliceView {
   #state;
   #context;
   #layers = new Map();
+  #grid;
+  #gridPicture = { canvas: document.createElement("canvas") };
 
   /** `state` is what the views share; see viewer.js. */
-  constructor(canvas, name, normal, state) {
+  constructor(canvas, name, normal, state, onChange, onError) {
     Object.assign(this, { canvas, name, normal, ...planes[normal] });
     this.#state = state;
+    this.#grid = new GridLines(onChange, onError);
     this.#context = canvas.getContext("2d");
     this.center = [0, 0];
     this.changedAt = 0;
@@ -36,6 +42,7 @@ export class SliceView {
   /** Forgets the volume that it showed. */
   reset() {
     this.#layers.clear();
+    this.#grid.want(undefined);
     const { dims } = this.#state.volume;
     this.center = [dims[this.across] / 2, dims[this.down] / 2];
   }
@@ -131,12 +138,25 @@ export class SliceView {
     return { level, normal: this.normal, slice, columns, rows, rank };
   }
 
-  /** What it wants to be read, first of all the coarsest overview. `order` is that of this view among the others. */
-  regions(order) {
+  get #coarsest() {
+    return this.#state.volume.levels.length - 1;
+  }
+
+  /** True if there is something to see, or nothing more to wait for. */
+  get hasFirst() {
+    const first = this.isShown ? this.region(this.#coarsest, 0) : undefined;
+    return !first || this.#state.tiles.isSettled(first);
+  }
+
+  /**
+   * What it wants to be read: the coarsest overview and, if the views have that, the wanted level. `order` is that of
+   * this view among the others.
+   */
+  regions(order, haveFirst) {
     if (!this.isShown) return [];
-    const coarsest = this.#state.volume.levels.length - 1;
+    const coarsest = this.#coarsest;
     const wanted = [this.region(coarsest, order)];
-    if (this.level !== coarsest && performance.now() - this.changedAt >= rest)
+    if (haveFirst && this.level !== coarsest && performance.now() - this.changedAt >= rest)
       wanted.push(this.region(this.level, 10 + order));
     return wanted.filter(Boolean);
   }
@@ -150,6 +170,29 @@ export class SliceView {
   get isComplete() {
     const region = this.region(this.level, 0);
     return !region || this.#state.tiles.has(region);
+  }
+
+  /** The part of the volume whose grid is shown; nothing if there is none, or if it is too large. */
+  get #gridRegion() {
+    if (!this.isShown || !this.#state.showsGrid || !this.#state.volume.storesGrid || this.level > 0) return undefined;
+    const region = this.region(0, 0);
+    if (!region) return undefined;
+    const [columns, rows] = [region.columns, region.rows].map(([begin, end]) => end - begin);
+    return columns * rows <= mostGridBricks ? region : undefined;
+  }
+
+  /** Reads the grid, after the samples. */
+  wantGrid() {
+    const region = this.#gridRegion;
+    if (!region || (this.waits === 0 && this.isComplete)) this.#grid.want(region, this.#state.volume, this.#state.tiles);
+  }
+
+  /** "none" if it shows no grid, "far" if it must be zoomed in for it, "reading", or "shown". */
+  get gridState() {
+    const { showsGrid, volume } = this.#state;
+    if (!this.isShown || !showsGrid || !volume.storesGrid) return "none";
+    if (!this.#gridRegion) return this.region(0, 0) ? "far" : "none";
+    return this.#grid.isReading || !this.#grid.path ? "reading" : "shown";
   }
 
   draw() {
@@ -168,8 +211,37 @@ export class SliceView {
     this.shown = undefined;
     if (level !== coarsest && !this.isComplete) this.#drawLevel(coarsest, ratio);
     this.#drawLevel(level, ratio);
+    if (this.#gridRegion && this.#grid.path) this.#drawGrid(ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.#drawMarks();
+  }
+
+  #drawGrid(ratio) {
+    const { width, height } = this.canvas;
+    const { path } = this.#grid;
+    const [sx, sy] = this.scale.map((s) => s * ratio);
+    // The middle of the first sample.
+    const [x, y] = this.pointOf([0.5, 0.5]).map((p) => p * ratio);
+    const key = `${[width, height, sx, sy, x, y]}`;
+    const picture = this.#gridPicture;
+    // The cross hair moves more often than the picture.
+    if (picture.path !== path || picture.key !== key) {
+      Object.assign(picture, { path, key });
+      [picture.canvas.width, picture.canvas.height] = [width, height];
+      const context = picture.canvas.getContext("2d");
+      const { dims } = this.#state.volume;
+      const up = this.flipped ? -1 : 1;
+      // From the first sample to the last one.
+      context.rect(x - 1, y - up, (dims[this.across] - 1) * sx + 2, up * ((dims[this.down] - 1) * sy + 2));
+      context.clip();
+      const scaled = new Path2D();
+      scaled.addPath(path, new DOMMatrix([sx, 0, 0, up * sy, x, y]));
+      context.strokeStyle = "rgba(94, 200, 255, 0.85)";
+      context.lineWidth = ratio * (Math.min(sx, sy) < 4 * ratio ? 0.5 : 1);
+      context.stroke(scaled);
+    }
+    this.#context.setTransform(1, 0, 0, 1, 0, 0);
+    this.#context.drawImage(picture.canvas, 0, 0);
   }
 
   #drawLevel(level, ratio) {

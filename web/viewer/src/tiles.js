@@ -98,6 +98,11 @@ export class Tiles {
     return keysOf(region).every((key) => this.#tiles.has(key));
   }
 
+  /** True if reading more would change nothing. */
+  isSettled(region) {
+    return keysOf(region).every((key) => this.#tiles.has(key) || this.#failed.has(key));
+  }
+
   #strips(region, missing) {
     const { level, columns, rows } = region;
     const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;
@@ -119,17 +124,24 @@ export class Tiles {
     return strips;
   }
 
-  async #read(strip) {
-    const { level, normal, slice, columns, rows } = strip;
+  /** The samples of a region. */
+  boxOf({ level, normal, slice, columns, rows }) {
     const { across, down } = planes[normal];
     const low = [0, 0, 0];
     const high = [0, 0, 0];
     [low[normal], high[normal]] = [slice, slice + 1];
-    [low[across], high[across]] = [
-      this.range(level, across, columns[0])[0],
-      this.range(level, across, columns[1] - 1)[1],
-    ];
-    [low[down], high[down]] = [this.range(level, down, rows[0])[0], this.range(level, down, rows[1] - 1)[1]];
+    for (const [axis, [begin, end]] of [
+      [across, columns],
+      [down, rows],
+    ])
+      [low[axis], high[axis]] = [this.range(level, axis, begin)[0], this.range(level, axis, end - 1)[1]];
+    return { low, high };
+  }
+
+  async #read(strip) {
+    const { level, normal, slice, columns, rows } = strip;
+    const { across, down } = planes[normal];
+    const { low, high } = this.boxOf(strip);
     strip.keys = keysOf(strip);
     strip.controller = new AbortController();
     this.#flying.add(strip);

@@ -1,5 +1,5 @@
 // The page: opens a file, and links the views.
-import { open } from "./decoder/index.js";
+import { open } from "@tagrid/decoder";
 import { boundRows, factRows, fillList, numberText, scaleOf, unitOf } from "./describe.js";
 import { handleKeys, handlePointers } from "./input.js";
 import { Shades, percentiles } from "./shades.js";
@@ -23,6 +23,7 @@ const state = {
   tool: "move",
   isFitted: true,
   isWindowChosen: false,
+  showsGrid: false,
 };
 
 const sliceViews = [
@@ -43,7 +44,11 @@ const sliceViews = [
     actions.moveTo(position);
   });
   sections[name].append(canvas, slider);
-  return Object.assign(new SliceView(canvas, name, normal, state), { slider });
+  const onError = (error) => {
+    failure = error.message;
+    draw();
+  };
+  return Object.assign(new SliceView(canvas, name, normal, state, () => draw(), onError), { slider });
 });
 const spaceView = new SpaceView(sections.space, state);
 let file;
@@ -82,7 +87,15 @@ function noteTimes() {
 let failure;
 function showProgress(isComplete) {
   if (failure) return say(failure, true);
-  say(isComplete ? "" : "Reading …");
+  say(isComplete ? gridNote() : "Reading …");
+}
+
+function gridNote() {
+  if (!state.showsGrid) return "";
+  if (!state.volume.storesGrid) return "The file stores no grid: it follows from the samples. tagrid mesh computes it.";
+  const states = sliceViews.map((view) => view.gridState);
+  if (states.includes("reading")) return "Reading the grid …";
+  return states.includes("far") ? "Zoom in to see the grid: it is drawn over samples of the volume itself." : "";
 }
 
 let timer;
@@ -90,7 +103,9 @@ let timer;
 function read() {
   clearTimeout(timer);
   if (!state.volume) return;
-  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order)));
+  const haveFirst = sliceViews.every((view) => view.hasFirst);
+  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order, haveFirst)));
+  for (const view of sliceViews) view.wantGrid();
   const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
 }
@@ -183,6 +198,11 @@ const actions = {
   fit() {
     state.isFitted = true;
     for (const view of sliceViews) view.changed();
+    update();
+  },
+  grid() {
+    state.showsGrid = !state.showsGrid;
+    element("grid").setAttribute("aria-pressed", String(state.showsGrid));
     update();
   },
   tool(name) {
@@ -283,7 +303,7 @@ async function openFile(source, name, options = {}) {
   element("failure").textContent = "";
   say(`Opening ${name} …`);
   try {
-    const opened = await open(source, { ...options, signal: controller.signal });
+    const opened = await open(source, { ...options, base: new URL("decoder/", import.meta.url), signal: controller.signal });
     if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
@@ -402,6 +422,7 @@ const activeView = () =>
   sliceViews.find((view) => view.isShown) ??
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
+element("grid").addEventListener("click", () => state.volume && actions.grid());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
