@@ -33,14 +33,12 @@ name=tagrid-$version-linux-$(uname -m)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cmake --install "$build" --prefix "$work/$name" --component tagrid --strip >/dev/null
-# The licenses of what is linked into the program.
-licenses=$(find "$work/$name" -type d -name tagrid -path '*/doc/*')/licenses
+# The licenses of what is linked into the program: of the packages on its list of dependencies, and of the compiler's.
+licenses=$work/$name/share/doc/tagrid/licenses
 mkdir "$licenses"
-for package in libtbb-dev libisal-dev libzstd-dev libxxhash-dev zlib1g-dev libbz2-dev libpng-dev libseccomp-dev libfmt-dev libhwy-dev \
-  libcli11-dev nlohmann-json3-dev libc6-dev; do
+for package in $(sed -n 's/.*"comment": "Debian: \([^",]*\).*/\1/p' "$build/tagrid.spdx.json") libc6-dev "libstdc++-$(g++ -dumpversion)-dev"; do
   cp "/usr/share/doc/$package/copyright" "$licenses/$package"
 done
-cp "/usr/share/doc/libstdc++-$(g++ -dumpversion)-dev/copyright" "$licenses/libstdc++"
 mkdir -p "$folder"
 tar -C "$work" --sort=name --owner=0 --group=0 --numeric-owner -czf "$folder/$name.tar.gz" "$name"
 echo "In $folder:"

@@ -10,8 +10,9 @@ namespace tagrid {
 #ifdef TAGRID_STATIC
 
 const CurlLibrary& curl_library() {
-  throw WorldError("needs libcurl, which this static program cannot load; download the file, or use a tagrid "
-                   "that is not static");
+  throw WorldError(
+      "needs libcurl, which this static program cannot load; download the file, or use a tagrid "
+      "that is not static");
 }
 
 #else
