@@ -42,6 +42,11 @@ function(tagrid_write_sbom)
     "libopenvdb-dev|OpenVDB|MPL-2.0|openvdb/openvdb.h|OpenVDB|DYNAMIC_LINK"
     "libimath-dev|Imath|BSD-3-Clause|Imath/ImathConfig.h|Imath|DYNAMIC_LINK"
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
+  if(TAGRID_STATIC)
+    # The program alone: without what only readers use, and without the library that it cannot load.
+    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
+    list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK" "STATIC_LINK")
+  endif()
   if(TARGET tagrid_python)
     list(APPEND dependencies
       "pybind11-dev|pybind11|BSD-3-Clause|pybind11/pybind11.h|pybind11|STATIC_LINK"

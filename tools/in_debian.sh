@@ -4,11 +4,12 @@
 # The release is installed by debootstrap in build/debian-N, once; what is built there stays in build/debian-N-build.
 # Needs root. The host's sources of packages are used, with the name of the release in place of the host's.
 set -euo pipefail
-[ $# -ge 2 ] || { echo "usage: $0 12|13 COMMAND [ARGUMENT ...]" >&2; exit 64; }
+[ $# -ge 2 ] || { echo "usage: $0 11|12|13 COMMAND [ARGUMENT ...]" >&2; exit 64; }
 case "$1" in
+  11) name=bullseye ;;  # too old to build on, but not for tools/static.sh's program
   12) name=bookworm ;;
   13) name=trixie ;;
-  *) echo "$0: $1: is not 12 or 13" >&2; exit 64 ;;
+  *) echo "$0: $1: is not 11, 12 or 13" >&2; exit 64 ;;
 esac
 project=$(realpath "$(dirname "$0")/..")
 root=$project/build/debian-$1

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
-# with other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper
+# with other codecs, and making packages, the page of the viewer, the pictures of the documents and the report of the paper.
+#   tools/install_packages.sh build|mpi|python|page|packages|static|wheel|test|web|slurm|fuzz|bench|pictures|paper
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -11,15 +11,19 @@ build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev li
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
-packages=("${python[@]}" dpkg-dev file)
+# The decoder for browsers, and the page of the viewer: 0.8 GB.
+page=(emscripten esbuild nodejs ninja-build cmake libhwy-dev libfmt-dev libxxhash-dev dpkg-dev)
+packages=("${python[@]}" "${page[@]}" dpkg-dev file)
+# The program without libraries of the system: some are built from Debian's sources, and ISA-L is written for nasm.
+static=("${page[@]}" "${build[@]}" nasm make dpkg-dev)
 wheel=("${python[@]}" python3-pip python3-setuptools python3-wheel python3-venv patchelf)
 test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clang clang-format mandoc openssl shellcheck zsh
   libopenvdb-tools python3 python3-yaml pkgconf dpkg-dev file shared-mime-info libglib2.0-bin jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
-# The decoder for browsers: 0.8 GB, and as much again for a browser to test it with.
-web=(emscripten esbuild nodejs ninja-build cmake libhwy-dev libfmt-dev libxxhash-dev xz-utils chromium)
+# As much again as the page, for a browser to test it with.
+web=("${page[@]}" chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
@@ -27,8 +31,8 @@ pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|packages|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  build|mpi|python|page|packages|static|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|page|packages|static|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

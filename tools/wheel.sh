@@ -3,16 +3,10 @@
 #   tools/wheel.sh [FOLDER]      FOLDER: where it goes, build/packages by default.
 # With TAGRID_BUILD=FOLDER, it uses the library that is built in that folder, and builds no other.
 set -euo pipefail
-folder=$(realpath -m "${1:-$(dirname "$0")/../build/packages}")
-build=$(realpath -m "${TAGRID_BUILD:-$(dirname "$0")/../build/release}")
-cd "$(dirname "$0")/.."
+# shellcheck source=tools/package_build.sh
+. "$(dirname "$0")/package_build.sh"
 
-if [ -z "${TAGRID_BUILD:-}" ]; then
-  tools/install_packages.sh wheel
-  echo "Building (some minutes) ..."
-  cmake --preset release -DTAGRID_PYTHON=ON >/dev/null
-  cmake --build --preset release --target tagrid_shared tagrid_static >/dev/null
-fi
+build_release wheel -DTAGRID_PYTHON=ON tagrid_shared tagrid_static
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cmake --install "$build" --prefix "$work/prefix" --component libtagrid-dev >/dev/null

@@ -2,8 +2,7 @@
 # Builds the package @tagrid/decoder into web/decoder/dist, with Debian's emscripten, and the page of the viewer with it into
 # web/viewer/dist:
 #   web/build.sh [BUILD_FOLDER]      default: build/web
-# The sources of zstd come from Debian's source package, which this fetches once into the build folder. Nothing of the
-# system is changed.
+# The sources of zstd come from Debian's source package, which this fetches once into the build folder.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
@@ -12,27 +11,13 @@ mkdir -p "$build"
 build=$(cd "$build" && pwd)
 
 for program in emcmake em++ ninja node esbuild; do
-  command -v "$program" >/dev/null || { echo "$program is missing. On Debian: tools/install_packages.sh web" >&2; exit 69; }
+  command -v "$program" >/dev/null || { echo "$program is missing. On Debian: tools/install_packages.sh page" >&2; exit 69; }
 done
 # Debian's emscripten looks there for the JavaScript that it needs.
 export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 
-# zstd, without the part that compresses. The lists of source packages are kept beside it, not in the system's.
-zstd=$build/zstd
-if [ ! -f "$zstd/lib/zstd.h" ]; then
-  fetched=$build/zstd.fetched
-  rm -rf "$fetched" "$zstd" && mkdir -p "$fetched/state/lists/partial" "$fetched/cache/archives/partial"
-  # shellcheck source=/dev/null
-  . /etc/os-release
-  echo "deb-src ${TAGRID_DEBIAN_MIRROR:-http://deb.debian.org/debian} $VERSION_CODENAME main" >"$fetched/sources.list"
-  printf '%s;\n' "Dir::Etc::sourcelist \"$fetched/sources.list\"" 'Dir::Etc::sourceparts "-"' \
-    "Dir::State \"$fetched/state\"" "Dir::Cache \"$fetched/cache\"" "APT::Sandbox::User \"$(id -un)\"" >"$fetched/apt.conf"
-  (cd "$fetched" && APT_CONFIG=$fetched/apt.conf apt-get update -qq && APT_CONFIG=$fetched/apt.conf apt-get source -qq --download-only zstd)
-  mkdir "$fetched/zstd"
-  tar -xJf "$fetched"/*.orig.tar.xz -C "$fetched/zstd" --strip-components=1
-  mv "$fetched/zstd" "$zstd"
-  rm -rf "$fetched"
-fi
+# zstd, of which the part that decompresses is compiled.
+tools/debian_source.sh "$build" zstd
 
 # Headers of Debian's packages, without those of its C library around them.
 include=$build/include
@@ -41,7 +26,7 @@ for header in hwy fmt xxhash.h xxh3.h; do
   if [ -e "/usr/include/$header" ]; then ln -sfn "/usr/include/$header" "$include/$header"; fi
 done
 if [ ! -e "$include/hwy" ] || [ ! -e "$include/fmt" ] || [ ! -e "$include/xxhash.h" ]; then
-  echo "libhwy-dev, libfmt-dev or libxxhash-dev is missing. On Debian: tools/install_packages.sh web" >&2
+  echo "libhwy-dev, libfmt-dev or libxxhash-dev is missing. On Debian: tools/install_packages.sh page" >&2
   exit 69
 fi
 
@@ -50,7 +35,7 @@ for kind in simd scalar; do
   [ "$kind" = simd ] && flags="-msimd128 $flags"
   if [ ! -f "$build/$kind/build.ninja" ]; then
     emcmake cmake -S "$root" -B "$build/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_READING_ONLY=ON \
-      -DCMAKE_CXX_FLAGS="$flags" -DTAGRID_ZSTD_SOURCES="$zstd/lib" -DTAGRID_DEBIAN_HEADERS="$include" \
+      -DCMAKE_CXX_FLAGS="$flags" -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$include" \
       -DTAGRID_WASM_KIND="$kind" >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
   fi
   ninja -C "$build/$kind" tagrid_wasm tagrid_grid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }

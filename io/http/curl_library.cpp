@@ -7,6 +7,15 @@
 #include "io/errors/errors.h"
 
 namespace tagrid {
+#ifdef TAGRID_STATIC
+
+const CurlLibrary& curl_library() {
+  throw WorldError(
+      "needs libcurl, which this static program cannot load; download the file, or use a tagrid "
+      "that is not static");
+}
+
+#else
 namespace {
 
 void* library() {
@@ -48,4 +57,5 @@ const CurlLibrary& curl_library() {
   return curl;
 }
 
+#endif
 }  // namespace tagrid

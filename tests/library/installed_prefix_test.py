@@ -12,6 +12,10 @@ import textwrap
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests/support"))
+
+from served_page import served_page
+
 BUILD = pathlib.Path(sys.argv.pop(1))
 # Calls that only the program may make: it writes to streams, handles signals, and ends the process.
 FORBIDDEN = {"getenv", "secure_getenv", "setenv", "putenv", "signal", "sigaction", "sigprocmask", "raise", "kill", "exit",
@@ -180,6 +184,14 @@ class InstalledLibrary(unittest.TestCase):
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid", "/usr/share/mime/packages/tagrid.xml\n",
                      "/usr/share/tagrid/magic\n", "/usr/share/doc/tagrid/tagrid.spdx.json\n"):
             self.assertIn(path, content["tagrid"])
+        # The page of `tagrid view`, which an installed program finds.
+        with_page = "TAGRID_WEB:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text()
+        self.assertEqual("./usr/share/tagrid/viewer/index.html\n" in content["tagrid"], with_page)
+        if with_page:
+            run("dpkg-deb", "-x", packages["tagrid"], self.folder / "unpacked")
+            page, decoder = served_page(self.folder / "unpacked/usr/bin/tagrid", ROOT / "tests/golden/voxels_lossless_int16.tag")
+            self.assertIn(b"viewer.js", page)
+            self.assertEqual(decoder[:4], b"\0asm")
         for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
         self.assertIn("/usr/libexec/tagrid/tagrid-write-hdf5\n", content["tagrid-readers"])

@@ -51,10 +51,10 @@ fs::path viewer_folder() {
   for (const fs::path& folder : folders)
     if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/worker.js", unknown))
       return folder;
-  throw WorldError(
-      fmt::format("the page of the viewer is not installed (looked for in {} and {}); "
-                  "web/build.sh of the sources makes it",
-                  folders[0].string(), folders[1].string()));
+  throw WorldError(fmt::format(
+      "the page of the viewer is not installed (looked for in {} and {}); install the Debian package "
+      "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
+      folders[0].string(), folders[1].string()));
 }
 
 /// The end signals, which are kept from the process and can be read instead.

@@ -1,5 +1,6 @@
 // What Debian 12's emscripten (clang 14, libc++ 13) lacks of C++20, as far as the decoder uses it. It is
-// compiled in front of each source, so that the sources need not know. Debian 13's has all of this.
+// compiled in front of each source, so that the sources need not know. Debian 13's (libc++ 18) lacks only
+// from_chars() of floating-point numbers.
 #pragma once
 
 #include <algorithm>
@@ -61,6 +62,11 @@ void stable_sort(Range&& range, Less less, Projection projection) {
 }
 
 }  // namespace ranges
+}  // namespace std
+#endif
+
+#if defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 200000
+namespace std {
 
 // A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits. JavaScript rounds
 // as well as strtod, which would be 13 kB of the module.

@@ -259,7 +259,7 @@ class View(ProgramTest):
         run = subprocess.run([self.program, "view", "my scan%.tag", "--no-browser"], cwd=self.folder,
                              capture_output=True, check=False, text=True)
         self.assertEqual((run.returncode, run.stdout), (74, ""))
-        self.assertTrue(re.search("viewer is not installed", run.stderr), run.stderr)
+        self.assertTrue(re.search("viewer is not installed .*install the Debian package", run.stderr), run.stderr)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,60 @@
+"""The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every golden file
+as the program does.
+
+    reading_only_test.py PROGRAM FOLDER
+        FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM, FOLDER = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
+
+
+def run(*command):
+    return subprocess.run([str(part) for part in command], check=True, stdout=subprocess.PIPE).stdout
+
+
+class ReadingOnly(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_WERROR=ON")
+        run("cmake", "--build", FOLDER)
+        cls.reader = FOLDER / "read_blocks"
+        run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c", "-o", FOLDER / "read_blocks.o")
+        run("c++", FOLDER / "read_blocks.o", FOLDER / "libtagrid_reading.a", "-lzstd", "-lxxhash", "-o", cls.reader)
+
+    def test_it_decodes_what_the_program_decodes(self):
+        files = sorted((ROOT / "tests/golden").glob("*.tag"))
+        self.assertGreater(len(files), 30)
+        with tempfile.TemporaryDirectory() as folder:
+            for file in files:
+                with self.subTest(file.name):
+                    run(PROGRAM, "decode", file, "--volume", "0", "-o", f"{folder}/back.raw", "-q", "-f")
+                    self.assertEqual(run(self.reader, file), pathlib.Path(folder, "back.raw").read_bytes())
+
+    def test_damage_is_refused(self):
+        content = bytearray((ROOT / "tests/golden/voxels_lossless_int16.tag").read_bytes())
+        content[len(content) // 2] ^= 1
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(content)
+            file.flush()
+            self.assertEqual(subprocess.run([self.reader, file.name], capture_output=True).returncode, 65)
+
+    def test_it_needs_nothing_else(self):
+        needed = run("readelf", "-d", self.reader).decode()
+        for library in ("tbb", "fmt", "isal", "png", "libz."):
+            self.assertNotIn(library, needed)
+        self.assertNotIn("pthread_create", run("nm", "-u", FOLDER / "libtagrid_reading.a").decode())
+
+
+if __name__ == "__main__":
+    if "TAGRID_LONG" in os.environ:
+        unittest.main(argv=sys.argv[:1])
+    else:
+        print("skipped: compiles half of the library again: set TAGRID_LONG=1")
