@@ -10,11 +10,14 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import urllib.parse
+import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD, UNPACKED = (os.path.abspath(argument) for argument in sys.argv[1:3])
@@ -75,6 +78,8 @@ class Tour(unittest.TestCase):
         for command, printed in session:
             if command.startswith("paraview "):
                 self.check_paraview(command.split()[1])
+            elif command.startswith("tagrid view "):
+                self.check_view(command.split()[2])
             elif self.has_what_it_needs(command):
                 done = self.run_line(command)
                 self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}")
@@ -90,6 +95,23 @@ class Tour(unittest.TestCase):
         stated = re.findall(r"^print\(.*\)  +# (.*)$", code, re.MULTILINE)
         self.assertGreater(len(stated), 2)
         self.assertEqual(done.stdout.splitlines(), stated)
+
+    def check_view(self, name):
+        """The address that the program prints has the page and the file."""
+        program = self.home / "usr/bin/tagrid"
+        if not (self.home / "usr/share/tagrid/viewer/index.html").exists():
+            print(f"not run, as the page of the viewer is not built: tagrid view {name}", file=sys.stderr)
+            return
+        with subprocess.Popen([program, "view", name, "--no-browser", "-q"], cwd=self.place, text=True, stdout=subprocess.PIPE) as view:
+            try:
+                address = view.stdout.readline().strip()
+                source = urllib.parse.parse_qs(urllib.parse.urlsplit(address).query)["src"][0]
+                page, file = (urllib.request.urlopen(urllib.parse.urljoin(address, path), timeout=20).read() for path in ("", source))
+                self.assertIn(b"viewer.js", page)
+                self.assertEqual(file, (pathlib.Path(self.place) / name).read_bytes())
+            finally:
+                view.send_signal(signal.SIGINT)
+        self.assertEqual(view.returncode, 0)
 
     def check_paraview(self, name):
         program, why_not = paraview_program.pvpython(UNPACKED)
@@ -137,7 +159,7 @@ class Tour(unittest.TestCase):
         self.assertLess(len(PAGE.splitlines()), 150)
         self.assertIn("docs/tour.md", (ROOT / "README.md").read_text().split("##")[0])
         pictures = re.findall(r"!\[[^]]+\]\((.*?)\)", PAGE)
-        self.assertEqual(len(pictures), 2)
+        self.assertEqual(len(pictures), 3)
         for picture in pictures:
             self.assertLess((ROOT / "docs" / picture).stat().st_size, 100_000, picture)
 

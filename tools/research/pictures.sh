@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Redraws the pictures in docs/images, from phantoms and the program's own output.
 #   tools/research/pictures.sh [PROGRAM]      PROGRAM: build/release/tagrid by default
-# The picture of the mesh in docs/tour.md needs pvpython and Xvfb; see tools/research/paraview.sh.
+# Of those in docs/tour.md, the mesh needs pvpython and Xvfb (see tools/research/paraview.sh), and the viewer the page
+# (web/build.sh), node and chromium.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -32,11 +33,24 @@ mkdir "$directory/tour"
 "$tagrid" phantom --dims 128,128,64 -o "$directory/tour/scan.nhdr"
 "$tagrid" encode "$directory/tour/scan.nhdr" --max-error 5
 "$tagrid" preview "$directory/tour/scan.tag" -o "$directory/tour/scan.png"
-# As large as a page needs: half, and with a palette.
-/usr/bin/python3 -c 'import sys
+# As large as a page needs: reduced, and with a palette.
+small() { # FACTOR FROM TO
+  /usr/bin/python3 -c 'import sys
 from PIL import Image
-small = Image.open(sys.argv[1]).convert("RGB").reduce(2)
-small.quantize(128, dither=Image.Dither.NONE).save(sys.argv[2], optimize=True)' "$directory/tour/scan.png" docs/images/tour_preview.png
+small = Image.open(sys.argv[2]).convert("RGB").reduce(int(sys.argv[1]))
+small.quantize(128, dither=Image.Dither.NONE).save(sys.argv[3], optimize=True)' "$@"
+}
+small 2 "$directory/tour/scan.png" docs/images/tour_preview.png
+if [ -e web/viewer/dist/index.html ] && command -v node chromium >/dev/null; then
+  # The program finds the page beside itself.
+  cp "$tagrid" "$directory/tagrid"
+  ln -s "$PWD/web/viewer/dist" "$directory/viewer"
+  TAGRID_CHROMIUM=$(command -v chromium) node tools/research/pictures/tour_view.mjs "$directory/tagrid" "$directory/tour/scan.tag" \
+    "$directory/view.png"
+  small 1 "$directory/view.png" docs/images/tour_view.png
+else
+  echo "tools/research/pictures.sh: no web/viewer/dist, node or chromium, so the picture of the viewer stays" >&2
+fi
 pvpython=${PVPYTHON:-pvpython}
 if ! command -v "$pvpython" >/dev/null; then
   echo "tools/research/pictures.sh: pvpython is not installed, so the picture of the mesh stays" >&2
