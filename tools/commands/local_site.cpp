@@ -28,6 +28,12 @@ std::string name_of_input(const std::string& input) {
   return name.empty() ? "volume.tag" : name;
 }
 
+void add_port_option(CLI::App& command, int& port) {
+  command.add_option("--port", port, "Port of 127.0.0.1; 0, the default, means one that is free")
+      ->option_text("N")
+      ->check(CLI::Range(0, 65535));
+}
+
 EndSignals::EndSignals() {
   sigemptyset(&set_);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, number);

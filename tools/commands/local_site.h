@@ -1,6 +1,7 @@
 // What commands share that serve something on this machine until they are interrupted.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <string>
 
@@ -13,6 +14,9 @@ std::string random_token();
 
 /// The last part of the name or address of a file; "volume.tag" if it has none.
 std::string name_of_input(const std::string& input);
+
+/// --port
+void add_port_option(CLI::App& command, int& port);
 
 /// The end signals, which are kept from the process and can be read instead.
 class EndSignals {

@@ -109,9 +109,7 @@ Action add_view_command(CLI::App& app) {
   auto state = std::make_shared<ViewCommand>();
   CLI::App* command = app.add_subcommand("view", "Show the slices in a browser on this machine");
   add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
-  command->add_option("--port", state->port, "Port of 127.0.0.1; 0, the default, means one that is free")
-      ->option_text("N")
-      ->check(CLI::Range(0, 65535));
+  add_port_option(*command, state->port);
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
   return [state](Ranks&) { state->execute(); };
