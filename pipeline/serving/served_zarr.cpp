@@ -73,7 +73,8 @@ class ServedChunk final : public ByteSource {
 ServedZarr::ServedZarr(std::shared_ptr<const TagBricks> file, const std::string& name, int decoders)
     : numbers_(written_numbers(format_named("zarr"), Numbers::automatic, file->header(), &file->index())),
       info_(numbers_.info(volume_info_of(file->header()))),
-      metadata_(zarr_group(info_, known_facts(*file, numbers_), name)),
+      facts_(known_facts(*file, numbers_)),
+      metadata_(zarr_group(info_, facts_, name)),
       decoders_(decoders) {
   const auto add = [&](std::shared_ptr<const TagBricks> of_level) {
     const CodingParameters& parameters = of_level->parameters();

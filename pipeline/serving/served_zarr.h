@@ -12,6 +12,7 @@
 #include "io/files/byte_source.h"
 #include "io/tag/bricks.h"
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_sink.h"
 #include "pipeline/decode/values.h"
 #include "stages/grid/box.h"
 
@@ -28,6 +29,7 @@ class ServedZarr {
 
   /// What is served: samples, or values if they are whole numbers of 16 bits.
   const VolumeInfo& info() const { return info_; }
+  const KnownFacts& facts() const { return facts_; }
 
   /// The file with a key such as "zarr.json", "0/zarr.json" or "0/c/2/0/1"; null if there is none. Reading a chunk
   /// throws BrokenInput or WorldError. The file must not outlive this object.
@@ -46,6 +48,7 @@ class ServedZarr {
 
   WrittenNumbers numbers_;
   VolumeInfo info_;
+  KnownFacts facts_;
   std::string metadata_;
   std::vector<Level> levels_;
   mutable std::counting_semaphore<> decoders_;

@@ -96,9 +96,13 @@ struct ServeCommand {
 
   void tell(const std::vector<Image>& images, const std::string& machine) const {
     nlohmann::ordered_json layers = nlohmann::ordered_json::array();
-    for (const Image& image : images)
+    for (const Image& image : images) {
       layers.push_back(
           {{"type", "image"}, {"name", image.name}, {"source", "zarr://" + machine + image.path}});
+      // Otherwise, grey values are those of the whole range of the type.
+      if (const auto& range = image.zarr->facts().range)
+        layers.back()["shaderControls"]["normalized"]["range"] = {(*range)[0], (*range)[1]};
+    }
     const std::string state = nlohmann::ordered_json{{"layers", layers}}.dump(
         -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     for (const std::string& origin : origins)

@@ -232,7 +232,9 @@ class Serve(ProgramTest):
         server.end()
         address = next(word for word in server.process.stderr.read().split() if word.startswith(NEUROGLANCER + "/#!"))
         layers = json.loads(unquote(address.partition("#!")[2]))["layers"]
-        self.assertEqual(layers, [{"type": "image", "name": "my scan", "source": "zarr://" + server.addresses[0]}])
+        samples = self.decoded("my scan.tag", "int16")
+        self.assertEqual(layers, [{"type": "image", "name": "my scan", "source": "zarr://" + server.addresses[0],
+                                   "shaderControls": {"normalized": {"range": [samples.min(), samples.max()]}}}])
         unnamed = self.serve("my scan.tag")
         unnamed.end()
         self.assertIn("--origin " + NEUROGLANCER, unnamed.process.stderr.read())
