@@ -24,18 +24,21 @@ def ijk_to_ras(geometry):
     superior, in mm.
 
     geometry: that of `tagrid info --json`. What it does not give is 1 apart, from 0 on. Places in a system that is not
-    known count as left, posterior, superior, as those of DICOM, and lengths without a unit as mm.
+    known stay as they are, as those in NIfTI files of tagrid, and lengths without a unit count as mm.
     """
     spacing = [step if step else 1 for step in geometry["spacing"] or (1, 1, 1)]
     columns = geometry["directions"] or [[spacing[axis] if row == axis else 0 for row in range(3)] for axis in range(3)]
     origin = geometry["origin"] or (0, 0, 0)
-    space = (geometry["space"] or "").lower()
-    right = space.startswith("right") or space in ("ras", "rast")
-    anterior = "anterior" in space or space in ("ras", "rast", "las", "last")
-    signs = (1 if right else -1, 1 if anterior else -1, 1)
     scale = [MILLIMETERS.get(unit, 1) for unit in geometry["units"] or ("mm",) * 3]
     rows = [[scale[row] * column[row] for column in [*columns, origin]] for row in range(3)]
-    return [[float(sign * number) for number in row] for sign, row in zip(signs, rows)] + [[0.0, 0.0, 0.0, 1.0]]
+    return [[float(sign * number) for number in row] for sign, row in zip(signs_of(geometry["space"] or ""), rows)] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def signs_of(space):
+    """Of "left-posterior-superior" or "LPS": what turns x, y and z to right, anterior and superior."""
+    words = list(space.lower()) if len(space) == 3 else space.lower().split("-")
+    signs = [{positive: 1, negative: -1}.get(word[:1], 0) for (positive, negative), word in zip(("rl", "ap", "si"), words)]
+    return signs if len(words) == 3 and all(signs) else [1, 1, 1]
 
 
 def program():

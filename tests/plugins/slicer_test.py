@@ -75,19 +75,21 @@ class Places(unittest.TestCase):
 
     def test_lps_becomes_ras(self):
         turned = {"directions": [[0, 1, 0], [2, 0, 0], [0, 0, 3]], "origin": [10, 20, 30]}
-        for space in ("left-posterior-superior", "LPS", None, "scanner-xyz"):
+        for space in ("left-posterior-superior", "LPS"):
             self.assertEqual(self.place((1, 2, 3), space=space, **turned), [-14, -21, 39], space)
-        for space in ("right-anterior-superior", "RAS"):
+        for space in ("right-anterior-superior", "RAS", None, "scanner-xyz", "3D-right-handed"):
             self.assertEqual(self.place((1, 2, 3), space=space, **turned), [14, 21, 39], space)
         for space in ("left-anterior-superior", "LAS"):
             self.assertEqual(self.place((1, 2, 3), space=space, **turned), [-14, 21, 39], space)
 
+        self.assertEqual(self.place((1, 2, 3), space="LAI", **turned), [-14, 21, -39])
+
     def test_what_is_not_given(self):
-        self.assertEqual(self.place((1, 2, 3)), [-1, -2, 3])
-        self.assertEqual(self.place((1, 2, 3), spacing=[2, None, 4]), [-2, -2, 12])
+        self.assertEqual(self.place((1, 2, 3)), [1, 2, 3])
+        self.assertEqual(self.place((1, 2, 3), spacing=[2, None, 4]), [2, 2, 12])
 
     def test_units(self):
-        self.assertEqual(self.place((1, 2, 3), spacing=[500, 500, 2], origin=[1000, 0, 0], units=["um", "\u00b5m", "cm"]), [-1.5, -1, 60])
+        self.assertEqual(self.place((1, 2, 3), spacing=[500, 500, 2], origin=[1000, 0, 0], units=["um", "\u00b5m", "cm"]), [1.5, 1, 60])
 
 
 class Loading(unittest.TestCase):
