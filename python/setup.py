@@ -135,7 +135,7 @@ setup(
     description="CT volumes as .tag files: read in parts, written from arrays, with meshes and surfaces",
     license="Apache-2.0",
     packages=["tagrid", "tagrid.paraview"],
-    package_data={"tagrid": ["py.typed", "*.pyi"]},
+    package_data={"tagrid": ["py.typed", "*.pyi", "napari.yaml"]},
     python_requires=">=3.10",
     install_requires=["numpy"],
     extras_require={"dask": ["dask[array]"], "xarray": ["xarray"], "hdf5": ["h5py"]},

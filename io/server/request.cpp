@@ -63,6 +63,7 @@ std::optional<WebRequest> request_of(std::string_view head) {
     };
     if (same_letters(name, "host") && !take_once(request.host)) return std::nullopt;
     if (same_letters(name, "range") && !take_once(request.range)) return std::nullopt;
+    if (same_letters(name, "origin") && !take_once(request.origin)) return std::nullopt;
     if (same_letters(name, "connection") && same_letters(value, "close")) request.is_last = true;
     if (same_letters(name, "transfer-encoding") || (same_letters(name, "content-length") && value != "0"))
       request.has_body = true;

@@ -10,14 +10,14 @@ namespace tagrid {
 
 /// The head of a request. Texts are as they were sent.
 struct WebRequest {
-  std::string method, path;  ///< without what follows a question mark
-  std::string host, range;   ///< "" if absent
-  bool has_body = false;     ///< a body follows, or may follow
-  bool is_last = false;      ///< the connection ends with it
+  std::string method, path;         ///< without what follows a question mark
+  std::string host, range, origin;  ///< "" if absent
+  bool has_body = false;            ///< a body follows, or may follow
+  bool is_last = false;             ///< the connection ends with it
 };
 
 /// The request of a head: its lines, up to the empty one. Nothing if it is not one of HTTP/1.0 or 1.1, or names
-/// two hosts or ranges. Safe for any bytes.
+/// two hosts, ranges or origins. Safe for any bytes.
 std::optional<WebRequest> request_of(std::string_view head);
 
 /// A part of `size` bytes: [first, end).

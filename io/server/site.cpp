@@ -88,14 +88,35 @@ bool send_refusal(int connection, std::string_view status, std::string_view fiel
   return send_text(connection, has_text ? head + text : head) && !is_last;
 }
 
-/// Returns false if the connection must end.
-bool send_item(int connection, const WebRequest& request, const WebSite::Item& item, bool has_text) {
+/// What lets a page of another site read an answer; "" if it may not.
+std::string fields_for_origin(const WebSite& site, const WebRequest& request) {
+  if (std::ranges::find(site.origins, request.origin) == site.origins.end()) return "";
+  return fmt::format(
+      "Access-Control-Allow-Origin: {}\r\nAccess-Control-Expose-Headers: Content-Range, Accept-Ranges\r\n",
+      request.origin);
+}
+
+/// The answer to a browser that asks whether a page of another site may send a request. `fields`: those for its
+/// origin.
+std::string permission(const std::string& fields, bool is_last) {
+  return head_of("200 OK", 0,
+                 fields +
+                     "Access-Control-Allow-Methods: GET, HEAD\r\n"
+                     "Access-Control-Allow-Headers: Range\r\n"
+                     "Access-Control-Allow-Private-Network: true\r\n",
+                 is_last);
+}
+
+/// Returns false if the connection must end. `more`: fields of the answer.
+bool send_item(int connection, const WebRequest& request, const WebSite::Item& item, const std::string& more,
+               bool has_text) {
   const std::uint64_t size = item.bytes->size();
   const AskedPart part = part_of(request.range, size);
   if (part.kind == AskedPart::Kind::none)
     return send_refusal(connection, "416 Range Not Satisfiable",
-                        fmt::format("Content-Range: bytes */{}\r\n", size), request.is_last, has_text);
-  std::string fields = fmt::format("Content-Type: {}\r\nAccept-Ranges: bytes\r\n", item.type);
+                        fmt::format("{}Content-Range: bytes */{}\r\n", more, size), request.is_last,
+                        has_text);
+  std::string fields = fmt::format("{}Content-Type: {}\r\nAccept-Ranges: bytes\r\n", more, item.type);
   const bool is_part = part.kind == AskedPart::Kind::part;
   if (is_part) fields += fmt::format("Content-Range: bytes {}-{}/{}\r\n", part.first, part.end - 1, size);
   const std::string head =
@@ -109,7 +130,7 @@ bool send_item(int connection, const WebRequest& request, const WebSite::Item& i
       item.bytes->read_at(at, some);
     } catch (const std::exception&) {
       // After the head, the end of the connection is all that can tell of a failure.
-      if (!is_begun) send_refusal(connection, "500 Internal Server Error", "", true, true);
+      if (!is_begun) send_refusal(connection, "500 Internal Server Error", more, true, true);
       return false;
     }
     if (!is_begun && !send_text(connection, head)) return false;
@@ -157,17 +178,23 @@ void answer_requests(int connection, int port, const WebSite& site, std::atomic<
       return;
     }
     const bool has_text = request->method != "HEAD", is_last = request->is_last;
+    const std::string for_origin = fields_for_origin(site, *request);
     const auto refuse = [&](std::string_view status, bool ends, std::string_view fields = "") {
-      return send_refusal(connection, status, fields, ends, has_text);
+      return send_refusal(connection, status, for_origin + std::string(fields), ends, has_text);
     };
     if (request->has_body) {
       goes_on = refuse("413 Content Too Large", true);
     } else if (std::ranges::find(hosts, request->host) == std::end(hosts)) {
       goes_on = refuse("403 Forbidden", true);
+    } else if (request->method == "OPTIONS" && !for_origin.empty()) {
+      goes_on = send_text(connection, permission(for_origin, is_last)) && !is_last;
     } else if (request->method != "GET" && request->method != "HEAD") {
       goes_on = refuse("405 Method Not Allowed", is_last, "Allow: GET, HEAD\r\n");
     } else if (const auto found = site.items.find(request->path); found != site.items.end()) {
-      goes_on = send_item(connection, *request, found->second, has_text);
+      goes_on = send_item(connection, *request, found->second, for_origin, has_text);
+    } else if (const auto made = site.made ? site.made(request->path) : nullptr) {
+      const WebSite::Item item = {made, std::string(media_type(request->path))};
+      goes_on = send_item(connection, *request, item, for_origin, has_text);
     } else if (!site.ticket.empty() && request->path == site.ticket && has_text &&
                !ticket_used.exchange(true)) {
       goes_on = refuse("302 Found", is_last, fmt::format("Location: {}\r\n", site.entrance));
@@ -181,6 +208,7 @@ std::string_view media_type(std::string_view name) {
   constexpr std::pair<std::string_view, std::string_view> types[] = {{".html", "text/html; charset=utf-8"},
                                                                      {".css", "text/css"},
                                                                      {".js", "text/javascript"},
+                                                                     {".json", "application/json"},
                                                                      {".wasm", "application/wasm"}};
   for (const auto& [end, type] : types)
     if (name.ends_with(end)) return type;

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/files/byte_source.h"
 #include "io/files/system_call.h"
@@ -14,7 +16,7 @@
 namespace tagrid {
 
 /// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names of
-/// files.
+/// files, and pages of other sites read only what they are allowed to.
 struct WebSite {
   struct Item {
     std::shared_ptr<const ByteSource> bytes;
@@ -22,6 +24,11 @@ struct WebSite {
   };
   /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
   std::map<std::string, Item> items;
+  /// What is made when it is asked for, of paths that are not in `items`: null if there is none. Called by several
+  /// threads; each reads what it got. May be empty.
+  std::function<std::shared_ptr<const ByteSource>(std::string_view path)> made;
+  /// Pages of other sites that may read this one: "https://example.org".
+  std::vector<std::string> origins;
   /// A path that leads to `entrance` once; "": none. Command lines may show it, which other users can read.
   std::string ticket, entrance;
 };

@@ -16,22 +16,28 @@ std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
   return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
 }
 
-namespace {
-
-/// Of a pipe, the index comes too late.
-KnownFacts known_facts(const DecodeRun& run, const WrittenNumbers& numbers,
-                       const CodingParameters& parameters) {
+KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers) {
   KnownFacts known;
-  if (parameters.max_error >= 0 && !run.fill) known.max_error = numbers.error_in_values(parameters.max_error);
-  const bool is_file = run.input != "-" && is_regular_input(run.input);
-  if (!run.region.is_all() || run.fill || !is_file) return known;
-  const TagBricks file(source_of(run));
+  const CodingParameters& parameters = file.parameters();
+  if (parameters.max_error >= 0) known.max_error = numbers.error_in_values(parameters.max_error);
   const Statistics& total = file.index().total;
   known.achieved_error = numbers.error_in_values(total.max_error);
   if (total.low <= total.high) known.range = numbers.range_in_values(total.low, total.high);
   for (const Member& member : file.index().members)
     if (member.is_overview())
       known.levels.push_back({member.factor, overview_dims(parameters.dims, member.factor)});
+  return known;
+}
+
+namespace {
+
+/// Of a pipe, the index comes too late.
+KnownFacts known_facts(const DecodeRun& run, const WrittenNumbers& numbers,
+                       const CodingParameters& parameters) {
+  const bool is_file = run.input != "-" && is_regular_input(run.input);
+  if (run.region.is_all() && !run.fill && is_file) return known_facts(TagBricks(source_of(run)), numbers);
+  KnownFacts known;
+  if (parameters.max_error >= 0 && !run.fill) known.max_error = numbers.error_in_values(parameters.max_error);
   return known;
 }
 

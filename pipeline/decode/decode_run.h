@@ -13,6 +13,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/spool_file.h"
 #include "io/formats/table/formats.h"
+#include "io/tag/bricks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_sink.h"
@@ -64,6 +65,9 @@ struct DecodeRun {
 /// The bytes of the file that is decoded: the input, or the volume or overview in it. REQUIRES: the input is a
 /// regular file. Throws as volume_in() and overview_in() do.
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run);
+
+/// What a file says of its volume, decoded as a whole.
+KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers);
 
 /// What is damaged in a file that was salvaged.
 struct Salvage {

@@ -26,7 +26,7 @@ from ._volume import Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version()
-_MODULES = ("hdf5", "numcodecs", "paraview", "xarray", "zarr")
+_MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Rescaled", "Surface",
            "Volume", "Writer", "encode", "open", "verify"]
 

@@ -102,6 +102,26 @@ def units_of(metadata: Mapping[str, str]) -> Optional[list[str]]:
     return None
 
 
+#: OME-Zarr's names of units in files.
+_UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "\u00b5m": "micrometer",
+          "\u03bcm": "micrometer", "micron": "micrometer", "nm": "nanometer", "A": "angstrom", "in": "inch"}
+
+
+def ome_units(volume: Volume) -> list[dict[str, str]]:
+    """The unit of each axis; none if the spacing is unknown, or the unit has no name in OME-Zarr."""
+    units = units_of(volume.metadata) or ["mm"] * 3
+    names = [unit if unit in _UNITS.values() else _UNITS.get(unit) for unit in units]
+    return [{} if name is None or math.isnan(step) else {"unit": name} for name, step in zip(names, volume.spacing)]
+
+
+def scale_and_translation(volume: Volume) -> tuple[list[float], list[float]]:
+    """The scale and the translation along z, y and x."""
+    if is_along_world(volume):
+        steps, places = np.diag(volume.affine)[2::-1], volume.affine[2::-1, 3]
+        return [float(step) for step in steps], [float(place) for place in places]
+    return [1.0 if math.isnan(step) else step for step in volume.spacing], [0.0, 0.0, 0.0]
+
+
 def rescale_of(metadata: Mapping[str, str]) -> tuple[float, float]:
     """Slope and intercept of the values; 1 and 0 if the file has none. ArgumentError: each slice has its
     own."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ._arguments import byte_count, whole_number
 from ._errors import ArgumentError
-from ._geometry import coordinate_of, is_along_world, rescale_of, units_of
+from ._geometry import coordinate_of, is_along_world, ome_units, rescale_of, scale_and_translation
 from ._volume import Volume
 
 _Index = tuple[int, int, int]
@@ -87,12 +87,12 @@ class Store(_Mapping):
         return found, places
 
     def _multiscales(self) -> dict[str, Any]:
-        spacing, origin = _places(self.volume)
+        spacing, origin = scale_and_translation(self.volume)
         datasets = [{"path": str(number), "coordinateTransformations": [
             {"type": "scale", "scale": [step * level.distance for step in spacing]},
             {"type": "translation", "translation": [at + level.first * step for at, step in zip(origin, spacing)]}]}
                     for number, level in enumerate(self._levels)]
-        axes = [{"name": name, "type": "space", **unit} for name, unit in zip("zyx", _units(self.volume))]
+        axes = [{"name": name, "type": "space", **unit} for name, unit in zip("zyx", ome_units(self.volume))]
         kind = "mean" if self.volume.overviews else "subsampled"
         return {"version": "0.4", "axes": axes, "datasets": datasets, "type": kind}
 
@@ -266,23 +266,3 @@ def _meaning_of_samples(volume: Volume) -> dict[str, Any]:
     scale = {} if (slope, intercept) == (1, 0) else {"scale_factor": float(slope), "add_offset": float(intercept)}
     units = metadata.get("rescale_units") or metadata.get("sample units")
     return {**scale, **({"units": units} if units else {})}
-
-
-#: OME-Zarr's names of units in files.
-_UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "\u00b5m": "micrometer",
-          "\u03bcm": "micrometer", "micron": "micrometer", "nm": "nanometer", "A": "angstrom", "in": "inch"}
-
-
-def _units(volume: Volume) -> list[dict[str, str]]:
-    """The unit of each axis; none if the spacing is unknown, or the unit has no name in OME-Zarr."""
-    units = units_of(volume.metadata) or ["mm"] * 3
-    names = [unit if unit in _UNITS.values() else _UNITS.get(unit) for unit in units]
-    return [{} if name is None or math.isnan(step) else {"unit": name} for name, step in zip(names, volume.spacing)]
-
-
-def _places(volume: Volume) -> tuple[list[float], list[float]]:
-    """The scale and the translation along z, y and x."""
-    if is_along_world(volume):
-        steps, places = np.diag(volume.affine)[2::-1], volume.affine[2::-1, 3]
-        return [float(step) for step in steps], [float(place) for place in places]
-    return [1.0 if math.isnan(step) else step for step in volume.spacing], [0.0, 0.0, 0.0]

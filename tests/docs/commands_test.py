@@ -116,8 +116,8 @@ class Commands(unittest.TestCase):
                     continue  # They need records of earlier runs, which the session above has.
                 if any(name in command for name in ("series/", "perfusion/", "DICOMDIR")):
                     continue  # tests/readers/dicom_test.py and series_names_test.py have series.
-                if command.startswith("tagrid view"):
-                    continue  # It serves until it is ended; tests/tools/commands/view_test.py has it.
+                if command.startswith(("tagrid view", "tagrid serve")):
+                    continue  # They serve until they are ended; view_test.py and serve_test.py have them.
                 if "://" in command:
                     continue  # tests/tools/commands/addresses_test.py has servers.
                 for large, small in SMALLER.items():

@@ -23,7 +23,7 @@ ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_tar
              "pipeline/progress": ["tests/tools/report/advice_test.cpp"],
              "pipeline/ranks/mpi": ["tests/tools/commands/mpi_test.cpp"],
              "pipeline/restore": ["tests/readers/restored_test.py"],
-             "pipeline/serving": ["tests/tools/commands/view_test.py"]}
+             "pipeline/serving": ["tests/tools/commands/view_test.py", "tests/tools/commands/serve_test.py"]}
 
 
 def rooms():

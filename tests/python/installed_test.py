@@ -26,6 +26,8 @@ for options in ({"engine": "tagrid"}, {}):
     data = xarray.open_dataset(sys.argv[2], **options)
     assert float(data.volume.sel(z=18.0).max()) == 2999
 assert "tagrid" in {point.name for point in importlib.metadata.entry_points(group="numcodecs.codecs")}
+manifest, = importlib.metadata.entry_points(group="napari.manifest", name="tagrid")
+assert manifest.value == "tagrid:napari.yaml"
 """
 
 
@@ -51,7 +53,7 @@ class Installed(unittest.TestCase):
         prefix = self.install("libtagrid", "python3-tagrid")
         package = next(prefix.rglob("tagrid/__init__.py")).parent
         names = {path.name for path in package.iterdir()}
-        self.assertLessEqual({"py.typed", "_tagrid.pyi", "_volume.py", "xarray.py"}, names)
+        self.assertLessEqual({"py.typed", "_tagrid.pyi", "_volume.py", "xarray.py", "napari.yaml"}, names)
         run(sys.executable, "-B", "-c", USE, package.parent, self.folder / "a.tag", PYTHONPATH=str(package.parent))
 
     @unittest.skipUnless(os.environ.get("TAGRID_LONG"), "compiles the extension again: set TAGRID_LONG=1")

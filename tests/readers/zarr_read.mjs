@@ -8,7 +8,9 @@ import FileSystemStore from "@zarrita/storage/fs";
 import ZipFileStore from "@zarrita/storage/zip";
 
 const [, , place, name, out] = process.argv;
-const store = fs.statSync(place).isDirectory()
+const store = place.startsWith("http://")
+  ? new zarr.FetchStore(place)
+  : fs.statSync(place).isDirectory()
   ? new FileSystemStore(path.resolve(place))
   : ZipFileStore.fromBlob(new Blob([fs.readFileSync(place)]));
 const group = await zarr.open.v3(zarr.root(store), { kind: "group" });

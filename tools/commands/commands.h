@@ -25,6 +25,7 @@ Action add_mesh_command(CLI::App& app);
 Action add_surface_command(CLI::App& app);
 Action add_preview_command(CLI::App& app);
 Action add_view_command(CLI::App& app);
+Action add_serve_command(CLI::App& app);
 Action add_convert_command(CLI::App& app);
 Action add_estimate_command(CLI::App& app);
 Action add_formats_command(CLI::App& app);

@@ -65,8 +65,8 @@ int run(Ranks& ranks, int argc, char** argv) {
   std::vector<std::pair<CLI::App*, Action>> commands;
   for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
                     add_restore_command, add_mesh_command, add_surface_command, add_preview_command,
-                    add_view_command, add_convert_command, add_estimate_command, add_formats_command,
-                    add_phantom_command, add_repair_command, add_protect_command}) {
+                    add_view_command, add_serve_command, add_convert_command, add_estimate_command,
+                    add_formats_command, add_phantom_command, add_repair_command, add_protect_command}) {
     Action action = add(app);
     CLI::App* command = app.get_subcommands({}).back();
     command->group("Commands");

@@ -2,17 +2,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spawn.h>
-#include <sys/random.h>
-#include <sys/signalfd.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
-#include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 
@@ -24,6 +18,7 @@
 #include "io/text/addresses.h"
 #include "pipeline/serving/serve.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/local_site.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/process.h"
 
@@ -33,15 +28,6 @@ namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// 128 bits that nobody can guess, as hexadecimal digits.
-std::string random_token() {
-  std::array<unsigned char, 16> bytes;
-  if (uninterrupted([&] { return getrandom(bytes.data(), bytes.size(), 0); }) !=
-      static_cast<ssize_t>(bytes.size()))
-    throw WorldError(fmt::format("the system gives no random numbers: {}", std::strerror(errno)));
-  return fmt::format("{:02x}", fmt::join(bytes, ""));
-}
 
 /// Where the page of the viewer is: beside the program, or where it is installed.
 fs::path viewer_folder() {
@@ -56,31 +42,6 @@ fs::path viewer_folder() {
       "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
       folders[0].string(), folders[1].string()));
 }
-
-/// The end signals, which are kept from the process and can be read instead.
-class EndSignals {
- public:
-  EndSignals() {
-    sigemptyset(&set_);
-    for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, number);
-    if (pthread_sigmask(SIG_BLOCK, &set_, &before_) == 0) descriptor_ = signalfd(-1, &set_, SFD_CLOEXEC);
-    if (descriptor_ < 0)
-      throw WorldError(fmt::format("signals cannot be waited for: {}", std::strerror(errno)));
-  }
-  int descriptor() const { return descriptor_; }
-  /// What the process had before, for programs that it starts.
-  const sigset_t& before() const { return before_; }
-  /// From now on, a second one ends the process at once.
-  void let_through() {
-    signalfd_siginfo first;
-    [[maybe_unused]] const auto taken = read(descriptor_, &first, sizeof first);
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-
- private:
-  sigset_t set_, before_;
-  Descriptor descriptor_;
-};
 
 /// Opens an address in the browser that the user prefers. Returns false if no program does that.
 bool open_browser(const std::string& address, const sigset_t& signals) {
@@ -124,7 +85,7 @@ struct ViewCommand {
                                  std::string(media_type(name))};
     }
     site.items[root] = site.items.at(root + "index.html");
-    const std::string path = "file/" + percent_encoded(shown_name());
+    const std::string path = "file/" + percent_encoded(name_of_input(input));
     site.items[root + path] = {file, "application/octet-stream"};
     site.entrance = root + "?src=" + percent_encoded(path);
     site.ticket = "/" + random_token();
@@ -140,12 +101,6 @@ struct ViewCommand {
     serve(opened, site, signals.descriptor());
     signals.let_through();
   }
-
-  /// The last part of the name or address.
-  std::string shown_name() const {
-    const std::string name = fs::path(input.substr(0, input.find('?'))).filename().string();
-    return name.empty() ? "volume.tag" : name;
-  }
 };
 
 }  // namespace
@@ -154,9 +109,7 @@ Action add_view_command(CLI::App& app) {
   auto state = std::make_shared<ViewCommand>();
   CLI::App* command = app.add_subcommand("view", "Show the slices in a browser on this machine");
   add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
-  command->add_option("--port", state->port, "Port of 127.0.0.1; 0, the default, means one that is free")
-      ->option_text("N")
-      ->check(CLI::Range(0, 65535));
+  add_port_option(*command, state->port);
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
   return [state](Ranks&) { state->execute(); };

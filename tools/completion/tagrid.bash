@@ -21,6 +21,7 @@ _tagrid_options() {
     surface) echo "$run $memory $output --iso --samples --level --region --volume --close" ;;
     preview) echo "$run $memory $output --slice --volume --window" ;;
     view) echo "-h --help -q --quiet --port --no-browser" ;;
+    serve) echo "-h --help -q --quiet --port --origin --volume" ;;
     convert)
       echo "$run $memory --spool $error $encoding --parity --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
@@ -59,7 +60,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify repair protect restore mesh surface preview view convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify repair protect restore mesh surface preview view serve convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

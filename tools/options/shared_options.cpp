@@ -31,12 +31,23 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
 
 int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
 
+namespace {
+// From here on, an address has its name without secrets.
+std::string declared(const std::string& text) { return is_address(text) ? declare_address(text) : text; }
+}  // namespace
+
 CLI::Option* add_tag_input(CLI::App& command, std::string& input, const std::string& help) {
-  // From here on, an address has its name without secrets.
-  const auto set = [&input](const std::string& text) {
-    input = is_address(text) ? declare_address(text) : text;
-  };
+  const auto set = [&input](const std::string& text) { input = declared(text); };
   return command.add_option_function<std::string>("INPUT", set, help);
+}
+
+void add_tag_inputs(CLI::App& command, std::vector<std::string>& inputs, const std::string& help) {
+  const auto set = [&inputs](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) inputs.push_back(declared(text));
+  };
+  command.add_option_function<std::vector<std::string>>("INPUT", set, help)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->required();
 }
 
 void add_tag_input(CLI::App& command, std::string& input) {

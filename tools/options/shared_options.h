@@ -103,7 +103,10 @@ CLI::Validator one_of(const std::vector<std::string>& words);
 /// INPUT, a .tag file. The user may give its address, of which `input` gets the name as a declared source.
 CLI::Option* add_tag_input(CLI::App& command, std::string& input, const std::string& help);
 
-/// The same for a command that needs it, and takes pipes.
+/// The same for a command that takes one or more.
+void add_tag_inputs(CLI::App& command, std::vector<std::string>& inputs, const std::string& help);
+
+/// The same for a command that needs one, and takes pipes.
 void add_tag_input(CLI::App& command, std::string& input);
 
 /// Throws UsageError if such an input is a directory, or standard input that is a terminal.

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <new>
@@ -20,7 +19,7 @@
 #include "io/errors/errors.h"
 #include "io/files/spool_file.h"
 #include "io/formats/zarr/container.h"
-#include "io/text/text.h"
+#include "io/formats/zarr/metadata.h"
 #include "io/volume/lengths.h"
 
 namespace tagrid {
@@ -31,98 +30,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::int64_t chunk = 64;            // samples along each axis
 constexpr std::int64_t chunks_in_shard = 16;  // along x and y; along z, 1
 constexpr std::int64_t shard = chunk * chunks_in_shard;
-constexpr int zstd_level = 3;
 
 constexpr std::int64_t parts(std::int64_t samples, std::int64_t part) { return (samples - 1) / part + 1; }
-
-Json or_null(const std::optional<double>& number) {
-  return number && std::isfinite(*number) ? Json(*number) : Json();
-}
-
-std::string name_of_unit(const std::string& unit) {
-  const auto known = length_unit(unit);
-  if (!known) return "";
-  // The names of UDUNITS-2, as OME-Zarr has them.
-  static constexpr std::pair<double, const char*> names[] = {
-      {1e15, "meter"},     {1e13, "centimeter"}, {1e14, "decimeter"}, {1e12, "millimeter"},
-      {1e9, "micrometer"}, {1e6, "nanometer"},   {1e3, "picometer"},  {1, "femtometer"},
-      {1e5, "angstrom"},   {1e18, "kilometer"},  {2.54e13, "inch"},   {3.048e14, "foot"},
-      {9.144e14, "yard"}};
-  for (const auto& [femtometers, name] : names)
-    if (known->femtometers == femtometers) return name;
-  return "";
-}
-
-Json metadata_of_array(const VolumeInfo& info) {
-  const bool is_float = is_float_type(info.type);
-  const Json bytes = {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}};
-  const Json zstd = {{"name", "zstd"}, {"configuration", {{"level", zstd_level}, {"checksum", true}}}};
-  const Json shards = {{"name", "sharding_indexed"},
-                       {"configuration",
-                        {{"chunk_shape", {chunk, chunk, chunk}},
-                         {"codecs", {bytes, zstd}},
-                         {"index_codecs", {bytes, {{"name", "crc32c"}}}},
-                         {"index_location", "end"}}}};
-  return {{"zarr_format", 3},
-          {"node_type", "array"},
-          {"shape", {info.dims.z, info.dims.y, info.dims.x}},
-          {"data_type", name_of(info.type)},
-          {"chunk_grid", {{"name", "regular"}, {"configuration", {{"chunk_shape", {chunk, shard, shard}}}}}},
-          {"chunk_key_encoding", {{"name", "default"}, {"configuration", {{"separator", "/"}}}}},
-          {"fill_value", is_float ? Json(0.0) : Json(0)},
-          {"codecs", Json::array({shards})},
-          {"attributes", Json::object()},
-          {"dimension_names", {"z", "y", "x"}}};
-}
-
-/// The center of a block lies half of a block, less half a sample, behind the first sample in it.
-Json transformations(const Geometry& geometry, std::int64_t factor) {
-  Json scale = Json::array(), translation = Json::array();
-  for (const std::size_t axis : {2, 1, 0}) {
-    const double spacing = spacing_or_1(geometry, axis);
-    scale.push_back(spacing * static_cast<double>(factor));
-    translation.push_back(geometry.origin[axis] + spacing * static_cast<double>(factor - 1) / 2);
-  }
-  return {{{"type", "scale"}, {"scale", scale}}, {{"type", "translation"}, {"translation", translation}}};
-}
-
-Json metadata_of_group(const VolumeInfo& info, const KnownFacts& facts, const std::string& name) {
-  const Geometry geometry = in_one_unit(info.geometry);
-  Json axes = Json::array();
-  for (const auto& [letter, axis] : {std::pair("z", 2), {"y", 1}, {"x", 0}}) {
-    Json one = {{"name", letter}, {"type", "space"}};
-    if (std::string unit = name_of_unit(geometry.units[static_cast<std::size_t>(axis)]); !unit.empty())
-      one["unit"] = std::move(unit);
-    axes.push_back(std::move(one));
-  }
-  Json datasets = Json::array();
-  datasets.push_back({{"path", "0"}, {"coordinateTransformations", transformations(geometry, 1)}});
-  for (const MeansLevel& level : facts.levels)
-    datasets.push_back({{"path", std::to_string(datasets.size())},
-                        {"coordinateTransformations", transformations(geometry, level.factor)}});
-  Json multiscale = {{"name", name}, {"axes", std::move(axes)}, {"datasets", std::move(datasets)}};
-  if (!facts.levels.empty()) multiscale["type"] = "mean";
-  Json ome = {{"version", "0.5"}, {"multiscales", Json::array({std::move(multiscale)})}};
-  if (facts.range)
-    ome["omero"] = {{"channels", Json::array({{{"active", true},
-                                               {"color", "FFFFFF"},
-                                               {"label", name},
-                                               {"window",
-                                                {{"min", (*facts.range)[0]},
-                                                 {"max", (*facts.range)[1]},
-                                                 {"start", (*facts.range)[0]},
-                                                 {"end", (*facts.range)[1]}}}}})}};
-  const Json tagrid = {{"max_error", or_null(facts.max_error)},
-                       {"achieved_max_error", or_null(facts.achieved_error)},
-                       {"nrrd_header", info.nrrd_fields}};
-  return {{"zarr_format", 3},
-          {"node_type", "group"},
-          {"attributes", {{"ome", std::move(ome)}, {"tagrid", tagrid}}}};
-}
-
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
 
 /// One array. Layers of chunks are compressed as soon as they are complete.
 class ZarrLevel final : public VolumeSink {
@@ -135,7 +44,7 @@ class ZarrLevel final : public VolumeSink {
         size_(size_of(info.type)),
         context_(ZSTD_createCCtx(), ZSTD_freeCCtx) {
     if (!context_) throw std::bad_alloc();
-    ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, zstd_level);
+    ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, zarr_zstd_level);
     ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_checksumFlag, 1);
   }
 
@@ -250,7 +159,7 @@ class ZarrSink final : public VolumeSink {
         layer_(options.spool.empty() ? SpoolFile::beside(path) : SpoolFile::in(options.spool, path)) {
     const std::string plain = path.substr(0, path.find_last_not_of('/') + 1);
     const std::string name = plain.substr(plain.rfind('/') + 1);
-    container_->add("zarr.json", text_of(metadata_of_group(info, facts, name.substr(0, name.find('.', 1)))));
+    container_->add("zarr.json", zarr_group(info, facts, name.substr(0, name.find('.', 1))));
     std::vector<VolumeInfo> levels = {info};
     for (const MeansLevel& level : facts.levels) {
       levels.push_back(info);
@@ -258,7 +167,9 @@ class ZarrSink final : public VolumeSink {
     }
     for (const VolumeInfo& level : levels) {
       const std::string number = std::to_string(levels_.size());
-      container_->add(number + "/zarr.json", text_of(metadata_of_array(level)));
+      container_->add(number + "/zarr.json",
+                      zarr_array(level.dims, level.type,
+                                 {.chunk = {chunk, chunk, chunk}, .shard = Index3{shard, shard, chunk}}));
       levels_.push_back(std::make_unique<ZarrLevel>(level, number, *container_, layer_));
     }
   }

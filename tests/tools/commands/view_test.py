@@ -12,51 +12,21 @@ import unittest
 from pathlib import Path
 from urllib.parse import parse_qs, urljoin, urlsplit
 
+from local_server import LocalServer
 from program import TAGRID, ProgramTest
 
 
-class Viewer:
+class Viewer(LocalServer):
     """A running `tagrid view`."""
 
     def __init__(self, test, *arguments, environment=None):
-        self.test = test
-        self.process = subprocess.Popen([test.program, "view", *map(str, arguments)], cwd=test.folder,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
-        test.addCleanup(self.kill)
-        self.address = self.process.stdout.readline().strip()
+        super().__init__(test, "view", *arguments, environment=environment)
+        self.address = self.line()
         test.assertRegex(self.address, r"^http://127\.0\.0\.1:\d+/[0-9a-f]{32}/\?src=")
         parts = urlsplit(self.address)
         self.port = parts.port
         self.root = parts.path
         self.file = urlsplit(urljoin(self.address, parse_qs(parts.query)["src"][0])).path
-
-    def kill(self):
-        self.process.kill()
-        self.process.communicate()
-
-    def ask(self, path, method="GET", host=None, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
-        self.test.addCleanup(connection.close)
-        connection.putrequest(method, path, skip_host=True)
-        connection.putheader("Host", host or f"127.0.0.1:{self.port}")
-        for name, value in headers.items():
-            connection.putheader(name.replace("_", "-"), value)
-        connection.endheaders()
-        answer = connection.getresponse()
-        answer.content = answer.read()
-        return answer
-
-    def raw(self, text):
-        """The first line of the answer to any bytes."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=20) as connection:
-            connection.sendall(text)
-            return connection.makefile("rb").readline().decode().strip()
-
-    def end(self, number=signal.SIGINT):
-        self.process.send_signal(number)
-        begin = time.monotonic()
-        code = self.process.wait(20)
-        return code, time.monotonic() - begin
 
 
 class View(ProgramTest):

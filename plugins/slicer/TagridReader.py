@@ -1,0 +1,125 @@
+"""3D Slicer opens .tag files: add the directory of this file under Edit, Application Settings, Modules, Additional
+module paths.
+
+The program `tagrid` decodes the file to a temporary file, which Slicer reads, and says where the samples are. It is
+looked for in the environment variable TAGRID, then in PATH.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+
+from slicer.ScriptedLoadableModule import ScriptedLoadableModule
+
+#: How a .tag file begins.
+MAGIC = b"\x89TAG\r\n\x1a\n"
+#: Millimeters, which all lengths in Slicer are.
+MILLIMETERS = {"m": 1e3, "cm": 10, "mm": 1, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3, "micron": 1e-3, "nm": 1e-6}
+
+
+def ijk_to_ras(geometry):
+    """The 4 x 4 matrix, as four rows, from the number of a sample (x, y, z, 1) to its place in Slicer: right, anterior,
+    superior, in mm.
+
+    geometry: that of `tagrid info --json`. What it does not give is 1 apart, from 0 on. Places in a system that is not
+    known stay as they are, as those in NIfTI files of tagrid, and lengths without a unit count as mm.
+    """
+    spacing = [step if step else 1 for step in geometry["spacing"] or (1, 1, 1)]
+    columns = geometry["directions"] or [[spacing[axis] if row == axis else 0 for row in range(3)] for axis in range(3)]
+    origin = geometry["origin"] or (0, 0, 0)
+    scale = [MILLIMETERS.get(unit, 1) for unit in geometry["units"] or ("mm",) * 3]
+    rows = [[scale[row] * column[row] for column in [*columns, origin]] for row in range(3)]
+    return [[float(sign * number) for number in row] for sign, row in zip(signs_of(geometry["space"] or ""), rows)] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def signs_of(space):
+    """Of "left-posterior-superior" or "LPS": what turns x, y and z to right, anterior and superior."""
+    words = list(space.lower()) if len(space) == 3 else space.lower().split("-")
+    signs = [{positive: 1, negative: -1}.get(word[:1], 0) for (positive, negative), word in zip(("rl", "ap", "si"), words)]
+    return signs if len(words) == 3 and all(signs) else [1, 1, 1]
+
+
+def program():
+    """The path of the program. FileNotFoundError: there is none."""
+    found = shutil.which(os.environ.get("TAGRID", "tagrid"))
+    if found is None:
+        raise FileNotFoundError("the program tagrid was not found: install it, or set TAGRID to its path before Slicer starts")
+    return found
+
+
+def run(*arguments):
+    """What the program prints. RuntimeError: what it says of an error."""
+    try:
+        # Slicer's own libraries are not for other programs.
+        from slicer.util import startupEnvironment
+        environment = startupEnvironment()
+    except ImportError:
+        environment = None
+    done = subprocess.run([program(), *arguments], env=environment, text=True, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip())
+    return done.stdout
+
+
+class TagridReader(ScriptedLoadableModule):
+    """The module: it has nothing but the reader."""
+
+    def __init__(self, parent):
+        ScriptedLoadableModule.__init__(self, parent)
+        parent.title = "tagrid reader"
+        parent.categories = ["Informatics"]
+        parent.contributors = ["tagrid"]
+        parent.helpText = "Opens .tag files, which the program tagrid writes."
+        parent.hidden = True
+
+
+class TagridReaderFileReader:
+    """What Slicer calls. It finds the class by its name."""
+
+    def __init__(self, parent):
+        self.parent = parent
+
+    def description(self):
+        return "tagrid volume"
+
+    def fileType(self):
+        return "TagridFile"
+
+    def extensions(self):
+        return ["tagrid volume (*.tag)"]
+
+    def canLoadFile(self, path):
+        try:
+            with open(path, "rb") as file:
+                return file.read(len(MAGIC)) == MAGIC
+        except OSError:
+            return False
+
+    def load(self, properties):
+        """Loads volume 0 of the file properties["fileName"], with values, such as HU. properties["name"] may be the name
+        of the node. Returns whether it did; otherwise it has shown why not."""
+        import slicer
+        import vtk
+        path = properties["fileName"]
+        name = properties.get("name") or os.path.splitext(os.path.basename(path))[0]
+        try:
+            matrix = vtk.vtkMatrix4x4()
+            geometry = json.loads(run("info", path, "--json", "--no-levels"))["geometry"]
+            for row, numbers in enumerate(ijk_to_ras(geometry)):
+                for column, number in enumerate(numbers):
+                    matrix.SetElement(row, column, number)
+            with tempfile.TemporaryDirectory(prefix="tagrid-") as folder:
+                decoded = os.path.join(folder, "volume.nrrd")
+                run("decode", path, "--volume", "0", "--values", "-q", "-o", decoded)
+                node = slicer.util.loadVolume(decoded, {"name": name})
+            node.SetIJKToRASMatrix(matrix)
+            # The temporary file is gone, so that saving must not expect it.
+            node.SetAndObserveStorageNodeID(None)
+        except Exception as error:
+            slicer.util.errorDisplay(f"{path}: {error}")
+            return False
+        self.parent.loadedNodes = [node.GetID()]
+        return True

@@ -1,0 +1,156 @@
+"""The reader of 3D Slicer, without Slicer: places, and what it asks a mock of Slicer to do.
+
+    slicer_test.py PROGRAM
+
+ITK (plastimatch) is the oracle of places if it is installed: it reads the NRRD file from which the .tag file was made.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+PROGRAM = pathlib.Path(sys.argv.pop(1)).resolve()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "plugins" / "slicer"))
+
+
+class Matrix:
+    def __init__(self):
+        self.rows = [[float(i == j) for j in range(4)] for i in range(4)]
+
+    def SetElement(self, row, column, number):
+        self.rows[row][column] = number
+
+
+class Node:
+    def __init__(self, content, name):
+        self.content, self.name, self.matrix, self.storage = content, name, None, "a file"
+
+    def GetID(self):
+        return "vtkMRMLScalarVolumeNode1"
+
+    def SetIJKToRASMatrix(self, matrix):
+        self.matrix = matrix.rows
+
+    def SetAndObserveStorageNodeID(self, number):
+        self.storage = number
+
+
+class Slicer(types.ModuleType):
+    """What the reader calls of Slicer."""
+
+    def __init__(self):
+        super().__init__("slicer")
+        self.util = types.ModuleType("slicer.util")
+        self.util.loadVolume = self.load
+        self.util.errorDisplay = lambda text: self.errors.append(text)
+        self.util.startupEnvironment = lambda: dict(os.environ)
+        self.ScriptedLoadableModule = types.ModuleType("slicer.ScriptedLoadableModule")
+        self.ScriptedLoadableModule.ScriptedLoadableModule = type("ScriptedLoadableModule", (), {"__init__": lambda self, parent: None})
+        self.errors, self.nodes = [], []
+
+    def load(self, path, properties):
+        self.nodes.append(Node(pathlib.Path(path).read_bytes(), properties["name"]))
+        return self.nodes[-1]
+
+
+SLICER = Slicer()
+VTK = types.ModuleType("vtk")
+VTK.vtkMatrix4x4 = Matrix
+sys.modules.update({"slicer": SLICER, "slicer.util": SLICER.util, "slicer.ScriptedLoadableModule": SLICER.ScriptedLoadableModule, "vtk": VTK})
+import TagridReader  # noqa: E402
+
+NOTHING = {"spacing": None, "directions": None, "origin": None, "space": None, "units": None}
+
+
+class Places(unittest.TestCase):
+    def place(self, sample, **geometry):
+        rows = TagridReader.ijk_to_ras({**NOTHING, **geometry})
+        self.assertEqual(rows[3], [0, 0, 0, 1])
+        return [sum(a * b for a, b in zip(row, [*sample, 1])) for row in rows[:3]]
+
+    def test_lps_becomes_ras(self):
+        turned = {"directions": [[0, 1, 0], [2, 0, 0], [0, 0, 3]], "origin": [10, 20, 30]}
+        for space in ("left-posterior-superior", "LPS"):
+            self.assertEqual(self.place((1, 2, 3), space=space, **turned), [-14, -21, 39], space)
+        for space in ("right-anterior-superior", "RAS", None, "scanner-xyz", "3D-right-handed"):
+            self.assertEqual(self.place((1, 2, 3), space=space, **turned), [14, 21, 39], space)
+        for space in ("left-anterior-superior", "LAS"):
+            self.assertEqual(self.place((1, 2, 3), space=space, **turned), [-14, 21, 39], space)
+
+        self.assertEqual(self.place((1, 2, 3), space="LAI", **turned), [-14, 21, -39])
+
+    def test_what_is_not_given(self):
+        self.assertEqual(self.place((1, 2, 3)), [1, 2, 3])
+        self.assertEqual(self.place((1, 2, 3), spacing=[2, None, 4]), [2, 2, 12])
+
+    def test_units(self):
+        self.assertEqual(self.place((1, 2, 3), spacing=[500, 500, 2], origin=[1000, 0, 0], units=["um", "\u00b5m", "cm"]), [1.5, 1, 60])
+
+
+class Loading(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        os.environ["TAGRID"] = str(PROGRAM)
+        SLICER.errors.clear()
+        SLICER.nodes.clear()
+        self.parent = types.SimpleNamespace()
+        self.reader = TagridReader.TagridReaderFileReader(self.parent)
+
+    def written(self, fields):
+        nrrd = self.folder / "a.nrrd"
+        nrrd.write_bytes(f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n{fields}\n".encode() + bytes(range(24)))
+        subprocess.run([PROGRAM, "encode", nrrd, "-o", self.folder / "my scan.tag", "-q", "-f"], check=True)
+        return str(self.folder / "my scan.tag")
+
+    FIELDS = "space: right-anterior-superior\nspace directions: (0,1,0) (2,0,0) (0,0,3)\nspace origin: (10,20,30)\n"
+
+    def test_values_place_and_name(self):
+        path = self.written(self.FIELDS + "rescale_slope:=1\nrescale_intercept:=-10\n")
+        self.assertTrue(self.reader.load({"fileName": path}))
+        node, = SLICER.nodes
+        self.assertEqual((node.name, node.storage, self.parent.loadedNodes), ("my scan", None, [node.GetID()]))
+        self.assertEqual(node.matrix, [[0, 2, 0, 10], [1, 0, 0, 20], [0, 0, 3, 30], [0, 0, 0, 1]])
+        self.assertIn(b"\ntype: int16\n", node.content)
+        self.assertEqual(node.content[-48:], b"".join((n - 10).to_bytes(2, "little", signed=True) for n in range(24)))
+        self.assertTrue(self.reader.load({"fileName": path, "name": "other"}))
+        self.assertEqual(SLICER.nodes[1].name, "other")
+
+    @unittest.skipUnless(shutil.which("plastimatch"), "there is no plastimatch")
+    def test_itk_has_the_same_place(self):
+        """ITK's places are LPS."""
+        path = self.written(self.FIELDS)
+        self.assertTrue(self.reader.load({"fileName": path}))
+        header = subprocess.run(["plastimatch", "header", self.folder / "a.nrrd"], text=True, stdout=subprocess.PIPE, check=True).stdout
+        found = {line.partition("=")[0].strip(): line.partition("=")[2].split() for line in header.splitlines() if "=" in line}
+        rows = SLICER.nodes[0].matrix
+        self.assertEqual([float(number) for number in found["Origin"]], [-rows[0][3], -rows[1][3], rows[2][3]])
+
+    def test_errors_are_shown(self):
+        (self.folder / "text.tag").write_text("text")
+        self.assertFalse(self.reader.load({"fileName": str(self.folder / "text.tag")}))
+        self.assertIn("text.tag", SLICER.errors[0])
+        path = self.written("")
+        os.environ["TAGRID"] = "/nowhere/tagrid"
+        self.assertFalse(self.reader.load({"fileName": path}))
+        self.assertIn("was not found", SLICER.errors[1])
+        self.assertFalse(hasattr(self.parent, "loadedNodes"))
+
+    def test_what_slicer_asks(self):
+        self.assertTrue(self.reader.canLoadFile(self.written("")))
+        (self.folder / "text.tag").write_text("text")
+        for name in ("text.tag", "a.nrrd", "none.tag", "."):
+            self.assertFalse(self.reader.canLoadFile(str(self.folder / name)))
+        self.assertEqual(self.reader.extensions(), ["tagrid volume (*.tag)"])
+        self.assertTrue(self.reader.description() and self.reader.fileType())
+        TagridReader.TagridReader(types.SimpleNamespace())
+
+
+if __name__ == "__main__":
+    unittest.main()

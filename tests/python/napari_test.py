@@ -1,0 +1,162 @@
+"""napari's reader, without napari: what it gives has the right samples and places, and is read when it is used.
+
+The manifest is compared with what napari documents. Where npe2 is installed, which reads manifests for napari, it
+reads this one.
+"""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+import warnings
+
+import numpy as np
+import tagrid
+import tagrid.napari
+
+from volumes import blobs, temporary_folder
+
+PROGRAM = pathlib.Path(sys.argv[1])
+try:
+    import dask.array as da
+except ImportError:
+    da = None
+
+
+class Reader(unittest.TestCase):
+    def setUp(self):
+        self.folder = temporary_folder(self)
+
+    def written(self, samples, **options):
+        path = str(self.folder / "my scan.tag")
+        tagrid.encode(samples, path, **options)
+        return path
+
+    def one_layer(self, path):
+        layer, = tagrid.napari.get_reader(path)(path)
+        data, options, kind = layer
+        self.assertEqual((kind, options["name"]), ("image", "my scan"))
+        return data, options
+
+    def test_it_takes_tag_files_only(self):
+        self.assertIsNotNone(tagrid.napari.get_reader("a.tag"))
+        self.assertIsNotNone(tagrid.napari.get_reader("A.TAG"))
+        for path in ("a.tif", "tag", ["a.tag", "b.tag"], pathlib.Path("a")):
+            self.assertIsNone(tagrid.napari.get_reader(path))
+        (self.folder / "a.tag").write_text("text")
+        with self.assertRaises(tagrid.DamagedError):
+            tagrid.napari.read(str(self.folder / "a.tag"))
+
+    def test_samples_place_and_units(self):
+        samples = blobs((20, 30, 40))
+        affine = np.diag([0.25, 0.5, 2, 1])
+        affine[:3, 3] = (7, 8, 9)
+        data, options = self.one_layer(self.written(samples, affine=affine, metadata={"space units": '"um" "um" "um"'}))
+        np.testing.assert_array_equal(np.asarray(data), samples)
+        self.assertEqual((options["scale"], options["translate"]), ([2, 0.5, 0.25], [9, 8, 7]))
+        self.assertEqual(options["units"], ["micrometer"] * 3)
+        self.assertNotIn("multiscale", options)
+        self.assertEqual(options["metadata"]["max_error"], 0)
+
+    def test_values(self):
+        samples = blobs((5, 6, 7), "uint16")
+        path = self.written(samples, metadata={"rescale_slope": "1", "rescale_intercept": "-1024"})
+        np.testing.assert_array_equal(np.asarray(self.one_layer(path)[0]), samples.astype(int) - 1024)
+
+    def test_an_oblique_scan_has_a_matrix(self):
+        turned = np.array([[0, 0, 3, 5], [0, -2, 0, 6], [1, 0, 0, 7], [0, 0, 0, 1.0]])
+        data, options = self.one_layer(self.written(blobs((4, 5, 6)), affine=turned))
+        self.assertNotIn("scale", options)
+        x, y, z = 5, 4, 3
+        np.testing.assert_allclose((options["affine"] @ (z, y, x, 1))[:3], (turned @ (x, y, z, 1))[2::-1])
+
+    def test_overviews_are_levels(self):
+        path = self.written(blobs((70, 90, 150)), overviews=(4, 16), spacing=(2, 1, 1))
+        data, options = self.one_layer(path)
+        self.assertTrue(options["multiscale"])
+        self.assertEqual([level.shape for level in data], [(70, 90, 150), (18, 23, 38), (5, 6, 10)])
+        with tagrid.open(path) as scan:
+            for level, volume in zip(data, (scan, scan.overview(4), scan.overview(16))):
+                np.testing.assert_array_equal(np.asarray(level), volume[...])
+        self.assertEqual(options["scale"], [2, 1, 1])
+
+    @unittest.skipUnless(da, "there is no dask")
+    def test_only_what_is_shown_is_decoded(self):
+        samples = blobs((130, 70, 130))
+        path = self.written(samples)
+        data = pathlib.Path(path).read_bytes()
+        damaged = bytearray(data)
+        damaged[len(data) // 2] ^= 1
+        pathlib.Path(path).write_bytes(damaged)
+        shown, _ = self.one_layer(path)
+        self.assertEqual(shown.chunks, ((64, 64, 2), (64, 6), (64, 64, 2)))
+        np.testing.assert_array_equal(shown[5, :40, 10:30].compute(), samples[5, :40, 10:30])
+        with self.assertRaises(tagrid.DamagedError):
+            shown.compute()
+
+    def test_several_volumes_are_stacked(self):
+        series = np.stack([blobs((4, 5, 6), seed=seed) for seed in range(3)])
+        header = np.zeros(352, np.uint8)
+        header[:4].view("<i4")[0] = 348
+        header[40:56].view("<i2")[:] = (4, 6, 5, 4, 3, 1, 1, 1)
+        header[70:74].view("<i2")[:] = (4, 16)
+        header[76:92].view("<f4")[:] = (1, 0.5, 1, 2)
+        header[108:112].view("<f4")[0] = 352
+        header[123], header[344:348] = 2, np.frombuffer(b"n+1\0", np.uint8)
+        (self.folder / "a.nii").write_bytes(header.tobytes() + series.astype("<i2").tobytes())
+        path = str(self.folder / "my scan.tag")
+        subprocess.run([PROGRAM, "encode", self.folder / "a.nii", "-o", path, "-q"], check=True)
+        data, options = self.one_layer(path)
+        np.testing.assert_array_equal(np.asarray(data), series)
+        if "scale" in options:
+            self.assertEqual(options["scale"], [1, 2, 1, 0.5])
+        else:
+            self.assertEqual(options["affine"].shape, (5, 5))
+        self.assertEqual(options["units"][0], "pixel")
+
+    def test_uneven_slices_are_said(self):
+        positions = "; ".join(f"0 0 {z}" for z in (0, 1, 5))
+        path = self.written(blobs((3, 4, 5)), spacing=(1, 1, 1), metadata={"slice_positions": positions})
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            tagrid.napari.read(path)
+        self.assertIn("unequally spaced", str(said[0].message))
+
+    def test_without_dask_it_is_numpy(self):
+        samples = blobs((5, 6, 7))
+        path = self.written(samples)
+        code = ("import sys; sys.modules['dask'] = None; import numpy, tagrid.napari; (data, options, kind), = tagrid.napari.read(sys.argv[1]); "
+                "assert type(data) is numpy.ndarray and int(data.sum()) == int(sys.argv[2])")
+        subprocess.run([sys.executable, "-B", "-c", code, path, str(int(samples.sum(dtype=int)))], check=True)
+
+
+class Manifest(unittest.TestCase):
+    path = pathlib.Path(tagrid.__file__).parent / "napari.yaml"
+
+    def test_it_has_what_napari_documents(self):
+        try:
+            import yaml
+        except ImportError:
+            self.skipTest("there is no yaml (python3-yaml)")
+        manifest = yaml.safe_load(self.path.read_text())
+        self.assertEqual(set(manifest), {"name", "display_name", "schema_version", "contributions"})
+        self.assertEqual(manifest["name"], "tagrid")  # that of the package
+        self.assertGreaterEqual(len(manifest["display_name"]), 3)
+        command, = manifest["contributions"]["commands"]
+        self.assertTrue(command["id"].startswith("tagrid."))
+        module, _, function = command["python_name"].partition(":")
+        self.assertIs(getattr(sys.modules[module], function), tagrid.napari.get_reader)
+        self.assertEqual(manifest["contributions"]["readers"],
+                         [{"command": command["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
+
+    def test_npe2_reads_it(self):
+        try:
+            from npe2 import PluginManifest
+        except ImportError:
+            self.skipTest("there is no npe2 (python3-npe2 of Debian 13)")
+        manifest = PluginManifest.from_file(self.path)
+        manifest.validate_imports()
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
