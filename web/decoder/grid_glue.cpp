@@ -17,8 +17,7 @@ EXPORTED int web_activity(tagrid_decoder* decoder, double number, double activit
   block.activity_bytes = static_cast<std::uint64_t>(activity_bytes);
   tagrid_box closed = {};
   const std::uint64_t* words = nullptr;
-  const int status =
-      tagrid_decoder_activity(decoder, &block, bytes, count, &closed, &words, &result[1]);
+  const int status = tagrid_decoder_activity(decoder, &block, bytes, count, &closed, &words, &result[1]);
   result[0] = reinterpret_cast<std::size_t>(words);
   for (int axis = 0; axis < 3; ++axis) {
     box[axis] = static_cast<double>(closed.low[axis]);
