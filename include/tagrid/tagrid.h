@@ -23,7 +23,9 @@
  *               and numbers, is kept: see tagrid_reader_message() and tagrid_encoder_message().
  *   Structs     A struct that begins with `struct_size` must be set up by its init function before it is
  *               passed to the library, even if the library fills it. It may grow in later versions; a program
- *               that was built with an older version keeps working.
+ *               that was built with an older version keeps working, as its structs say how large they are. The
+ *               inline function tagrid_..._init() passes this size; what calls the library without its header
+ *               calls tagrid_..._init_sized().
  *   Threads     Any number of handles may be used at once. One reader may be used by several threads at once,
  *               one encoder by one thread at a time. Callbacks are called by threads of the library, unless
  *               stated otherwise.
@@ -145,7 +147,8 @@ typedef struct tagrid_call {
 } tagrid_call;
 
 /* Sets the defaults. */
-TAGRID_API void tagrid_call_init(tagrid_call* call);
+TAGRID_API void tagrid_call_init_sized(tagrid_call* call, size_t size);
+static inline void tagrid_call_init(tagrid_call* call) { tagrid_call_init_sized(call, sizeof *call); }
 
 /* --------------------------------------------------------------------------------------------------- reading */
 
@@ -163,7 +166,8 @@ typedef struct tagrid_input {
   const char* name; /* for messages; may be NULL */
 } tagrid_input;
 
-TAGRID_API void tagrid_input_init(tagrid_input* input);
+TAGRID_API void tagrid_input_init_sized(tagrid_input* input, size_t size);
+static inline void tagrid_input_init(tagrid_input* input) { tagrid_input_init_sized(input, sizeof *input); }
 
 /* Opens a file: reads its header and its last 256 KiB, which have the directory of its index, and checks their
  * checksums. The index itself is read page by page, when a brick is wanted.
@@ -220,7 +224,8 @@ typedef struct tagrid_info {
                            * a chunk is a brick; 0: the first ones hold one more */
 } tagrid_info;
 
-TAGRID_API void tagrid_info_init(tagrid_info* info);
+TAGRID_API void tagrid_info_init_sized(tagrid_info* info, size_t size);
+static inline void tagrid_info_init(tagrid_info* info) { tagrid_info_init_sized(info, sizeof *info); }
 
 /* Fills `*info`. */
 TAGRID_API tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info);
@@ -238,7 +243,8 @@ typedef struct tagrid_brick {
   double low, high, mean; /* of the finite samples of the original; low > high if none is finite */
 } tagrid_brick;
 
-TAGRID_API void tagrid_brick_init(tagrid_brick* brick);
+TAGRID_API void tagrid_brick_init_sized(tagrid_brick* brick, size_t size);
+static inline void tagrid_brick_init(tagrid_brick* brick) { tagrid_brick_init_sized(brick, sizeof *brick); }
 
 /* Fills `*brick` for the brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
 TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number,
@@ -309,7 +315,10 @@ typedef struct tagrid_mesh_sink {
   int (*tetrahedra)(void* user, size_t count, const int64_t* points, const uint8_t* levels);
 } tagrid_mesh_sink;
 
-TAGRID_API void tagrid_mesh_sink_init(tagrid_mesh_sink* sink);
+TAGRID_API void tagrid_mesh_sink_init_sized(tagrid_mesh_sink* sink, size_t size);
+static inline void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) {
+  tagrid_mesh_sink_init_sized(sink, sizeof *sink);
+}
 
 /* The part of the mesh. */
 typedef struct tagrid_mesh_options {
@@ -319,7 +328,10 @@ typedef struct tagrid_mesh_options {
   const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
 } tagrid_mesh_options;
 
-TAGRID_API void tagrid_mesh_options_init(tagrid_mesh_options* options);
+TAGRID_API void tagrid_mesh_options_init_sized(tagrid_mesh_options* options, size_t size);
+static inline void tagrid_mesh_options_init(tagrid_mesh_options* options) {
+  tagrid_mesh_options_init_sized(options, sizeof *options);
+}
 
 /* Passes the tetrahedra of the grid to `sink`: a conforming mesh, with every point once. `options` may be NULL.
  *
@@ -343,7 +355,10 @@ typedef struct tagrid_surface_sink {
   int (*triangles)(void* user, size_t count, const int64_t* points);
 } tagrid_surface_sink;
 
-TAGRID_API void tagrid_surface_sink_init(tagrid_surface_sink* sink);
+TAGRID_API void tagrid_surface_sink_init_sized(tagrid_surface_sink* sink, size_t size);
+static inline void tagrid_surface_sink_init(tagrid_surface_sink* sink) {
+  tagrid_surface_sink_init_sized(sink, sizeof *sink);
+}
 
 /* The part of the surface, and what its value means. */
 typedef struct tagrid_surface_options {
@@ -355,7 +370,10 @@ typedef struct tagrid_surface_options {
   const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
 } tagrid_surface_options;
 
-TAGRID_API void tagrid_surface_options_init(tagrid_surface_options* options);
+TAGRID_API void tagrid_surface_options_init_sized(tagrid_surface_options* options, size_t size);
+static inline void tagrid_surface_options_init(tagrid_surface_options* options) {
+  tagrid_surface_options_init_sized(options, sizeof *options);
+}
 
 /* Passes the isosurface of the piecewise linear field of the mesh to `sink`: the triangles between points with
  * at least the value `iso`, which are inside, and all others. `options` may be NULL.
@@ -444,7 +462,10 @@ typedef struct tagrid_encode_options {
   const char* spool;        /* the directory for temporary files, which only overviews need; NULL: "/tmp" */
 } tagrid_encode_options;
 
-TAGRID_API void tagrid_encode_options_init(tagrid_encode_options* options);
+TAGRID_API void tagrid_encode_options_init_sized(tagrid_encode_options* options, size_t size);
+static inline void tagrid_encode_options_init(tagrid_encode_options* options) {
+  tagrid_encode_options_init_sized(options, sizeof *options);
+}
 
 /* Takes the bytes of the file, in order. Returns 0, or any other value if it fails; the encoder then fails with
  * TAGRID_IO_ERROR. Called by one thread at a time. */

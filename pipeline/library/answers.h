@@ -32,13 +32,14 @@ class SharedMessage {
 /// The status of an error.
 tagrid_status status_of(const SortedError& error);
 
-/// Everything 0 but the size; false if there is no struct.
+/// Sets a struct of a caller to its defaults, which was compiled with an older or a newer header: `size` bytes of it
+/// are there.
 template <class Struct>
-bool set_up(Struct* given) {
-  if (given == nullptr) return false;
-  *given = {};
-  given->struct_size = sizeof *given;
-  return true;
+void set_up(Struct* given, std::size_t size, Struct defaults = {}) {
+  if (given == nullptr) return;
+  defaults.struct_size = size;
+  std::memset(given, 0, size);
+  std::memcpy(given, &defaults, std::min(size, sizeof defaults));
 }
 
 /// Reads a struct of a caller that was compiled with an older or a newer header: missing members get their

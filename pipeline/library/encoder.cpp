@@ -156,15 +156,16 @@ tagrid_encode_options taken_over_options(const tagrid_encode_options* options) {
 
 }  // namespace
 
-void tagrid_encode_options_init(tagrid_encode_options* options) {
-  if (!set_up(options)) return;
-  const EncodeOptions defaults;
-  options->max_error = options->surface_error = options->mesh_error = NAN;
-  options->accuracy = defaults.accuracy;
-  options->cube = defaults.cube_size;
-  options->lead = defaults.lead;
-  options->max_level = -1;
-  options->range[0] = options->range[1] = options->field_scale = NAN;
+void tagrid_encode_options_init_sized(tagrid_encode_options* options, size_t size) {
+  const EncodeOptions usual;
+  tagrid_encode_options defaults = {};
+  defaults.max_error = defaults.surface_error = defaults.mesh_error = NAN;
+  defaults.accuracy = usual.accuracy;
+  defaults.cube = usual.cube_size;
+  defaults.lead = usual.lead;
+  defaults.max_level = -1;
+  defaults.range[0] = defaults.range[1] = defaults.field_scale = NAN;
+  set_up(options, size, defaults);
 }
 
 struct tagrid_encoder {

@@ -26,17 +26,21 @@ size_t tagrid_sample_size(tagrid_type type) {
   return size_of(static_cast<SampleType>(type));
 }
 
-void tagrid_call_init(tagrid_call* call) { set_up(call); }
-void tagrid_input_init(tagrid_input* input) { set_up(input); }
-void tagrid_info_init(tagrid_info* info) { set_up(info); }
-void tagrid_brick_init(tagrid_brick* brick) { set_up(brick); }
-void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) { set_up(sink); }
-void tagrid_surface_sink_init(tagrid_surface_sink* sink) { set_up(sink); }
+void tagrid_call_init_sized(tagrid_call* call, size_t size) { set_up(call, size); }
+void tagrid_input_init_sized(tagrid_input* input, size_t size) { set_up(input, size); }
+void tagrid_info_init_sized(tagrid_info* info, size_t size) { set_up(info, size); }
+void tagrid_brick_init_sized(tagrid_brick* brick, size_t size) { set_up(brick, size); }
+void tagrid_mesh_sink_init_sized(tagrid_mesh_sink* sink, size_t size) { set_up(sink, size); }
+void tagrid_surface_sink_init_sized(tagrid_surface_sink* sink, size_t size) { set_up(sink, size); }
 
-void tagrid_mesh_options_init(tagrid_mesh_options* options) {
-  if (set_up(options)) options->level = -1;
+void tagrid_mesh_options_init_sized(tagrid_mesh_options* options, size_t size) {
+  tagrid_mesh_options defaults = {};
+  defaults.level = -1;
+  set_up(options, size, defaults);
 }
 
-void tagrid_surface_options_init(tagrid_surface_options* options) {
-  if (set_up(options)) options->level = -1;
+void tagrid_surface_options_init_sized(tagrid_surface_options* options, size_t size) {
+  tagrid_surface_options defaults = {};
+  defaults.level = -1;
+  set_up(options, size, defaults);
 }

@@ -533,6 +533,18 @@ TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
   EXPECT_EQ(tagrid_reader_verify(reader.get(), &call.call), TAGRID_OK);
 }
 
+// The older header has a struct without its last member.
+TEST(LibraryReader, StructsOfACallerWithAnOlderHeaderAreNotOverwritten) {
+  tagrid_call call;
+  std::memset(&call, 0x77, sizeof call);
+  tagrid_call_init_sized(&call, offsetof(tagrid_call, progress_user));
+  EXPECT_EQ(call.struct_size, offsetof(tagrid_call, progress_user));
+  EXPECT_EQ(call.progress, nullptr);
+  void* untouched;
+  std::memset(&untouched, 0x77, sizeof untouched);
+  EXPECT_EQ(call.progress_user, untouched);
+}
+
 TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
   MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_overviews_int16.tag")};
   ReaderHandle reader = open_reader(file);
