@@ -1,5 +1,5 @@
-"""The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every golden file
-as the program does.
+"""The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every
+golden file as the program does.
 
     reading_only_test.py PROGRAM FOLDER
         FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes.
