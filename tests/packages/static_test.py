@@ -2,7 +2,7 @@
 also on other releases of Debian.
 
     static_test.py PROGRAM
-        PROGRAM: the ordinary one. With TAGRID_LONG=1, as tools/static.sh takes minutes, and other releases are installed.
+        PROGRAM: the ordinary one. With TAGRID_LONG=1, as building takes minutes, and other releases are installed.
 """
 
 import ctypes
