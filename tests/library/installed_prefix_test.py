@@ -189,7 +189,8 @@ class InstalledLibrary(unittest.TestCase):
         self.assertEqual("./usr/share/tagrid/viewer/index.html\n" in content["tagrid"], with_page)
         if with_page:
             run("dpkg-deb", "-x", packages["tagrid"], self.folder / "unpacked")
-            page, decoder = served_page(self.folder / "unpacked/usr/bin/tagrid", ROOT / "tests/golden/voxels_lossless_int16.tag")
+            page, decoder = served_page(self.folder / "unpacked/usr/bin/tagrid",
+                                        ROOT / "tests/golden/voxels_lossless_int16.tag")
             self.assertIn(b"viewer.js", page)
             self.assertEqual(decoder[:4], b"\0asm")
         for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):

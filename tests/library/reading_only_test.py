@@ -1,5 +1,5 @@
-"""The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every golden file
-as the program does.
+"""The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every
+golden file as the program does.
 
     reading_only_test.py PROGRAM FOLDER
         FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes.
@@ -26,7 +26,8 @@ class ReadingOnly(unittest.TestCase):
         run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_WERROR=ON")
         run("cmake", "--build", FOLDER)
         cls.reader = FOLDER / "read_blocks"
-        run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c", "-o", FOLDER / "read_blocks.o")
+        run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c",
+            "-o", FOLDER / "read_blocks.o")
         run("c++", FOLDER / "read_blocks.o", FOLDER / "libtagrid_reading.a", "-lzstd", "-lxxhash", "-o", cls.reader)
 
     def test_it_decodes_what_the_program_decodes(self):

@@ -1,8 +1,8 @@
-"""The static program needs no library of the system and no new kernel, and writes the same files as the ordinary one, also on
-other releases of Debian.
+"""The static program needs no library of the system and no new kernel, and writes the same files as the ordinary one,
+also on other releases of Debian.
 
     static_test.py PROGRAM
-        PROGRAM: the ordinary one. With TAGRID_LONG=1, as tools/static.sh takes minutes, and other releases are installed.
+        PROGRAM: the ordinary one. With TAGRID_LONG=1, as building takes minutes, and other releases are installed.
 """
 
 import ctypes
@@ -109,8 +109,8 @@ class Static(unittest.TestCase):
 
     @unittest.skipUnless(platform.machine() == "x86_64", "the numbers of calls are those of x86-64")
     def test_it_runs_with_the_calls_of_an_old_kernel(self):
-        newer = subprocess.run([sys.executable, "-c", "import os; os.pidfd_open(os.getpid())"], preexec_fn=calls_of_linux_4_18,
-                               capture_output=True, text=True)
+        newer = subprocess.run([sys.executable, "-c", "import os; os.pidfd_open(os.getpid())"], capture_output=True,
+                               text=True, preexec_fn=calls_of_linux_4_18)
         self.assertIn("Function not implemented", newer.stderr)
         folder = self.folder / "old kernel"
         folder.mkdir()
@@ -121,17 +121,20 @@ class Static(unittest.TestCase):
         for release in ("11", "13"):
             with self.subTest(release), tempfile.TemporaryDirectory(dir=self.build_of(release)) as name:
                 folder = pathlib.Path(name)
-                begun = subprocess.run([ROOT / "tools/in_debian.sh", release, "true"], text=True, stdout=subprocess.PIPE,
-                                       stderr=subprocess.STDOUT)
+                begun = self.in_debian(release, "true")
                 if begun.returncode != 0:
                     self.skipTest(begun.stdout.strip().splitlines()[-1])
                 shutil.copy(self.program, folder)
                 (folder / "made").mkdir()
                 script = f"export PATH=/work/build/{folder.name}:$PATH\ncd /work/build/{folder.name}/made\n{COMMANDS}"
-                done = subprocess.run([ROOT / "tools/in_debian.sh", release, "bash", "-c", script], text=True, stdout=subprocess.PIPE,
-                                      stderr=subprocess.STDOUT)
+                done = self.in_debian(release, "bash", "-c", script)
                 self.assertEqual(done.returncode, 0, done.stdout)
                 self.assert_expected(folder / "made")
+
+    @staticmethod
+    def in_debian(release, *command):
+        return subprocess.run([ROOT / "tools/in_debian.sh", release, *command], text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT)
 
     @staticmethod
     def build_of(release):
