@@ -84,7 +84,9 @@ typedef enum tagrid_status TAGRID_INT {
   /* A bug in the library. Please report it with the message. */
   TAGRID_BUG = 7,
   /* The caller must give bytes of the file and call again. Only calls of tagrid_blocks.h return this. */
-  TAGRID_NEEDS_BYTES = 8
+  TAGRID_NEEDS_BYTES = 8,
+  /* The file is not damaged, but needs a newer version of the library. Nothing is returned of it. */
+  TAGRID_NEWER_FORMAT = 9
 } tagrid_status;
 
 /* A status in a few words of English, for example "broken input". */

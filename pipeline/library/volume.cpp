@@ -21,6 +21,7 @@ void copy(const Index3& from, std::int64_t* to) {
 tagrid_status status_of(const SortedError& error) {
   if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
   if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
+  if (error.detail.problem == Problem::newer_format) return TAGRID_NEWER_FORMAT;
   switch (error.kind) {
     case ErrorKind::usage:
       return TAGRID_INVALID_ARGUMENT;

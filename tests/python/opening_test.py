@@ -17,6 +17,9 @@ import tagrid
 
 from volumes import TYPES, blobs, in_threads
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "format"))
+from forged import of_version_6  # noqa: E402
+
 SHAPE = (20, 30, 40)
 AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
 
@@ -250,6 +253,14 @@ class Opening(unittest.TestCase):
                     tagrid.open(data)
                 self.assertIsInstance(caught.exception, (tagrid.Error, ValueError))
                 self.assertRaises(tagrid.DamagedError, tagrid.verify, io.BytesIO(data))
+
+    def test_a_newer_file_is_not_damaged(self):
+        data = of_version_6(self.bytes)
+        for read in (tagrid.open, tagrid.verify):
+            with self.assertRaisesRegex(tagrid.NewerFormatError, "format version 6.*update tagrid") as caught:
+                read(data)
+            self.assertIsInstance(caught.exception, (tagrid.Error, ValueError))
+            self.assertNotIsInstance(caught.exception, tagrid.DamagedError)
 
     def test_a_flipped_bit_is_found_before_samples_are_returned(self):
         offset = tagrid.open(self.bytes)._reader.brick(0)["offset"] + 20
