@@ -220,6 +220,7 @@ typedef struct tagrid_info {
   uint64_t active_points; /* vertices of the grid; 0 if it is derived: see tagrid_reader_levels() */
   int lead; /* 1: every brick but the last ones holds brick_edge samples along each axis, so that such
                            * a chunk is a brick; 0: the first ones hold one more */
+  int unknown_parts; /* parts of a newer version in the file, which are not needed for the samples */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init(tagrid_info* info);
