@@ -86,7 +86,9 @@ typedef enum tagrid_status TAGRID_INT {
   /* A bug in the library. Please report it with the message. */
   TAGRID_BUG = 7,
   /* The caller must give bytes of the file and call again. Only calls of tagrid_blocks.h return this. */
-  TAGRID_NEEDS_BYTES = 8
+  TAGRID_NEEDS_BYTES = 8,
+  /* The file is not damaged, but needs a newer version of the library. Nothing is returned of it. */
+  TAGRID_NEWER_FORMAT = 9
 } tagrid_status;
 
 /* A status in a few words of English, for example "broken input". */
@@ -222,6 +224,7 @@ typedef struct tagrid_info {
   uint64_t active_points; /* vertices of the grid; 0 if it is derived: see tagrid_reader_levels() */
   int lead; /* 1: every brick but the last ones holds brick_edge samples along each axis, so that such
                            * a chunk is a brick; 0: the first ones hold one more */
+  int unknown_parts; /* parts of a newer version in the file, which are not needed for the samples */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init_sized(tagrid_info* info, size_t size);

@@ -34,6 +34,7 @@ enum class Problem : std::uint8_t {
   slices_missing,         ///< by the numbers in the names of files, slices are missing
   program_memory,  ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,       ///< a caller of the library asked to stop
+  newer_format,    ///< the file is not damaged, but of a newer version of the format
 };
 
 /// A setting of a caller: its name ("max-error") and its description ("the largest error").
@@ -109,6 +110,8 @@ class BrokenInput : public Error {
  public:
   using Error::Error;
 };
+
+inline bool is_newer_format(const Error& error) { return error.detail().problem == Problem::newer_format; }
 
 /// The system failed: a missing file, a permission, a full disk, a read or write error. Exit code 74.
 class WorldError : public Error {

@@ -1,6 +1,7 @@
 #include "io/tag/blocks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <stdexcept>
 
@@ -21,6 +22,20 @@ std::vector<std::byte> bytes_of(std::int64_t brick) {
   FieldWriter number;
   number.put(static_cast<std::uint64_t>(brick));
   return std::move(number.bytes());
+}
+
+// What a directory says by itself. What depends on the pages is check_extremes().
+Status check_statistics(const CodingParameters& parameters, const Statistics& total) {
+  for (const double number : {total.low, total.high, total.sum, total.sum_squared_real})
+    if (std::isnan(number)) return Status::broken("a recorded statistic is not a number");
+  const auto check = [](double error, double bound, const std::string& what) {
+    if (!(error >= 0)) return Status::broken("the recorded error" + what + " is not a number");
+    return bound < 0 || error <= bound ? Status()
+                                       : Status::broken("the recorded error" + what + " is above the bound");
+  };
+  if (Status status = check(total.max_error, parameters.max_error, ""); !status.ok()) return status;
+  return parameters.mesh_error < 0 ? Status()
+                                   : check(total.mesh_error, parameters.mesh_error, " of the mesh");
 }
 
 }  // namespace
@@ -203,6 +218,7 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   IndexForm form = index_form(parameters);
   form.volumes = volumes;
   if (Status status = parse_directory(fields, layout.pages(), form, index); !status.ok()) return status;
+  if (Status status = check_statistics(parameters, index.total); !status.ok()) return status;
   return check_sizes(layout, index, envelope);
 }
 
@@ -250,7 +266,12 @@ TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envel
 
 BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
                         const std::string& what) {
-  return BrokenInput(file + ": " + part + ", before byte " + std::to_string(before) + ": " + what);
+  return broken_part(file, part, before, Status::broken(what));
+}
+
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const Status& status) {
+  return broken_input_of(file + ": " + part + ", before byte " + std::to_string(before), status);
 }
 
 }  // namespace tagrid

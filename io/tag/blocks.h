@@ -184,5 +184,7 @@ inline constexpr const char* bytes_follow = "there are extra bytes after the end
 /// The error of a part of the file, which was found before a byte.
 BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
                         const std::string& what);
+BrokenInput broken_part(const std::string& file, const std::string& part, std::uint64_t before,
+                        const Status& status);
 
 }  // namespace tagrid

@@ -63,7 +63,7 @@ IndexedTag::End IndexedTag::read_end() {
   if (rest > present - index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
   if (Status status = facts.parse(from_start, end.index, end.envelope_size); !status.ok())
-    throw broken_part(name(), "the index", size, status.what());
+    throw broken_part(name(), "the index", size, status);
   return end;
 }
 
@@ -163,10 +163,14 @@ std::vector<std::byte> TagBricks::beginning_of_envelope() const {
 std::shared_ptr<const TagBricks> TagBricks::nested(const Member& member) const {
   auto nested = std::make_shared<const TagBricks>(bytes_of(member));
   require_nested(member, *nested);
-  // A volume may have overviews, which have no more members.
-  if ((member.is_overview() && !nested->index().members.empty()) || nested->sizes().envelope > 0)
-    throw BrokenInput(nested->name() + ": has parts that it must not have");
+  nested->require_parts_of(member);
   return nested;
+}
+
+void TagBricks::require_parts_of(const Member& member) const {
+  // A volume may have overviews, which have no more members.
+  if ((member.is_overview() && !index().members.empty()) || sizes().envelope > 0 || parity_)
+    throw BrokenInput(name() + ": has parts that it must not have");
 }
 
 CodingParameters TagBricks::parameters_of(const Member& member) const {

@@ -102,6 +102,8 @@ class TagBricks : public IndexedTag {
   /// The overview or volume of a member of the index: a file of its own, with the bytes of bytes_of(). Throws
   /// BrokenInput, also if it is not one of this file. REQUIRES: member.is_overview() or member.is_volume().
   std::shared_ptr<const TagBricks> nested(const Member& member) const;
+  /// Throws BrokenInput if this file, the content of a member, has parts that such a file must not have.
+  void require_parts_of(const Member& member) const;
   /// Its parameters, for which only its header is read. Throws as nested() does.
   CodingParameters parameters_of(const Member& member) const;
   /// Its name, from its header: "" if it has none.

@@ -8,12 +8,47 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
+#include "io/tag/bricks.h"
 
 namespace tagrid {
 namespace {
 
 /// The first bytes of a block, which tell what it is.
 constexpr std::size_t marker_size = 4;
+
+/// What is kept of a member that is read once: its header and its end. The bytes between them are zeros.
+class EndsOfMember : public ByteSource {
+ public:
+  EndsOfMember(std::uint64_t size, std::string name) : size_(size), name_(std::move(name)) {}
+
+  void add_header(const std::vector<std::byte>& bytes) { add(header_ = bytes); }
+  void add(const std::vector<std::byte>& bytes) {
+    end_.insert(end_.end(), bytes.end() - std::min(std::ssize(bytes), most_), bytes.end());
+    end_.erase(end_.begin(), end_.end() - std::min(std::ssize(end_), most_));
+  }
+
+  std::uint64_t size() const override { return size_; }
+  const std::string& name() const override { return name_; }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    std::ranges::fill(to, std::byte{0});
+    const auto put = [&](std::uint64_t at, const std::vector<std::byte>& bytes) {
+      const std::uint64_t first = std::max(at, position),
+                          last = std::min(at + bytes.size(), position + to.size());
+      if (first < last)
+        std::copy(bytes.begin() + static_cast<std::ptrdiff_t>(first - at),
+                  bytes.begin() + static_cast<std::ptrdiff_t>(last - at),
+                  to.begin() + static_cast<std::ptrdiff_t>(first - position));
+    };
+    put(0, header_);
+    put(size_ - end_.size(), end_);
+  }
+
+ private:
+  static constexpr std::ptrdiff_t most_ = largest_end;
+  std::uint64_t size_;
+  std::string name_;
+  std::vector<std::byte> header_, end_;
+};
 
 }  // namespace
 
@@ -218,6 +253,7 @@ void TagReader::read_member() {
     require(Status::broken("there are too many members"));
   MemberChecksum own(member);
   std::uint64_t left = member.length;
+  std::shared_ptr<EndsOfMember> nested;
   const auto took_block = [&] {
     own.add(block_);
     left -= block_.size();
@@ -225,12 +261,15 @@ void TagReader::read_member() {
   block_.clear();
   if (member.is_overview() || member.is_volume()) {
     read_nested_header(member, left);
+    nested = std::make_shared<EndsOfMember>(member.length, name() + ": " + member.name());
+    nested->add_header(block_);
     took_block();
   }
   constexpr std::uint64_t step = 1 << 20;
   while (left > 0) {
     block_.clear();
     read_growing(std::min(step, left), "a member");
+    if (nested) nested->add(block_);
     took_block();
   }
   block_.clear();
@@ -239,6 +278,7 @@ void TagReader::read_member() {
   if (!checksums_agree(in_file, own.chained(last_checksum_)))
     require(Status::broken("checksum mismatch: the member is damaged or of another file"));
   last_checksum_ = in_file;
+  if (nested) TagBricks(nested).require_parts_of(member);
   members_.push_back(member);
 }
 
@@ -265,11 +305,13 @@ void TagReader::read_index_section() {
   std::uint64_t rest = 0, envelope = 0;
   if (Status status = end.parse_head(block_, rest); !status.ok()) fail(status.what());
   read_growing(rest, "the index");
-  if (Status status = end.parse(block_, index_, envelope); !status.ok()) fail(status.what());
+  if (Status status = end.parse(block_, index_, envelope); !status.ok())
+    throw broken_part(name(), place(), bytes_->position(), status);
   if (index_.members != members_) fail("the table of members does not name the members of the file");
   if (envelope != envelope_size_ || index_.activity_bytes != seen_.activity_bytes ||
       index_.pages != seen_.pages)
     fail("the sizes of the bricks, or the pages, are not those in the directory");
+  if (Status status = check_extremes(index_); !status.ok()) fail(status.what());
   next_brick_ = parameters().bricks().count();
   file_size_ = end.start + block_.size();
   skip_parity();

@@ -88,7 +88,7 @@ class TagReader {
   /// The first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
   const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
   /// The parameters of the overviews, in the order of the members. REQUIRES: as above. Of the overviews, only
-  /// headers and checksums were checked.
+  /// headers, ends and checksums were checked.
   const std::vector<CodingParameters>& overviews() const { return overviews_; }
   /// The names of all volumes; none if no volume has one. REQUIRES: as above.
   std::vector<std::string> volume_names() const { return names_.take(); }
@@ -106,7 +106,7 @@ class TagReader {
   /// Reads the members, and the first bytes of the index.
   void read_members();
   void read_member();
-  /// Reads the header of an overview or a volume, of which `left` bytes are there.
+  /// Reads the header of an overview or a volume, of which `left` bytes are there, into block_.
   void read_nested_header(const Member& member, std::uint64_t left);
   void read_index_section();
   /// Reads to the end of the stream: nothing follows the footer, or parity.

@@ -54,6 +54,11 @@ std::string what_it_is(std::span<const std::byte> bytes) {
   return "; if it is a volume, encode it first";
 }
 
+std::string words_of_version(std::uint32_t found) {
+  return "the file has format version " + std::to_string(found) + ", but this tagrid reads version " +
+         std::to_string(version);
+}
+
 /// The parameters' fields, for a FieldWriter or a FieldReader.
 void parameter_fields(auto& fields, auto& p) {
   for (int axis = 0; axis < 3; ++axis) fields.field(p.dims[axis]);
@@ -75,10 +80,10 @@ Status check_parameters(const CodingParameters& p) {
   if (!is_volume_size(p.dims))
     return Status::broken(
         "a dimension of the volume is not from 1 to 2^31, or the volume has more than 2^58 samples");
-  if (!is_sample_type(p.type)) return Status::broken("the sample type is unknown to this version");
-  if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is unknown");
-  if (p.effort > Effort::best) return Status::broken("the effort is unknown");
-  if (p.grid > GridOrigin::implied) return Status::broken("the origin of the grid is unknown");
+  if (!is_sample_type(p.type)) return Status::newer("the sample type is unknown");
+  if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::newer("the mode is unknown");
+  if (p.effort > Effort::best) return Status::newer("the effort is unknown");
+  if (p.grid > GridOrigin::implied) return Status::newer("the origin of the grid is unknown");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
     return Status::broken("the edge of a root cube is not a power of two from 4 to 256");
@@ -177,9 +182,8 @@ Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_s
   if (preamble.size() < tag_preamble_size)
     return Status::broken("the file ends in its header; it is truncated");
   const auto file_version = reader.get<std::uint32_t>();
-  if (file_version != version)
-    return Status::broken("the file has format version " + std::to_string(file_version) +
-                          ", but this tagrid reads version " + std::to_string(version));
+  // A newer one is refused when the checksum has shown that it is not damage.
+  if (file_version < version) return Status::broken(words_of_version(file_version));
   const auto size = reader.get<std::uint32_t>();
   if (!reader.complete() || size > max_header_size || size < tag_preamble_size + checksum_size)
     return Status::broken("the header gives an impossible size for itself");
@@ -194,8 +198,12 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
     return status;
   if (bytes.size() != header_size) return Status::broken("the header ends too soon");
   checksum = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - checksum_size);
-  if (!checksums_agree(checksum, checksum_of({bytes.first(bytes.size() - checksum_size)})))
-    return Status::broken("the header is damaged: its checksum does not match");
+  const bool agree = checksums_agree(checksum, checksum_of({bytes.first(bytes.size() - checksum_size)}));
+  if (const auto file_version = load_little_endian<std::uint32_t>(bytes.data() + magic.size());
+      file_version != version)
+    return agree ? Status::newer(words_of_version(file_version))
+                 : Status::broken(words_of_version(file_version) + ", or the header is damaged");
+  if (!agree) return Status::broken("the header is damaged: its checksum does not match");
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);
@@ -243,17 +251,20 @@ std::string name_of_volume(const TagHeader& header) {
   return text_of_key(header.nrrd_fields, volume_name_key);
 }
 
+BrokenInput broken_input_of(const std::string& file, const Status& status) {
+  return BrokenInput(file + ": " + status.what(), status.is_newer() ? Problem::newer_format : Problem::none);
+}
+
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {
   std::size_t size = 0;
-  if (Status status = parse_preamble(preamble, size); !status.ok())
-    throw BrokenInput(file + ": " + status.what());
+  if (Status status = parse_preamble(preamble, size); !status.ok()) throw broken_input_of(file, status);
   return size;
 }
 
 TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, std::uint64_t& checksum) {
   TagHeader header;
   if (Status status = parse_header(bytes, header, checksum); !status.ok())
-    throw BrokenInput(file + ": " + status.what());
+    throw broken_input_of(file, status);
   try {
     volume_info_of(header);
   } catch (const BrokenInput& broken) {

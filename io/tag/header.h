@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/errors/errors.h"
 #include "io/volume/volume_info.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/status.h"
@@ -74,6 +75,9 @@ class VolumeNames {
   std::vector<std::string> all_;
   bool has_any_ = false;
 };
+
+/// The error of a file that begins with its name.
+BrokenInput broken_input_of(const std::string& file, const Status& status);
 
 /// The size of the header of a file that begins with these bytes. Throws BrokenInput.
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble);

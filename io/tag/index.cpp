@@ -111,8 +111,8 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       if (Status status = parse_members(section_bytes, form.volumes, index.members); !status.ok())
         return status;
     } else if (kind < first_optional_section) {
-      return Status::broken("the index has a section of kind " + std::to_string(kind) +
-                            ", which this version of tagrid does not know; a newer one reads the file");
+      return Status::newer("the index has a section of kind " + std::to_string(kind) +
+                           ", which this version of tagrid does not know");
     } else {
       index.unknown_sections.push_back(kind);
     }
@@ -142,6 +142,17 @@ void parse_sizes(std::span<const std::byte> bytes, std::span<IndexEntry> bricks)
 void parse_statistics(std::span<const std::byte> bytes, std::span<IndexEntry> bricks) {
   FieldReader fields(bytes);
   statistics_columns(fields, bricks);
+}
+
+Status check_extremes(const TagIndex& index) {
+  PageFacts range;
+  for (const PageFacts& page : index.pages) {
+    range.low = std::min(range.low, page.low);
+    range.high = std::max(range.high, page.high);
+  }
+  return range.low == index.total.low && range.high == index.total.high
+             ? Status()
+             : Status::broken("the smallest or the largest sample is not that of the pages");
 }
 
 void take_range(std::span<const IndexEntry> bricks, PageFacts& page) {

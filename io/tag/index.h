@@ -102,6 +102,9 @@ std::vector<std::byte> serialize_directory(const TagIndex& index, const IndexFor
 Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, const IndexForm& form,
                        TagIndex& index);
 
+/// Checks that the extremes of the volume are those of its pages.
+Status check_extremes(const TagIndex& index);
+
 /// Bytes of a brick's entry in the two parts of a page.
 inline constexpr std::uint64_t sizes_entry = 2 * 4, statistics_entry = 3 * 8;
 

@@ -39,6 +39,8 @@ struct Member {
   std::uint64_t end() const { return offset + member_frame_size + length; }
   bool is_overview() const { return kind == overview_kind; }
   bool is_volume() const { return kind == volume_kind; }
+  bool is_unknown() const { return !is_overview() && !is_volume(); }
+  std::uint64_t bytes() const { return member_frame_size + length; }
   /// For messages: "overview 4".
   std::string name() const;
   friend bool operator==(const Member&, const Member&) = default;

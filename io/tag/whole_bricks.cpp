@@ -29,8 +29,9 @@ bool WholeBricks::has_read_index() {
     index_ = std::move(end.index);
     index_start_ = end.start;
     pages_.emplace(source_, header_size_, header_.parameters.bricks().count(), index_->pages);
-  } catch (const BrokenInput&) {
+  } catch (const BrokenInput& broken) {
     // Damage is expected: index_ stays empty.
+    if (is_newer_format(broken)) throw;
   }
   return index_.has_value();
 }

@@ -29,7 +29,7 @@ class WholeBricks : public IndexedTag {
 
  public:
   /// Reads the entire file, and keeps 24 bytes for each brick that the file has room for. Throws BrokenInput
-  /// if the header is damaged, and WorldError.
+  /// if the header is damaged, or the file needs a newer program, and WorldError.
   explicit WholeBricks(std::shared_ptr<const ByteSource> source);
 
   std::uint64_t file_bytes() const { return source_->size(); }

@@ -306,7 +306,8 @@ tagrid_status tagrid_decoder_open(const void* header, size_t bytes, tagrid_decod
     TagHeader parsed;
     std::uint64_t checksum = 0;
     const std::span all(static_cast<const std::byte*>(header), bytes);
-    if (Status status = parse_header(all, parsed, checksum); !status.ok()) throw BrokenInput(status.what());
+    if (Status status = parse_header(all, parsed, checksum); !status.ok())
+      throw broken_input_of("the header", status);
     (*decoder)->parameters = parsed.parameters;
     (*decoder)->is_open = true;
   });

@@ -17,8 +17,9 @@ const char* tagrid_status_text(tagrid_status status) {
                                    "out of memory",
                                    "cancelled",
                                    "a bug in the library",
-                                   "bytes are needed"};
-  return status >= TAGRID_OK && status <= TAGRID_NEEDS_BYTES ? texts[status] : "unknown status";
+                                   "bytes are needed",
+                                   "a newer version of the format"};
+  return status >= TAGRID_OK && status <= TAGRID_NEWER_FORMAT ? texts[status] : "unknown status";
 }
 
 size_t tagrid_sample_size(tagrid_type type) {

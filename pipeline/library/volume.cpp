@@ -21,6 +21,7 @@ void copy(const Index3& from, std::int64_t* to) {
 tagrid_status status_of(const SortedError& error) {
   if (error.detail.problem == Problem::memory_limit) return TAGRID_MEMORY_LIMIT;
   if (error.detail.problem == Problem::cancelled) return TAGRID_CANCELLED;
+  if (error.detail.problem == Problem::newer_format) return TAGRID_NEWER_FORMAT;
   switch (error.kind) {
     case ErrorKind::usage:
       return TAGRID_INVALID_ARGUMENT;
@@ -106,6 +107,8 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   for (int axis = 0; axis < 3; ++axis) info.bricks[axis] = bricks.bricks(axis);
   info.brick_edge = p.bricks().length();
   info.lead = p.lead;
+  info.unknown_parts = static_cast<int>(index.unknown_sections.size()) +
+                       static_cast<int>(std::ranges::count_if(index.members, &Member::is_unknown));
   for (const std::uint64_t points : total.active) info.active_points += points;
   return info;
 }

@@ -232,17 +232,13 @@ void Verifier::compare_with_index(const Statistics& counted, bool has_points) co
   const Statistics& total = index_.total;
   if (has_points && parameters().counts_points() && total.active != counted.active)
     fail_index("the number of active points does not match the bricks");
-  if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
   // Without a bound, all samples are interpolated: only the original tells how many are finite.
   const bool all_come_back = setup_.against || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not match the bricks");
-  if (bound >= 0 && !(total.max_error <= bound)) fail_index("the recorded error is above the bound");
   const double of_mesh = parameters().mesh_error;
-  if (of_mesh >= 0 && !(total.mesh_error >= 0)) fail_index("the recorded error of the mesh is not a number");
-  if (of_mesh >= 0 && !(total.mesh_error <= of_mesh))
-    fail_index("the recorded error of the mesh is above its bound");
+  if (Status status = check_extremes(index_); !status.ok()) fail_index(status.what());
   if (!setup_.against) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
     throw BrokenInput(fmt::format("{}: the mesh differs from the original by up to {}, more than {}", name_,

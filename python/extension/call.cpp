@@ -83,6 +83,8 @@ const char* class_of(tagrid_status status) {
       return "ArgumentError";
     case TAGRID_BROKEN_INPUT:
       return "DamagedError";
+    case TAGRID_NEWER_FORMAT:
+      return "NewerFormatError";
     case TAGRID_IO_ERROR:
       return "InputError";
     case TAGRID_MEMORY_LIMIT:

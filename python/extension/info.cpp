@@ -72,6 +72,7 @@ py::dict dict_of(const tagrid_info& info) {
   d["brick_edge"] = info.brick_edge;
   d["lead"] = info.lead;
   d["active_points"] = info.active_points;
+  d["unknown_parts"] = info.unknown_parts;
   return d;
 }
 

@@ -18,7 +18,7 @@ mm.
 import importlib as _importlib
 from typing import Any
 
-from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError
+from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError, NewerFormatError
 from ._meshes import Mesh, Surface
 from ._rescaled import Rescaled
 from ._tagrid import library_version
@@ -27,12 +27,12 @@ from ._writing import Writer, encode, verify
 
 __version__ = library_version()
 _MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
-__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Rescaled", "Surface",
-           "Volume", "Writer", "encode", "open", "verify"]
+__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "NewerFormatError",
+           "Rescaled", "Surface", "Volume", "Writer", "encode", "open", "verify"]
 
 # Errors and help() show tagrid.DamagedError, not the private module that defines it.
-for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, Rescaled, Surface, Volume,
-               Writer, encode, verify):
+for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, NewerFormatError, Rescaled,
+               Surface, Volume, Writer, encode, verify):
     _thing.__module__ = __name__
 
 

@@ -16,6 +16,10 @@ class DamagedError(Error, ValueError):
     """The file is damaged, truncated, or not a .tag file. Samples of a damaged brick are never returned."""
 
 
+class NewerFormatError(Error, ValueError):
+    """The file is not damaged, but needs a newer version of tagrid."""
+
+
 class InputError(Error, OSError):
     """Bytes cannot be read or written."""
 

@@ -17,11 +17,18 @@ class [[nodiscard]] Status {
     status.what_ = std::move(what);
     return status;
   }
+  /// The bytes are whole, but of a newer version of the format.
+  static Status newer(const std::string& what) {
+    Status status = broken(what + "; the file is of a newer version: update tagrid");
+    status.newer_ = true;
+    return status;
+  }
   bool ok() const { return ok_; }
+  bool is_newer() const { return newer_; }
   const std::string& what() const { return what_; }
 
  private:
-  bool ok_ = true;
+  bool ok_ = true, newer_ = false;
   std::string what_;
 };
 

@@ -94,15 +94,17 @@ class Header:
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
-        require(self.level_limit <= 3 * self.K and self.accuracy >= 3, "impossible accuracy")
+        require(self.level_limit <= 3 * self.K and 3 <= self.accuracy <= 1000000, "impossible accuracy")
         require(self.scale > 0 and all(map(math.isfinite, (self.scale, self.range_low, high))), "impossible range")
+        require(self.range_low <= high, "impossible range")
         for e in (max_error, surface_error, mesh_error):
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
+        require(surface_error < 0 or (self.mode == 0 and surface_error < max_error), "impossible bound of active voxels")
         self.levels = 3 * self.K + 1 if grid != 1 else 0  # whose active points are counted
         self.volume_fields = 8 * self.levels + 72 + 8 * (mesh_error >= 0)  # bytes of a section of the index
-        self.mesh_error = mesh_error
+        self.mesh_error, self.error_bound = mesh_error, max_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
             e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
@@ -292,7 +294,8 @@ def check_members(data, at, header, last):
             require((kind, factor) == (2, volumes) and volumes < header.volumes,
                     "the volumes are not in order, or are too many")
             inner = Header(data[at + 20:end])
-            require(inner.volumes == 1 and inner.coding == header.coding, "a volume is of another file")
+            require(inner.volumes == 1 and inner.coding == header.coding and inner.step == header.step,
+                    "a volume is of another file")
             volumes += 1
         if kind == 1:
             require(factor > coarsest, "the overviews do not become coarser")
@@ -301,9 +304,26 @@ def check_members(data, at, header, last):
             require(inner.volumes == 1 and inner.mode == 0 and inner.grid == 1
                     and inner.type.number == header.type.number, "an overview is of another volume")
             require(inner.dims == [(n - 1) // factor + 1 for n in header.dims], "an overview has other sizes")
+            check_end_of_overview(data[at + 20:end], inner)
         last, at = checksum, end + 8
     require(volumes == header.volumes, "a volume is missing")
     return members, at, last
+
+
+def check_end_of_overview(data, header):
+    """The directory and the footer, and that nothing lies between the last page and the directory."""
+    require(len(data) >= header.size + 24, "an overview is cut off")
+    start, = struct.unpack_from("<Q", data, len(data) - 24)
+    require(header.size <= start <= len(data) - 24, "an overview has no footer")
+    n = math.prod(header.bricks)
+    count = -(-n // bricks_of_page(n))
+    before, = struct.unpack_from("<Q", data, start - 8)
+    sections = read_directory(data, start, header, before, count)
+    if sections is None:
+        return
+    require(3 not in sections, "an overview has members")
+    fields = struct.unpack_from(f"<{2 * count}I{count}Q", sections[2])
+    require(header.size + sum(fields) == start, "an overview has other parts than bricks and pages")
 
 
 def volumes_of(data):
@@ -406,10 +426,11 @@ def sections_of(directory):
     return sections
 
 
-def check_index(data, at, header, last, sizes, pages, counts, members):
+def read_directory(data, at, header, last, pages):
+    """The sections of the directory, which the footer follows; None without zstd."""
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
-    require(marker == 0 and 24 + header.volume_fields + 32 * len(pages) <= size <= (1 << 18) - (1 << 12),
+    require(marker == 0 and 24 + header.volume_fields + 32 * pages <= size <= (1 << 18) - (1 << 12),
             "the index has an impossible size")
     require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
     end = at + 20 + packed_size
@@ -419,22 +440,38 @@ def check_index(data, at, header, last, sizes, pages, counts, members):
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
     directory = unpack(data[at + 20:end], size)
     if directory is None:
-        return
+        return None
     sections = sections_of(directory)
+    fields = sections[1]
+    require(len(fields) == header.volume_fields and len(sections[2]) == 32 * pages, "a section has an impossible size")
+    errors = fields[8 * header.levels:]
+    reached = struct.unpack_from("<d", errors)[0]
+    require(reached >= 0 and (header.error_bound < 0 or reached <= header.error_bound), "the error is above the bound")
+    errors = errors[8:]
+    if header.mesh_error >= 0:
+        require(0 <= struct.unpack_from("<d", errors)[0] <= header.mesh_error, "the mesh is too far off")
+        errors = errors[8:]
+    if header.type.is_float:
+        squares, zero = struct.unpack_from("<dQ", errors)
+        require(not math.isnan(squares) and zero == 0, "the index has bits that must be 0")
+    require(not any(map(math.isnan, struct.unpack_from("<3d", errors, 16))), "a statistic is not a number")
+    return sections
+
+
+def check_index(data, at, header, last, sizes, pages, counts, members):
+    sections = read_directory(data, at, header, last, len(pages))
+    if sections is None:
+        return
     fields, columns = sections[1], sections[2]
-    require(len(fields) == header.volume_fields and len(columns) == 32 * len(pages), "a section has an impossible size")
     stored_counts = struct.unpack_from(f"<{header.levels}Q", fields)
     require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
-    errors = 8 * header.levels + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
-    second_half = struct.unpack_from("<Q", fields, errors + 16)[0]
-    if header.mesh_error >= 0:
-        require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
-    require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
     require(struct.unpack_from("<2Q", fields, len(fields) - 16) == tuple(map(sum, zip(*sizes))),
             "the index has other sums of sizes")
     n = len(pages)
     stored = struct.unpack(f"<{2 * n}I{n}Q{2 * n}d", columns)
     require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")
+    require(struct.unpack_from("<2d", fields, len(fields) - 48)
+            == (min(page[3] for page in pages), max(page[4] for page in pages)), "the extremes are not those of the pages")
     table = sections.get(3)
     require(table is None or (table and len(table) % 24 == 0), "the table of members has an impossible size")
     require(list(struct.iter_unpack("<IIQQ", table or b"")) == members, "the directory has other members than the file")

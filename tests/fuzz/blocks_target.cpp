@@ -153,7 +153,9 @@ void blocks(Bytes bytes) {
   const tagrid_status opened =
       with_bytes(file, blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); });
   claim(opened == reader.status, "a file is open for a caller that fetches if it is for a reader");
-  if (opened != TAGRID_OK) return claim(opened == TAGRID_BROKEN_INPUT, "what cannot be opened is broken");
+  if (opened != TAGRID_OK)
+    return claim(opened == TAGRID_BROKEN_INPUT || opened == TAGRID_NEWER_FORMAT,
+                 "what cannot be opened is broken, or needs a newer program");
   tagrid_info info;
   tagrid_info_init(&info);
   claim(tagrid_blocks_info(blocks.handle, &info) == TAGRID_OK, "an open file is described");

@@ -226,7 +226,7 @@ except AttributeError as error:
         self.assertRaisesRegex(ValueError, "closed file", shared.read)
 
     def test_errors_can_go_to_another_process(self):
-        for name in ("ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError"):
+        for name in ("ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "NewerFormatError"):
             error = pickle.loads(pickle.dumps(getattr(tagrid, name)("what, and where")))
             self.assertEqual((type(error), str(error)), (getattr(tagrid, name), "what, and where"))
 

@@ -5,6 +5,7 @@ import math
 import os
 import pathlib
 import pickle
+import shutil
 import signal
 import tempfile
 import threading
@@ -16,6 +17,9 @@ import numpy as np
 import tagrid
 
 from volumes import TYPES, blobs, in_threads
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "format"))
+from forged import Forged, of_version_6  # noqa: E402
 
 SHAPE = (20, 30, 40)
 AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
@@ -250,6 +254,22 @@ class Opening(unittest.TestCase):
                     tagrid.open(data)
                 self.assertIsInstance(caught.exception, (tagrid.Error, ValueError))
                 self.assertRaises(tagrid.DamagedError, tagrid.verify, io.BytesIO(data))
+
+    @unittest.skipIf(shutil.which("zstd") is None, "needs the zstd program")
+    def test_parts_that_are_not_known_are_counted(self):
+        self.assertEqual(tagrid.open(self.bytes).info["unknown_parts"], 0)
+        data = Forged(self.bytes).with_section(70000, b"more").with_member(77, 1, b"and more").data()
+        volume = tagrid.open(data)
+        self.assertEqual(volume.info["unknown_parts"], 2)
+        np.testing.assert_array_equal(volume[:], self.decoded)
+
+    def test_a_newer_file_is_not_damaged(self):
+        data = of_version_6(self.bytes)
+        for read in (tagrid.open, tagrid.verify):
+            with self.assertRaisesRegex(tagrid.NewerFormatError, "format version 6.*update tagrid") as caught:
+                read(data)
+            self.assertIsInstance(caught.exception, (tagrid.Error, ValueError))
+            self.assertNotIsInstance(caught.exception, tagrid.DamagedError)
 
     def test_a_flipped_bit_is_found_before_samples_are_returned(self):
         offset = tagrid.open(self.bytes)._reader.brick(0)["offset"] + 20

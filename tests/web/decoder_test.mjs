@@ -1,5 +1,6 @@
 // The decoder gives the samples of the program, and the right code for what it cannot decode.
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -188,6 +189,13 @@ const code = async (promise) => {
   }
   return "none";
 };
+
+test("a newer file has a code of its own", async () => {
+  const forge = `import sys; sys.path.insert(0, "${join(golden, "../format")}"); from forged import of_version_6
+sys.stdout.buffer.write(of_version_6(open("${join(golden, "example_int16.tag")}", "rb").read()))`;
+  const bytes = execFileSync("python3", ["-B", "-c", forge]);
+  assert.equal(await code(open(new Blob([bytes]), { workers: 0 })), "newer-format");
+});
 
 test("what is not a whole .tag file is broken input", async () => {
   const whole = content(join(golden, "lead_voxels_overviews_int16.tag"));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -132,6 +133,9 @@ struct DecodeCommand {
     if (!doubts.empty())
       warn(run, "{}: was encoded in doubt: {}", shown_input(input),
            printable(fmt::format("{}", fmt::join(doubts, "; "))));
+    if (const auto unknown = std::ranges::count_if(result.index.members, &Member::is_unknown); unknown > 0)
+      warn(run, "{}: has {} of a newer version of tagrid, which the output lacks", shown_input(input),
+           counted(static_cast<std::uint64_t>(unknown), "member"));
     for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
     if (run.is_verbose()) {
       if (run.shows_times())

@@ -70,6 +70,16 @@ std::vector<std::byte> end_of(const std::string& path) {
   }
 }
 
+/// True if a file is not damaged at its beginning and end, but of a newer version of the format.
+bool needs_newer_program(const std::string& path) {
+  try {
+    TagBricks(std::make_shared<FileSource>(path));
+    return false;
+  } catch (const BrokenInput& broken) {
+    return is_newer_format(broken);
+  }
+}
+
 /// True if something in a damaged file is intact by its own checksums, but is not what was rebuilt: the parity is of another
 /// file. The checksum of a block includes those of all before it.
 bool contradicts(const std::string& damaged, const std::string& repaired) {
@@ -135,15 +145,19 @@ struct RepairCommand {
     }
     OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
     file.repair(to_file(repaired), memory_for_stripes(run.memory, file.layout(), "repairing a file"));
-    if (file.is_beside() && contradicts(input, repaired.temporary()))
+    const bool is_newer = needs_newer_program(repaired.temporary());
+    if (!is_newer && file.is_beside() && contradicts(input, repaired.temporary()))
       throw broken_input_error(
           "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
           "an "
           "earlier one; remove it, or protect the file again",
           shown_input(input), parity_beside(input));
-    prove(ranks, repaired.temporary());
+    if (!is_newer) prove(ranks, repaired.temporary());
     repaired.commit();
     if (!run.quiet) tell(file, condition);
+    if (is_newer)
+      warn(run, "{}: is of a newer version, which this tagrid does not read, so only its parity was checked",
+           printable(output.path));
   }
 
   /// The blocks are those that were protected. The file's own checksums show that these were whole.

@@ -117,11 +117,12 @@ struct VerifyCommand {
     }
   }
 
-  void tell_of_parity(const SurveyedParity& parity) const {
+  void tell_of_parity(const SurveyedParity& parity, bool is_newer) const {
     // What was protected may have been damaged, or may differ from the original.
-    const std::string words = parity.condition.is_intact()
-                                  ? "intact, and no help: the file is as it was protected"
-                                  : parity_words(parity);
+    const std::string words =
+        !parity.condition.is_intact() ? parity_words(parity)
+        : is_newer ? "the file is as it was protected; nothing else of it can be checked by this version"
+                   : "intact, and no help: the file is as it was protected";
     fmt::print("{}: {}\n", printable(input), words);
     std::fflush(stdout);  // the error follows on another stream
   }
@@ -182,8 +183,9 @@ struct VerifyCommand {
     } catch (const BrokenInput& broken) {
       if (!is_regular_input(input)) throw;
       const auto parity = parity_of_damaged();
-      tell_of_damage(report, parity);
-      if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity);
+      const bool is_newer = is_newer_format(broken);
+      if (!is_newer) tell_of_damage(report, parity);
+      if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity, is_newer);
       if (parity && !parity->file.is_beside() && !parity->condition.is_file_intact() &&
           parity->condition.is_repairable())
         throw BrokenInput(tagrid::words_of(broken) + "; tagrid repair rebuilds what is damaged");

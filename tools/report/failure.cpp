@@ -46,6 +46,7 @@ std::string advice_on(const ErrorDetail& detail) {
   switch (detail.problem) {
     case Problem::none:
     case Problem::cancelled:
+    case Problem::newer_format:
       return "";
     case Problem::output_exists:
       return "; give -f to overwrite it";

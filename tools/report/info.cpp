@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <span>
 
 #include "io/envelope/envelope.h"
 #include "io/formats/nrrd/geometry.h"
@@ -244,7 +246,7 @@ ordered_json overviews_json(const TagSummary& file) {
     const Index3 dims = overview_dims(file.header.parameters.dims, member.factor);
     all.push_back({{"factor", member.factor},
                    {"dims", {dims.x, dims.y, dims.z}},
-                   {"bytes", member_frame_size + member.length},
+                   {"bytes", member.bytes()},
                    {"max_error", p ? ordered_json(p->max_error) : ordered_json(nullptr)}});
   });
   return all;
@@ -281,6 +283,10 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
   json["compression"] = json_text_or_null(compression);
   json["source"] = source_json(header);
   if (!index.unknown_sections.empty()) json["unknown_sections"] = index.unknown_sections;
+  for (const Member& member : index.members)
+    if (member.is_unknown())
+      json["unknown_members"].push_back(
+          {{"kind", member.kind}, {"factor", member.factor}, {"bytes", member.bytes()}});
   return json;
 }
 
@@ -313,21 +319,29 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   const char* name_of_line = "overviews";
   for_each_overview(file, [&](const Member& member, const std::optional<CodingParameters>& o) {
     const Index3 dims = overview_dims(p.dims, member.factor);
-    line(name_of_line, fmt::format("{}: {} x {} x {} means, {}, {}", member.factor, dims.x, dims.y, dims.z,
-                                   human_bytes(member_frame_size + member.length),
-                                   o ? "maximum error " + bound_text(o->max_error) : "damaged"));
+    line(name_of_line,
+         fmt::format("{}: {} x {} x {} means, {}, {}", member.factor, dims.x, dims.y, dims.z,
+                     human_bytes(member.bytes()),
+                     o ? "maximum error " + bound_text(o->max_error) : "damaged, or of a newer version"));
     name_of_line = "";
   });
-  for (const Member& member : index.members)
-    if (!member.is_overview() && !member.is_volume())
-      line("also has", fmt::format("a member of kind {}, {}, which this version does not know", member.kind,
-                                   human_bytes(member.length)));
+  std::uint64_t unknown_bytes = 0;
+  for (const Member& member : index.members) {
+    if (!member.is_unknown()) continue;
+    unknown_bytes += member.bytes();
+    line("also has", fmt::format("a member of kind {}, {}, which this version does not know", member.kind,
+                                 human_bytes(member.length)));
+  }
   if (p.grid == GridOrigin::derived) line("grid", "derived (computed from the decoded voxels on demand)");
   if (p.grid == GridOrigin::implied) line("grid", "that of the original, which the voxels determine");
   line("effort", std::string(name_of(p.effort)));
-  if (!index.unknown_sections.empty())
-    line("also has", fmt::format("parts of a newer version, of kind {}, which are not needed for the samples",
-                                 fmt::join(index.unknown_sections, ", ")));
+  if (const auto& kinds = index.unknown_sections; !kinds.empty()) {
+    const auto named = std::min<std::size_t>(kinds.size(), 10);
+    line("also has",
+         fmt::format("parts of a newer version, of kind {}{}, which are not needed for the samples",
+                     fmt::join(std::span(kinds).first(named), ", "),
+                     named < kinds.size() ? fmt::format(" and {} more", kinds.size() - named) : ""));
+  }
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
                                     error_text(index.total.max_error, header)));
   if (p.transform_step > 0)
@@ -356,7 +370,9 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   part("  activity", sizes.activity);
   part("  values", sizes.values);
   if (sizes.envelope > 0) part("  source files", sizes.envelope);
-  if (sizes.members > 0) part(header.volumes > 1 ? "  other volumes" : "  overviews", sizes.members);
+  if (sizes.members > unknown_bytes)
+    part(header.volumes > 1 ? "  other volumes" : "  overviews", sizes.members - unknown_bytes);
+  if (unknown_bytes > 0) part("  other members", unknown_bytes);
   part("  index, frames", sizes.index);
   if (parity) part("  parity", sizes.parity);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));

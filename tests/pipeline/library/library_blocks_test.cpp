@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
 #include "stages/sample/sample_type.h"
 #include "tagrid/tagrid.h"
 #include "tagrid/tagrid_blocks.h"
@@ -302,6 +304,25 @@ TEST(LibraryBlocks, DamageIsBrokenInput) {
       EXPECT_EQ(samples == nullptr, is_hit);
     }
   }
+}
+
+TEST(LibraryBlocks, ANewerFileHasAStatusOfItsOwn) {
+  Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/example_int16.tag");
+  auto* const header = reinterpret_cast<std::byte*>(file.data());
+  const auto size = load_little_endian<std::uint32_t>(header + 12);
+  file[8] = 6;
+  const auto opened = [&] {
+    Fetching fetching(file);
+    const Blocks blocks(file.size());
+    return fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); });
+  };
+  EXPECT_EQ(opened(), TAGRID_BROKEN_INPUT) << "the checksum is not right";
+  store_little_endian(header + size - 8, checksum_of({std::span(header, size - 8)}));
+  EXPECT_EQ(opened(), TAGRID_NEWER_FORMAT);
+  tagrid_decoder* decoder = nullptr;
+  EXPECT_EQ(tagrid_decoder_open(header, size, &decoder), TAGRID_NEWER_FORMAT);
+  tagrid_decoder_close(decoder);
+  EXPECT_STREQ(tagrid_status_text(TAGRID_NEWER_FORMAT), "a newer version of the format");
 }
 
 TEST(LibraryBlocks, MistakesOfACallerAreRefused) {

@@ -155,6 +155,7 @@ TEST(IndexPages, SectionsThatAreNotKnown) {
   EXPECT_EQ(index.unknown_sections, std::vector<std::uint32_t>{1 << 16});
   const Status needed = parsed(with(4, 5, 5));
   EXPECT_FALSE(needed.ok());
+  EXPECT_TRUE(needed.is_newer());
   EXPECT_NE(std::string(needed.what()).find("a section of kind 4"), std::string::npos);
   EXPECT_FALSE(parsed(with(1 << 16, 5, 4)).ok()) << "cut off";
   EXPECT_FALSE(parsed(with(1 << 16, ~std::uint64_t{0}, 4)).ok());

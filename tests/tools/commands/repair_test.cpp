@@ -1,9 +1,15 @@
 // protect and repair, as a user runs them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <string>
 
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/file_bytes.h"
+#include "io/parity/parity.h"
 #include "tests/support/command_line.h"
 
 namespace tagrid {
@@ -43,6 +49,38 @@ TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
   EXPECT_FALSE(std::filesystem::exists(path("lost.tag")));
   EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
   EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "the damage exceeds what the parity can repair";
+}
+
+// Parity brings bytes back, whatever they are.
+TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
+  auto* const bytes = reinterpret_cast<std::byte*>(plain_.data());
+  store_little_endian<std::uint32_t>(bytes + 8, 6);
+  const auto header = load_little_endian<std::uint32_t>(bytes + 12);
+  store_little_endian(bytes + header - 8, checksum_of({std::span(bytes, header - 8)}));
+  file("new.tag", plain_);
+  for (const bool beside : {false, true}) {
+    std::string parity;
+    write_parity(FileSource(path("new.tag")), 5000, beside ? 0 : plain_.size(),
+                 [&](std::uint64_t at, std::span<const std::byte> part) {
+                   at -= beside ? 0 : plain_.size();
+                   parity.resize(std::max<std::size_t>(parity.size(), at + part.size()));
+                   std::memcpy(parity.data() + at, part.data(), part.size());
+                 });
+    const std::string whole = beside ? plain_ : plain_ + parity;
+    file("a.tag", whole);
+    if (beside) file("a.tag.parity", parity);
+    const Ending verified = tagrid({"verify", "a.tag"});
+    EXPECT_EQ(verified.code, broken_input);
+    EXPECT_NE(verified.out.find("nothing else of it can be checked by this version"), std::string::npos);
+    EXPECT_NE(verified.err.find("of a newer version: update tagrid"), std::string::npos) << verified.err;
+    for (const std::size_t begin : {std::size_t{20}, plain_.size() / 2, plain_.size() - 30}) {
+      file("a.tag", damaged(whole, begin, 30));
+      const Ending repaired = tagrid({"repair", "a.tag", "-f", "-o", "whole.tag"});
+      EXPECT_EQ(repaired.code, 0) << repaired.err;
+      EXPECT_NE(repaired.err.find("newer version"), std::string::npos) << repaired.err;
+      EXPECT_TRUE(content("whole.tag") == whole);
+    }
+  }
 }
 
 TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {

@@ -168,6 +168,8 @@ export type ErrorCode =
   | "invalid-argument"
   /** The bytes are damaged, truncated, or not those of a .tag file. */
   | "broken-input"
+  /** The file is not damaged, but needs a newer version of this package. */
+  | "newer-format"
   /** The server, the network or a `read` of a source failed. */
   | "io-error"
   /** The server ignores ranges. */

@@ -6,7 +6,8 @@ export const OK = 0;
 export const NEEDS_BYTES = 8;
 
 // As tagrid_status has them.
-const codes = ["", "invalid-argument", "broken-input", "io-error", "out-of-memory", "out-of-memory", "io-error", "bug"];
+const codes = ["", "invalid-argument", "broken-input", "io-error", "out-of-memory", "out-of-memory", "io-error", "bug", "",
+  "newer-format"];
 
 export const types = [
   null,
