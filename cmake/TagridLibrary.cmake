@@ -60,8 +60,7 @@ install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libtagrid-de
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tagrid)
 install(EXPORT tagridTargets NAMESPACE tagrid:: DESTINATION ${package} COMPONENT libtagrid-dev)
 configure_file(cmake/tagridConfig.cmake.in tagridConfig.cmake @ONLY)
-# Before 1.0, a minor version may change the interface.
-write_basic_package_version_file(tagridConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(tagridConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/tagridConfig.cmake ${PROJECT_BINARY_DIR}/tagridConfigVersion.cmake
         DESTINATION ${package} COMPONENT libtagrid-dev)
 

@@ -20,7 +20,7 @@ endforeach()
 add_library(tagrid_reading STATIC ${sources})
 target_include_directories(tagrid_reading PRIVATE ${PROJECT_SOURCE_DIR} PUBLIC ${PROJECT_SOURCE_DIR}/include)
 target_link_libraries(tagrid_reading PUBLIC zstd::libzstd xxhash::xxhash PRIVATE tagrid_hwy fmt::fmt)
-target_compile_definitions(tagrid_reading PRIVATE TAGRID_VERSION="${PROJECT_VERSION}")
+target_compile_definitions(tagrid_reading PRIVATE TAGRID_VERSION="${TAGRID_VERSION}")
 if(EMSCRIPTEN)
   # A module is linked once, at a place of its own.
   set_target_properties(tagrid_reading zstd_decompress xxhash PROPERTIES POSITION_INDEPENDENT_CODE OFF)

@@ -136,14 +136,14 @@ function(tagrid_write_sbom)
   \"spdxVersion\": \"SPDX-2.3\",
   \"dataLicense\": \"CC0-1.0\",
   \"SPDXID\": \"SPDXRef-DOCUMENT\",
-  \"name\": \"tagrid-${PROJECT_VERSION}\",
-  \"documentNamespace\": \"https://spdx.org/spdxdocs/tagrid-${PROJECT_VERSION}-${id}\",
+  \"name\": \"tagrid-${TAGRID_VERSION}\",
+  \"documentNamespace\": \"https://spdx.org/spdxdocs/tagrid-${TAGRID_VERSION}-${id}\",
   \"creationInfo\": {\"created\": \"${created}\", \"creators\": [\"Tool: CMake-${CMAKE_VERSION}\"]},
   \"packages\": [
     {
       \"SPDXID\": \"SPDXRef-tagrid\",
       \"name\": \"tagrid\",
-      \"versionInfo\": \"${PROJECT_VERSION}\",
+      \"versionInfo\": \"${TAGRID_VERSION}\",
       \"downloadLocation\": \"NOASSERTION\",
       \"filesAnalyzed\": false,
       \"licenseConcluded\": \"Apache-2.0\",

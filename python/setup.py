@@ -131,7 +131,7 @@ libraries = pkg_config("--static", "--libs")
 archive = f"{pkg_config('--variable=libdir')[0]}/libtagrid.a"
 setup(
     name="tagrid",
-    version=pkg_config("--modversion")[0],
+    version=pkg_config("--variable=release")[0],
     description="CT volumes as .tag files: read in parts, written from arrays, with meshes and surfaces",
     license="Apache-2.0",
     packages=["tagrid", "tagrid.paraview"],

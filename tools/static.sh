@@ -28,7 +28,7 @@ cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_STATIC=ON -D
   -DCMAKE_PREFIX_PATH="$libraries" -DCMAKE_INSTALL_PREFIX=/usr >/dev/null
 cmake --build "$build" >/dev/null
 
-version=$("$build/tagrid" --version | head -1 | grep -o '[0-9][0-9.]*' | head -1)
+version=$("$build/tagrid" --version | sed -n '1s/^tagrid \([^ ]*\).*/\1/p')
 name=tagrid-$version-linux-$(uname -m)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -61,11 +61,11 @@ extern "C" {
 /* ------------------------------------------------------------------------------------------ version, status */
 
 /* The version of these declarations. */
-#define TAGRID_VERSION_MAJOR 0
-#define TAGRID_VERSION_MINOR 1
+#define TAGRID_VERSION_MAJOR 1
+#define TAGRID_VERSION_MINOR 0
 #define TAGRID_VERSION_PATCH 0
 
-/* The version of the library that is linked, as "0.1.0". */
+/* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.1". */
 TAGRID_API const char* tagrid_version(void);
 
 /* How a call ended. Values are never reused. */

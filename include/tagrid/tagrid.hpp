@@ -28,7 +28,7 @@
 namespace tagrid {
 // This is part of the name of every function, so that it never clashes with a function from a library that
 // was built with another version of this file.
-inline namespace v0_1 {
+inline namespace v1 {
 
 /// A call that failed: what() is its message, status() its kind.
 class Error : public std::runtime_error {
@@ -450,5 +450,5 @@ class Encoder {
   std::size_t slice_ = 1;
 };
 
-}  // namespace v0_1
+}  // namespace v1
 }  // namespace tagrid

@@ -138,7 +138,7 @@ class InstalledLibrary(unittest.TestCase):
         moved.parent.mkdir()
         prefix.rename(moved)
         plugin = next(moved.rglob("libtagrid_hdf5.so"))
-        library = moved / self.library.relative_to(self.prefix) / "libtagrid.so.0"
+        library = moved / self.library.relative_to(self.prefix) / "libtagrid.so.1"
         found = re.search(r"libtagrid\.so\.0 => (.*) \(0x", run("ldd", plugin, LD_LIBRARY_PATH=""))
         self.assertEqual(pathlib.Path(found[1]).resolve(), library.resolve())
 
@@ -157,7 +157,7 @@ class InstalledLibrary(unittest.TestCase):
         declared = {name for name in re.findall(r"\b(tagrid_\w+)\(", headers)
                     if re.search(rf"TAGRID_API [^;]*\b{name}\(", headers)}
         self.assertEqual(set(names), declared)
-        self.assertIn("Library soname: [libtagrid.so.0]", run("readelf", "-d", shared))
+        self.assertIn("Library soname: [libtagrid.so.1]", run("readelf", "-d", shared))
 
     def test_it_does_not_touch_the_process(self):
         shared = self.library / "libtagrid.so"
@@ -203,13 +203,13 @@ class InstalledLibrary(unittest.TestCase):
         self.assertRegex(field["tagrid-openvdb"], r"Depends: .*libopenvdb")
         self.assertNotRegex(field["tagrid"], r"Depends: .*(libtiff|libopenvdb)")
         self.assertNotIn("libopenvdb", field["tagrid-readers"])
-        self.assertIn("libtagrid.so.0 ->", content["libtagrid"])
+        self.assertIn("libtagrid.so.1 ->", content["libtagrid"])
         for path in ("include/tagrid/tagrid.h\n", "include/tagrid/tagrid.hpp", "libtagrid.so ->", "libtagrid.a", "tagrid.pc",
                      "tagridConfig.cmake", "examples/read_region.c"):
             self.assertIn(path, content["libtagrid-dev"])
             self.assertNotIn(path, content["libtagrid"])
             self.assertNotIn(path, content["tagrid"])
-        self.assertNotIn("libtagrid.so.0", content["libtagrid-dev"].replace("-> libtagrid.so.0", ""))
+        self.assertNotIn("libtagrid.so.1", content["libtagrid-dev"].replace("-> libtagrid.so.1", ""))
         for name in ("tagrid", "libtagrid"):
             self.assertRegex(field[name], r"Depends: .*libtbb")
         self.assertRegex(field["libtagrid-dev"], r"Depends: .*libtagrid \(= ")
@@ -218,7 +218,7 @@ class InstalledLibrary(unittest.TestCase):
                 self.assertIn(path, content[package])
             self.assertRegex(field[package], r"Depends: .*libtagrid \(= .*python3-numpy")
         architecture = run("dpkg-architecture", "-qDEB_HOST_MULTIARCH").strip()
-        self.assertIn(f"./usr/lib/{architecture}/libtagrid.so.0 ->", content["libtagrid"])
+        self.assertIn(f"./usr/lib/{architecture}/libtagrid.so.1 ->", content["libtagrid"])
         for path in ("libtagrid.a", "pkgconfig/tagrid.pc", "cmake/tagrid/tagridConfig.cmake"):
             self.assertIn(f"./usr/lib/{architecture}/{path}\n", content["libtagrid-dev"])
         if plugins:

@@ -191,7 +191,7 @@ const code = async (promise) => {
 };
 
 test("a newer file has a code of its own", async () => {
-  const forge = `import sys; sys.path.insert(0, "${join(golden, "../format")}"); from forged import of_version_6
+  const forge = `import sys; sys.path.insert(0, "${join(golden, "../../format")}"); from forged import of_version_6
 sys.stdout.buffer.write(of_version_6(open("${join(golden, "example_int16.tag")}", "rb").read()))`;
   const bytes = execFileSync("python3", ["-B", "-c", forge]);
   assert.equal(await code(open(new Blob([bytes]), { workers: 0 })), "newer-format");
