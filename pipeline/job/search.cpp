@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -81,8 +82,14 @@ class Bounds {
   static constexpr std::int64_t of_guess = 3700;
   static constexpr std::int64_t finest = 200;
 
-  static double power_of_step(std::int64_t n) { return std::pow(step, static_cast<double>(n)); }
-  // With 24 digits, as the last ones of a power depend on the machine, and the bound is stored.
+  // The same on every machine, as std::pow() is not.
+  static double power_of_step(std::int64_t n) {
+    double power = 1, factor = n < 0 ? 1 / step : step;
+    for (std::int64_t left = std::abs(n); left > 0; left /= 2, factor *= factor)
+      if (left % 2 != 0) power *= factor;
+    return power;
+  }
+  // With 24 digits: the last ones of the guess depend on the machine, and the bound is stored.
   static double rounded(double number) {
     int exponent;
     const double mantissa = std::frexp(number, &exponent);
