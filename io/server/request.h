@@ -16,8 +16,8 @@ struct WebRequest {
   bool is_last = false;             ///< the connection ends with it
 };
 
-/// The request of a head: its lines, up to the empty one. Nothing if it is not one of HTTP/1.0 or 1.1, or names
-/// two hosts, ranges or origins. Safe for any bytes.
+/// The request of a head: its lines, up to the empty one. Nothing if it is not one of HTTP/1.0 or 1.1, or
+/// names two hosts, ranges or origins. Safe for any bytes.
 std::optional<WebRequest> request_of(std::string_view head);
 
 /// A part of `size` bytes: [first, end).

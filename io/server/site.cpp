@@ -96,8 +96,8 @@ std::string fields_for_origin(const WebSite& site, const WebRequest& request) {
       request.origin);
 }
 
-/// The answer to a browser that asks whether a page of another site may send a request. `fields`: those for its
-/// origin.
+/// The answer to a browser that asks whether a page of another site may send a request. `fields`: those for
+/// its origin.
 std::string permission(const std::string& fields, bool is_last) {
   return head_of("200 OK", 0,
                  fields +

@@ -15,8 +15,8 @@
 
 namespace tagrid {
 
-/// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names of
-/// files, and pages of other sites read only what they are allowed to.
+/// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names
+/// of files, and pages of other sites read only what they are allowed to.
 struct WebSite {
   struct Item {
     std::shared_ptr<const ByteSource> bytes;
@@ -24,8 +24,8 @@ struct WebSite {
   };
   /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
   std::map<std::string, Item> items;
-  /// What is made when it is asked for, of paths that are not in `items`: null if there is none. Called by several
-  /// threads; each reads what it got. May be empty.
+  /// What is made when it is asked for, of paths that are not in `items`: null if there is none. Called by
+  /// several threads; each reads what it got. May be empty.
   std::function<std::shared_ptr<const ByteSource>(std::string_view path)> made;
   /// Pages of other sites that may read this one: "https://example.org".
   std::vector<std::string> origins;

@@ -31,8 +31,8 @@ class Text final : public ByteSource {
   std::string name_ = "metadata";
 };
 
-/// The number that a text begins with, which is removed from it. Nothing if there is none, or more than one way
-/// to write it: numbers have no sign and no needless zeros.
+/// The number that a text begins with, which is removed from it. Nothing if there is none. A number has one
+/// form: no sign, and no needless zeros.
 std::optional<std::int64_t> take_number(std::string_view& text) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -18,21 +18,20 @@
 
 namespace tagrid {
 
-/// The arrays "0", the volume, and "1", "2" ..., its overviews, as `decode` writes them, but a chunk has the size
-/// of a brick and is stored without compression. So a chunk is one brick, unless the file was encoded without a lead.
-/// Several threads may call all const functions at once.
+/// The arrays "0", the volume, and "1", "2" ..., its overviews, as `decode` writes them, but a chunk has the
+/// size of a brick and is not compressed. So a chunk is one brick, unless the file was encoded without a
+/// lead. Several threads may call all const functions at once.
 class ServedZarr {
  public:
-  /// `name`: of the image. `decoders`: how many chunks are decoded at once. Throws BrokenInput, WorldError, and
-  /// UsageError if the file says nonsense of slopes.
+  /// `name`: of the image. `decoders`: how many chunks are decoded at once. Throws BrokenInput and WorldError.
   ServedZarr(std::shared_ptr<const TagBricks> file, const std::string& name, int decoders);
 
   /// What is served: samples, or values if they are whole numbers of 16 bits.
   const VolumeInfo& info() const { return info_; }
   const KnownFacts& facts() const { return facts_; }
 
-  /// The file with a key such as "zarr.json", "0/zarr.json" or "0/c/2/0/1"; null if there is none. Reading a chunk
-  /// throws BrokenInput or WorldError. The file must not outlive this object.
+  /// The file with a key such as "zarr.json", "0/zarr.json" or "0/c/2/0/1"; null if there is none. Reading a
+  /// chunk throws BrokenInput or WorldError. The file must not outlive this object.
   std::shared_ptr<const ByteSource> file(std::string_view key) const;
 
  private:

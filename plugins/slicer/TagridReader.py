@@ -31,13 +31,14 @@ def ijk_to_ras(geometry):
     origin = geometry["origin"] or (0, 0, 0)
     scale = [MILLIMETERS.get(unit, 1) for unit in geometry["units"] or ("mm",) * 3]
     rows = [[scale[row] * column[row] for column in [*columns, origin]] for row in range(3)]
-    return [[float(sign * number) for number in row] for sign, row in zip(signs_of(geometry["space"] or ""), rows)] + [[0.0, 0.0, 0.0, 1.0]]
+    turned = [[float(sign * number) for number in row] for sign, row in zip(signs_of(geometry["space"] or ""), rows)]
+    return [*turned, [0.0, 0.0, 0.0, 1.0]]
 
 
 def signs_of(space):
     """Of "left-posterior-superior" or "LPS": what turns x, y and z to right, anterior and superior."""
     words = list(space.lower()) if len(space) == 3 else space.lower().split("-")
-    signs = [{positive: 1, negative: -1}.get(word[:1], 0) for (positive, negative), word in zip(("rl", "ap", "si"), words)]
+    signs = [{there: 1, back: -1}.get(word[:1], 0) for (there, back), word in zip(("rl", "ap", "si"), words)]
     return signs if len(words) == 3 and all(signs) else [1, 1, 1]
 
 
@@ -45,7 +46,8 @@ def program():
     """The path of the program. FileNotFoundError: there is none."""
     found = shutil.which(os.environ.get("TAGRID", "tagrid"))
     if found is None:
-        raise FileNotFoundError("the program tagrid was not found: install it, or set TAGRID to its path before Slicer starts")
+        raise FileNotFoundError("the program tagrid was not found: install it, or set TAGRID to its path "
+                                "before Slicer starts")
     return found
 
 
@@ -99,8 +101,8 @@ class TagridReaderFileReader:
             return False
 
     def load(self, properties):
-        """Loads volume 0 of the file properties["fileName"], with values, such as HU. properties["name"] may be the name
-        of the node. Returns whether it did; otherwise it has shown why not."""
+        """Loads volume 0 of the file properties["fileName"], with values, such as HU. properties["name"] may be the
+        name of the node. Returns whether it did; otherwise it has shown why not."""
         import slicer
         import vtk
         path = properties["fileName"]

@@ -17,8 +17,8 @@ export interface ChunkedVolumeSource {
 }
 
 /**
- * A volume that NiiVue reads part by part: `nv.loadChunkedVolume(chunkedSource(volume), { calMin, calMax })`. NiiVue gets
- * stored samples and spacings: its interface has no slope, no position and no directions.
+ * A volume that NiiVue reads part by part: `nv.loadChunkedVolume(chunkedSource(volume), { calMin, calMax })`.
+ * NiiVue gets stored samples and spacings: its interface has no slope, no position and no directions.
  */
 export function chunkedSource(volume: Volume): ChunkedVolumeSource;
 
@@ -27,8 +27,8 @@ export function chunkedSource(volume: Volume): ChunkedVolumeSource;
  * or `nv.loadFromFile(file)` before NiiVue 1.0. Places in an unknown coordinate system count as right, anterior,
  * superior.
  *
- * level: one of `volume.levels`. The default is the coarsest one. Fails with a RangeError if there is no such level, or if
- * an axis has more than 32767 samples, and as `Volume.read()` does.
+ * level: one of `volume.levels`. The default is the coarsest one. Fails with a RangeError if there is no such level, or
+ * if an axis has more than 32767 samples, and as `Volume.read()` does.
  */
 export function niftiFile(
   volume: Volume,

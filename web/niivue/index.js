@@ -10,7 +10,11 @@ export function chunkedSource(volume) {
   const size = sizes[volume.type];
   return {
     datatypeCode: codes[volume.type],
-    levels: volume.levels.map(({ level, dims, geometry }) => ({ level, shape: [...dims], spacing: spacingOf(volume, geometry) })),
+    levels: volume.levels.map(({ level, dims, geometry }) => ({
+      level,
+      shape: [...dims],
+      spacing: spacingOf(volume, geometry),
+    })),
     async fetchChunk({ levelIndex, texOrigin, texDims, signal }) {
       const { dims } = volume.levels[levelIndex];
       const [nx, ny, nz] = texDims;
@@ -36,7 +40,8 @@ export async function niftiFile(volume, { level = volume.levels.length - 1, name
   const chosen = volume.levels[level];
   if (!chosen) throw new RangeError(`there is no level ${level}; the levels are 0 to ${volume.levels.length - 1}`);
   const { dims, geometry } = chosen;
-  if (dims.some((n) => n > 32767)) throw new RangeError(`${dims.join(" x ")} samples are more than NIfTI can say; choose a coarser level`);
+  if (dims.some((n) => n > 32767))
+    throw new RangeError(`${dims.join(" x ")} samples are more than NIfTI can say; choose a coarser level`);
   const header = new DataView(new ArrayBuffer(352));
   header.setInt32(0, 348, true);
   [3, ...dims, 1, 1, 1, 1].forEach((n, i) => header.setInt16(40 + 2 * i, n, true));
@@ -55,7 +60,8 @@ export async function niftiFile(volume, { level = volume.levels.length - 1, name
 
 /** From numbers of samples to right, anterior, superior, in millimeters: three rows of four. */
 function matrixOf(volume, { factor, geometry: { spacing, origin, directions } }) {
-  const columns = [0, 1, 2].map((axis) => directions?.[axis] ?? [0, 1, 2].map((row) => (row === axis ? spacing?.[axis] || 1 : 0)));
+  const along = (axis) => [0, 1, 2].map((row) => (row === axis ? spacing?.[axis] || 1 : 0));
+  const columns = directions ?? [0, 1, 2].map(along);
   // Without an origin, the first sample of the volume is at 0, and that of an overview in the middle of its block.
   const first = origin ?? [0, 1, 2].map((axis) => (((spacing?.[axis] || 0) / factor) * (factor - 1)) / 2);
   const units = unitsOf(volume);
