@@ -15,19 +15,17 @@ import tempfile
 import unittest
 
 import decoder
+import decoder_test
 from forged import Forged, of_version_6
 from second_decoder.coding import Broken
 
 TAGRID = sys.argv.pop(1)
 GOLDEN = pathlib.Path(__file__).parents[1] / "golden"
-
-
-def golden(name):
-    return (GOLDEN / f"{name}.tag").read_bytes()
-
-
-PLAIN = golden("example_int16")
-OVERVIEWS, VOLUMES = golden("lead_voxels_overviews_int16"), golden("volumes_bounded_int16")
+PLAIN = (GOLDEN / "example_int16.tag").read_bytes()
+with tempfile.TemporaryDirectory() as made:
+    comparison = decoder_test.Comparison(TAGRID, made)
+    OVERVIEWS = comparison.encode("int16", "phantom", (9, 8, 7), ["--cube=4", "--overviews=4"])
+    VOLUMES = decoder_test.several_volumes(comparison)
 NEWER = "the file is of a newer version: update tagrid"
 
 
@@ -50,7 +48,7 @@ class ForgedFiles(unittest.TestCase):
     def assert_refused(self, data, words, *, also_decode=True):
         """Refused front to back and by `verify`, and if said so by whoever decodes samples by the index."""
         self.write(data)
-        self.assertIn(words, self.run_it("decode", "-", "-o", "-", "--format", "raw", code=65, data=data))
+        self.assertIn(words, self.run_it("info", "-", code=65, data=data))
         self.assertIn(words, self.run_it("verify", "a.tag", code=65))
         self.assertIn(words, self.run_it("verify", "-", code=65, data=data))
         if also_decode:
@@ -105,7 +103,7 @@ class ForgedFiles(unittest.TestCase):
     def assert_refused_in_a_member(self, data, words):
         """A reader of other samples by the index need not see it."""
         self.assert_refused(data, words, also_decode=False)
-        self.run_it("decode", "a.tag", "-o", "a.raw", "--region", "0:1,0:1,0:1", "--volume", "0")
+        self.run_it("decode", "a.tag", "-f", "-o", "a.raw", "--region", "0:1,0:1,0:1", "--volume", "0")
 
     def test_the_end_of_a_member_is_checked(self):
         def with_junk(inner):
