@@ -108,7 +108,8 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.brick_edge = p.bricks().length();
   info.lead = p.lead;
   info.unknown_parts = static_cast<int>(index.unknown_sections.size()) +
-                       static_cast<int>(std::ranges::count_if(index.members, &Member::is_unknown));
+                       static_cast<int>(std::count_if(index.members.begin(), index.members.end(),
+                                                      [](const Member& m) { return m.is_unknown(); }));
   for (const std::uint64_t points : total.active) info.active_points += points;
   return info;
 }

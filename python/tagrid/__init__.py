@@ -25,7 +25,7 @@ from ._tagrid import library_version
 from ._volume import Volume
 from ._writing import Writer, encode, verify
 
-__version__ = library_version()
+__version__ = library_version().replace("-rc.", "rc")  # as PEP 440 spells it
 _MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "NewerFormatError",
            "Rescaled", "Surface", "Volume", "Writer", "encode", "open", "verify"]

@@ -20,7 +20,7 @@ from forged import Forged, of_version_6
 from second_decoder.coding import Broken
 
 TAGRID = sys.argv.pop(1)
-GOLDEN = pathlib.Path(__file__).parents[1] / "golden"
+GOLDEN = pathlib.Path(__file__).parents[1] / "golden" / "1.0"
 PLAIN = (GOLDEN / "example_int16.tag").read_bytes()
 with tempfile.TemporaryDirectory() as made:
     comparison = decoder_test.Comparison(TAGRID, made)

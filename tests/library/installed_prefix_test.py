@@ -139,7 +139,7 @@ class InstalledLibrary(unittest.TestCase):
         prefix.rename(moved)
         plugin = next(moved.rglob("libtagrid_hdf5.so"))
         library = moved / self.library.relative_to(self.prefix) / "libtagrid.so.1"
-        found = re.search(r"libtagrid\.so\.0 => (.*) \(0x", run("ldd", plugin, LD_LIBRARY_PATH=""))
+        found = re.search(r"libtagrid\.so\.1 => (.*) \(0x", run("ldd", plugin, LD_LIBRARY_PATH=""))
         self.assertEqual(pathlib.Path(found[1]).resolve(), library.resolve())
 
     def test_an_older_standard_is_refused_by_name(self):
@@ -190,7 +190,7 @@ class InstalledLibrary(unittest.TestCase):
         if with_page:
             run("dpkg-deb", "-x", packages["tagrid"], self.folder / "unpacked")
             page, decoder = served_page(self.folder / "unpacked/usr/bin/tagrid",
-                                        ROOT / "tests/golden/voxels_lossless_int16.tag")
+                                        ROOT / "tests/golden/1.0/voxels_lossless_int16.tag")
             self.assertIn(b"viewer.js", page)
             self.assertEqual(decoder[:4], b"\0asm")
         for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):

@@ -31,7 +31,7 @@ class ReadingOnly(unittest.TestCase):
         run("c++", FOLDER / "read_blocks.o", FOLDER / "libtagrid_reading.a", "-lzstd", "-lxxhash", "-o", cls.reader)
 
     def test_it_decodes_what_the_program_decodes(self):
-        files = sorted((ROOT / "tests/golden").glob("*.tag"))
+        files = sorted((ROOT / "tests/golden/1.0").glob("*.tag"))
         self.assertGreater(len(files), 30)
         with tempfile.TemporaryDirectory() as folder:
             for file in files:
@@ -40,7 +40,7 @@ class ReadingOnly(unittest.TestCase):
                     self.assertEqual(run(self.reader, file), pathlib.Path(folder, "back.raw").read_bytes())
 
     def test_damage_is_refused(self):
-        content = bytearray((ROOT / "tests/golden/voxels_lossless_int16.tag").read_bytes())
+        content = bytearray((ROOT / "tests/golden/1.0/voxels_lossless_int16.tag").read_bytes())
         content[len(content) // 2] ^= 1
         with tempfile.NamedTemporaryFile() as file:
             file.write(content)

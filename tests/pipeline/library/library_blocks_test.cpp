@@ -307,7 +307,7 @@ TEST(LibraryBlocks, DamageIsBrokenInput) {
 }
 
 TEST(LibraryBlocks, ANewerFileHasAStatusOfItsOwn) {
-  Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/example_int16.tag");
+  Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/example_int16.tag");
   auto* const header = reinterpret_cast<std::byte*>(file.data());
   const auto size = load_little_endian<std::uint32_t>(header + 12);
   file[8] = 6;

@@ -206,7 +206,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   forge(3, 2.5);
   EXPECT_TRUE(has(complaint(in_), "the mesh differs from the original by up to"));
   forge(3, reached);
-  EXPECT_TRUE(has(complaint(""), "above its bound"));
+  EXPECT_TRUE(has(complaint(""), "above the bound"));
   forge(9, NAN);
   EXPECT_TRUE(has(complaint(""), "not a number"));
 }
