@@ -15,7 +15,7 @@ echo "Building (some minutes) ..."
 if [ ! -f "$libraries/lib/libtbb.a" ]; then
   cmake -S "$build/sources/onetbb" -B "$build/onetbb" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DTBB_TEST=OFF \
     -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON -DTBB_ENABLE_IPO=OFF \
-    -DCMAKE_INSTALL_PREFIX="$libraries" >/dev/null 2>&1
+    -DCMAKE_INSTALL_PREFIX="$libraries" >"$build/onetbb.log" 2>&1 || { cat "$build/onetbb.log" >&2; exit 70; }
   cmake --build "$build/onetbb" --target install >/dev/null
 fi
 if [ ! -f "$libraries/lib/libisal.a" ]; then

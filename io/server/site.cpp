@@ -167,7 +167,12 @@ LocalPort open_port(int number) {
 void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used) {
   setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-  const std::string hosts[] = {fmt::format("127.0.0.1:{}", port), fmt::format("localhost:{}", port)};
+  std::vector<std::string> hosts;
+  for (const std::string host : {"127.0.0.1", "localhost"}) {
+    hosts.push_back(fmt::format("{}:{}", host, port));
+    // Clients leave out the port that addresses have otherwise.
+    if (port == 80) hosts.push_back(host);
+  }
   Heads heads(connection);
   for (bool goes_on = true; goes_on;) {
     const auto head = heads.next();

@@ -110,8 +110,7 @@ DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& param
   const Status status =
       decode_brick({block.activity, block.values}, parameters, {block.id, wanted, slices}, brick);
   if (!status.ok())
-    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id) + ": " +
-                      status.what());
+    throw broken_input_of((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id), status);
   return brick;
 }
 

@@ -165,7 +165,7 @@ void decode_block(tagrid_decoder& decoder, const tagrid_block* block, const void
   if (status.ok()) status = decode(BrickCodeView{code.activity, code.values}, parameters);
   if (status.ok()) return;
   decoder.brick = {};
-  throw BrokenInput("brick " + std::to_string(block->number) + ": " + status.what());
+  throw broken_input_of("brick " + std::to_string(block->number), status);
 }
 
 }  // namespace

@@ -62,8 +62,8 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
       DecodedBrick brick = blocks.accepts ? decode_block(*block, parameters, blocks.name, Wanted::samples)
                                           : decode_for(region, *block, parameters, blocks.name);
       if (!blocks.accepts || blocks.accepts(brick)) return store(std::move(brick));
-    } catch (const BrokenInput&) {
-      if (!blocks.accepts) throw;
+    } catch (const BrokenInput& broken) {
+      if (!blocks.accepts || is_newer_format(broken)) throw;
     }
     const std::lock_guard lock(reading);
     blocks.broken(block->id);

@@ -6,7 +6,9 @@
 
 #include <atomic>
 #include <cstring>
+#include <functional>
 #include <list>
+#include <system_error>
 #include <thread>
 
 #include "io/errors/errors.h"
@@ -24,7 +26,7 @@ struct Connection {
 
 }  // namespace
 
-void serve(const LocalPort& port, const WebSite& site, int end) {
+void serve(const LocalPort& port, const WebSite& site, int end, const std::function<void()>& ended) {
   std::atomic<bool> ticket_used = false;
   std::list<Connection> connections;
   for (;;) {
@@ -37,17 +39,30 @@ void serve(const LocalPort& port, const WebSite& site, int end) {
     if (waits[0].revents != 0) break;
     if (is_full || waits[1].revents == 0) continue;
     Descriptor socket(accept4(port.socket, nullptr, nullptr, SOCK_CLOEXEC));
-    // It may have ended in the meantime.
-    if (socket < 0) continue;
+    // It may have ended in the meantime, or the process has no more descriptors.
+    if (socket < 0) {
+      poll(waits, 1, 50);
+      continue;
+    }
     Connection& connection = connections.emplace_back();
     connection.socket = std::move(socket);
-    connection.thread = std::jthread([&connection, &port, &site, &ticket_used] {
-      answer_requests(connection.socket, port.number, site, ticket_used);
-      shutdown(connection.socket, SHUT_RDWR);
-      connection.has_ended = true;
-    });
+    try {
+      connection.thread = std::jthread([&connection, &port, &site, &ticket_used] {
+        try {
+          answer_requests(connection.socket, port.number, site, ticket_used);
+        } catch (...) {
+          // Memory ran out, for one connection.
+        }
+        shutdown(connection.socket, SHUT_RDWR);
+        connection.has_ended = true;
+      });
+    } catch (const std::system_error&) {
+      // There is no thread for it.
+      connections.pop_back();
+    }
   }
   for (const Connection& connection : connections) shutdown(connection.socket, SHUT_RDWR);
+  ended();
 }
 
 }  // namespace tagrid

@@ -26,6 +26,8 @@ with tempfile.TemporaryDirectory() as made:
     comparison = decoder_test.Comparison(TAGRID, made)
     OVERVIEWS = comparison.encode("int16", "phantom", (9, 8, 7), ["--cube=4", "--overviews=4"])
     VOLUMES = decoder_test.several_volumes(comparison)
+    KINDS = [comparison.encode(type_, "phantom", (9, 8, 7), ["--cube=4", *more])
+             for type_, *more in (("uint8",), ("float32",), ("uint16", "--effort=fast"))]
 NEWER = "the file is of a newer version: update tagrid"
 
 
@@ -82,6 +84,19 @@ class ForgedFiles(unittest.TestCase):
                     self.assertEqual(said.count("\n"), 1, said)
                     for wrong in ("damage", "salvage", "truncated"):
                         self.assertNotIn(wrong, said)
+
+    def test_values_of_a_newer_kind_are_not_damaged(self):
+        for file in KINDS:
+            data = bytearray(file)
+            first = decoder.Header(data).size
+            data[first + 8 + struct.unpack_from("<I", data, first + 4)[0]] = 20
+            self.write(decoder_test.with_right_checksums(bytes(data)))
+            for command in (["decode", "a.tag", "-o", "a.raw"], ["decode", "a.tag", "-o", "a.raw", "--salvage"],
+                            ["verify", "a.tag"]):
+                said = self.run_it(*command, code=65)
+                self.assertIn(NEWER, said)
+                for wrong in ("damage", "salvage"):
+                    self.assertNotIn(wrong, said)
 
     def test_damage_is_not_newer(self):
         for at in (8, 9, 40, 41, 52, 54):

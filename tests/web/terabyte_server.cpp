@@ -31,7 +31,7 @@ int main(int, char** arguments) {
                                "application/octet-stream"};
     const LocalPort port = open_port(0);
     std::cout << port.number << ' ' << site.items.at("/scan.tag").bytes->size() << std::endl;
-    serve(port, site, 0);
+    serve(port, site, 0, [] {});
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return 1;

@@ -97,6 +97,8 @@ struct EstimateCommand {
            {"psnr", std::isnan(e.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.psnr)},
            {"encoding_seconds", e.encoding_seconds},
            {"decoding_seconds", e.decoding_seconds}});
+    json["out_of_reach"] = nlohmann::ordered_json::array();
+    for (const UsageError& error : result.out_of_reach) json["out_of_reach"].push_back(words_of(error));
     return json;
   }
 

@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
+#include "io/text/addresses.h"
 
 namespace tagrid {
 
@@ -24,7 +25,8 @@ std::string random_token() {
 }
 
 std::string name_of_input(const std::string& input) {
-  const std::string name = std::filesystem::path(input.substr(0, input.find('?'))).filename().string();
+  const std::string name =
+      std::filesystem::path(is_address(input) ? input.substr(0, input.find('?')) : input).filename().string();
   return name.empty() ? "volume.tag" : name;
 }
 

@@ -50,8 +50,7 @@ struct ServeCommand {
     for (const Image& image : images) std::cout << machine << image.path << std::endl;
     flush_standard_output();
     if (!run.quiet) tell(images, machine);
-    serve(opened, site, signals.descriptor());
-    signals.let_through();
+    serve(opened, site, signals.descriptor(), [&] { signals.let_through(); });
   }
 
   /// An origin is what browsers send of the address of a page: nothing follows the host and the port.

@@ -98,8 +98,7 @@ struct ViewCommand {
     if (!no_browser && !open_browser(machine + site.ticket, signals.before()))
       say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
     if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
-    serve(opened, site, signals.descriptor());
-    signals.let_through();
+    serve(opened, site, signals.descriptor(), [&] { signals.let_through(); });
   }
 };
 

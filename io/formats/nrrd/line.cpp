@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <span>
 
 #include "io/errors/errors.h"
@@ -91,6 +92,7 @@ std::string text_of_key(std::string_view nrrd_fields, std::string_view key) {
 
 KeyValues key_values_of(std::string_view nrrd_fields) {
   KeyValues pairs;
+  std::map<std::string_view, std::size_t> places;
   for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
     if (line.kind != NrrdLine::Kind::key_value) continue;
     std::string value;
@@ -99,7 +101,10 @@ KeyValues key_values_of(std::string_view nrrd_fields) {
       if (is_escape) rest.remove_prefix(1);
       value += is_escape && rest[0] == 'n' ? '\n' : rest[0];
     }
-    pairs.emplace_back(line.key, std::move(value));
+    if (const auto [place, is_new] = places.try_emplace(line.key, pairs.size()); is_new)
+      pairs.emplace_back(line.key, std::move(value));
+    else
+      pairs[place->second].second = std::move(value);
   }
   return pairs;
 }

@@ -60,7 +60,8 @@ bool is_storage_field(std::string_view field);
 /// What else is known about a volume: names and texts.
 using KeyValues = std::vector<std::pair<std::string, std::string>>;
 
-/// The key-value pairs of NRRD header lines, in order. Throws BrokenInput if a line is not one of a header.
+/// The key-value pairs of NRRD header lines, in order. Of equal keys, the last one counts, as in teem. Throws
+/// BrokenInput if a line is not one of a header.
 KeyValues key_values_of(std::string_view nrrd_fields);
 
 /// The key under which readers say that samples were compressed with a loss before, and by what: "TIFF,

@@ -78,7 +78,7 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, std::size_t coun
     std::fill(samples.begin(), samples.end(), value);
     return {};
   }
-  if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
+  if (bytes[0] != coded_brick) return Status::newer("values of an unknown kind");
   RansDecoder coder(bytes.subspan(1));
   if (Status status = decode(coder); !status.ok()) return status;
   if (coder.exhausted()) return Status::broken("values end too soon");

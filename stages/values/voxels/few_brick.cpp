@@ -104,7 +104,7 @@ Status decode_few(std::span<const std::uint8_t> bytes, const BrickOfVoxels<Bound
       bytes = bytes.subspan(sizeof(T) + 4);
       if (few.step < 2) return Status::broken("values with an impossible step");
     } else {
-      return Status::broken("values of an unknown kind");
+      return Status::newer("values of an unknown kind");
     }
   } else {
     const auto count = static_cast<std::size_t>(brick.owned.count());

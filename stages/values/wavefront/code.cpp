@@ -91,7 +91,7 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
   const std::uint8_t kind = bytes[0];
   const bool single = kind == one_state || kind == one_that_carries,
              carries = kind == one_that_carries || kind == many_that_carry;
-  if (!single && !carries && kind != many_states) return Status::broken("values of an unknown kind");
+  if (!single && !carries && kind != many_states) return Status::newer("values of an unknown kind");
   bytes = bytes.subspan(1);
   WaveBytes code;
   code.single = single;

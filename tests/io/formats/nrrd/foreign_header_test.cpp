@@ -74,6 +74,10 @@ TEST(Rescaling, IsThatWhichWasAdded) {
 TEST(Rescaling, IsNoneIfThereIsNoneOrItIsNotNumbers) {
   EXPECT_EQ(rescale_of(""), Rescale{});
   EXPECT_EQ(rescale_of("rescale_units:=HU\n"), (Rescale{1, 0, "HU"}));
+  // Of equal keys, the last one counts, for all who ask.
+  const std::string twice = "rescale_slope:=5\nrescale_slope:=2\n";
+  EXPECT_EQ(rescale_of(twice), (Rescale{2, 0, ""}));
+  EXPECT_EQ(text_of_key(twice, "rescale_slope"), "2");
   for (const char* fields :
        {"rescale_slope:=0\nrescale_intercept:=5\n", "rescale_slope:=nan\n", "rescale_slope:=x\n",
         "rescale_slope:=2\nrescale_intercept:=inf\n", "rescale_slope:=2\nrescale_intercept:=x\n",
