@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -14,7 +13,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/open_source.h"
 #include "io/server/site.h"
-#include "io/tag/file.h"
+#include "io/tag/bricks.h"
 #include "io/text/addresses.h"
 #include "pipeline/serving/serve.h"
 #include "tools/commands/commands.h"
