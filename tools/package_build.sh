@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# How tools/packages.sh, tools/static.sh and tools/wheel.sh begin; they source it with their arguments. Sets `folder`, where packages go, and
-# `build`, where tagrid is built, and goes to the folder of the sources.
+# How tools/packages.sh, tools/static.sh and tools/wheel.sh begin; they source it with their arguments. Sets `folder`,
+# where packages go, and `build`, where tagrid is built, and goes to the folder of the sources.
 # shellcheck disable=SC2034  # used by these scripts
 folder=$(realpath -m "${1:-$(dirname "$0")/../build/packages}")
 # shellcheck disable=SC2034
