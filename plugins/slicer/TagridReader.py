@@ -15,8 +15,33 @@ from slicer.ScriptedLoadableModule import ScriptedLoadableModule
 
 #: How a .tag file begins.
 MAGIC = b"\x89TAG\r\n\x1a\n"
-#: Millimeters, which all lengths in Slicer are.
-MILLIMETERS = {"m": 1e3, "cm": 10, "mm": 1, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3, "micron": 1e-3, "nm": 1e-6}
+#: Millimeters, which all lengths in Slicer are: the program's table of units (io/volume/lengths.cpp).
+MILLIMETERS = {"fm": 1e-12, "pm": 1e-9, "angstrom": 1e-7, "nm": 1e-6, "um": 1e-3, "mm": 1, "cm": 10, "dm": 100, "m": 1e3, "dam": 1e4,
+               "hm": 1e5, "km": 1e6, "mil": 0.0254, "inch": 25.4, "ft": 304.8, "yd": 914.4}
+#: Other spellings, as they are.
+SPELLINGS = {"\u00b5m": "um", "\u03bcm": "um", "\u00b5": "um", "\u03bc": "um", "\\u00B5m": "um", "\\u03BCm": "um",
+             "\u00c5": "angstrom", "\u212b": "angstrom", "A": "angstrom", '"': "inch"}
+#: Words in small letters, without the "s" of several; "metre" is "meter".
+WORDS = {"femtometer": "fm", "picometer": "pm", "nanometer": "nm", "micron": "um", "micrometer": "um", "millimeter": "mm",
+         "centimeter": "cm", "decimeter": "dm", "meter": "m", "kilometer": "km", "angstrom": "angstrom",
+         "\u00e5ngstr\u00f6m": "angstrom", "ang": "angstrom", "mil": "mil", "thou": "mil", "inch": "inch", "inche": "inch",
+         "in": "inch", "foot": "ft", "feet": "ft", "yard": "yd"}
+
+
+def millimeters(unit):
+    """The millimeters of a unit of length; 1 if the file has none. Prints that a unit is not known, and takes 1."""
+    name = (unit or "").strip()
+    if not name:
+        return 1
+    word = name.lower()
+    # In a name in capitals only, M is not the prefix mega.
+    in_capitals = word if name.isascii() and name.isalpha() and name.isupper() else None
+    word = word[:-1] if word.endswith("s") else word
+    word = word[:-2] + "er" if word.endswith("metre") else word
+    usual = SPELLINGS.get(name) or (in_capitals if in_capitals in MILLIMETERS else WORDS.get(word, name))
+    if usual not in MILLIMETERS:
+        print(f"tagrid: the unit {unit!r} is not known; its lengths count as millimeters")
+    return MILLIMETERS.get(usual, 1)
 
 
 def ijk_to_ras(geometry):
@@ -29,7 +54,7 @@ def ijk_to_ras(geometry):
     spacing = [step if step else 1 for step in geometry["spacing"] or (1, 1, 1)]
     columns = geometry["directions"] or [[spacing[axis] if row == axis else 0 for row in range(3)] for axis in range(3)]
     origin = geometry["origin"] or (0, 0, 0)
-    scale = [MILLIMETERS.get(unit, 1) for unit in geometry["units"] or ("mm",) * 3]
+    scale = [millimeters(unit) for unit in geometry["units"] or ("mm",) * 3]
     rows = [[scale[row] * column[row] for column in [*columns, origin]] for row in range(3)]
     turned = [[float(sign * number) for number in row] for sign, row in zip(signs_of(geometry["space"] or ""), rows)]
     return [*turned, [0.0, 0.0, 0.0, 1.0]]
@@ -59,8 +84,8 @@ def run(*arguments):
         environment = startupEnvironment()
     except ImportError:
         environment = None
-    done = subprocess.run([program(), *arguments], env=environment, text=True, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    done = subprocess.run([program(), *arguments], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, encoding="utf-8", errors="replace", check=False)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip())
     return done.stdout

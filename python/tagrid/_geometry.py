@@ -82,13 +82,17 @@ def metadata_of(header: str) -> dict[str, str]:
     """The lines of an NRRD header as a dictionary, without the positions of samples."""
     found: dict[str, str] = {}
     for line in header.split("\n"):
-        pair, field = line.find(":="), line.find(": ")
         if line.startswith("#"):
             continue
-        if pair >= 0 and (field < 0 or pair < field):
-            found[line[:pair]] = line[pair + 2:].replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\")
-        elif field >= 0 and line[:field].strip().lower() not in PLACES:
-            found.setdefault(line[:field].strip().lower(), line[field + 2:].strip())
+        name, _, value = line.partition(":")
+        field = name.lower()
+        # A key may contain a colon, but not ":=".
+        if ":=" not in line or (field in (*PLACES, *FIELDS) and not value.startswith("=")):
+            if field not in PLACES and ":" in line:
+                found.setdefault(field, value.strip())
+        else:
+            key, _, text = line.partition(":=")
+            found.setdefault(key, text.replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\"))
     return found
 
 

@@ -21,7 +21,7 @@ def read(path: str) -> list[LayerData]:
     """An image layer of all volumes of a file: an array, or a list of them, from fine to coarse, if the file has
     overviews. Axes are z, y, x; in a file of several volumes, these are stacked along an axis before them. Arrays
     have values, slope * sample + intercept. They are arrays of dask that decode what is shown, or, without dask, of
-    numpy with all samples.
+    numpy with all samples. The layer's metadata are those of the file, and "max_error", the bound of the values.
 
     The place is in the world of the file, in the order z, y, x, as scale and translate, or as a matrix if the axes
     of the scan are not world axes. Units are given to napari, from 0.5 on, if the file has them.
@@ -34,7 +34,7 @@ def read(path: str) -> list[LayerData]:
     levels = [_stacked([volume.overview(factor) if factor > 1 else volume for volume in volumes])
               for factor in (1, *scan.overviews)]
     options = {"name": path.replace("\\", "/").rpartition("/")[2][:-len(".tag")], **_place(scan, len(volumes) > 1),
-               "metadata": {"max_error": scan.max_error, **scan.metadata}}
+               "metadata": {**scan.metadata, "max_error": scan.rescaled.max_error}}
     if len(levels) == 1:
         return [(levels[0], options, "image")]
     return [(levels, {**options, "multiscale": True}, "image")]

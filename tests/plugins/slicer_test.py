@@ -5,6 +5,8 @@
 ITK (plastimatch) is the oracle of places if it is installed: it reads the NRRD file from which the .tag file was made.
 """
 
+import contextlib
+import io
 import os
 import pathlib
 import shutil
@@ -91,6 +93,17 @@ class Places(unittest.TestCase):
     def test_units(self):
         self.assertEqual(self.place((1, 2, 3), spacing=[500, 500, 2], origin=[1000, 0, 0], units=["um", "\u00b5m", "cm"]), [1.5, 1, 60])
 
+    def test_every_unit_that_the_program_knows(self):
+        for unit, length in (("angstrom", 1e-7), ("\u00c5", 1e-7), ("inches", 25.4), ("feet", 304.8), ("Micrometres", 1e-3), ("MM", 1),
+                             ("km", 1e6), (" mm ", 1), ("yd", 914.4), ("mil", 0.0254)):
+            self.assertEqual(self.place((1, 0, 0), spacing=[1, 1, 1], units=[unit] * 3), [length, 0, 0], unit)
+
+    def test_an_unknown_unit_is_said(self):
+        for unit in ("parsec", "constructor", "Mm"):
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                self.assertEqual(self.place((1, 2, 3), spacing=[1, 1, 1], units=[unit, "mm", "mm"]), [1, 2, 3])
+            self.assertIn(unit, said.getvalue())
+
 
 class Loading(unittest.TestCase):
     def setUp(self):
@@ -131,6 +144,17 @@ class Loading(unittest.TestCase):
         found = {line.partition("=")[0].strip(): line.partition("=")[2].split() for line in header.splitlines() if "=" in line}
         rows = SLICER.nodes[0].matrix
         self.assertEqual([float(number) for number in found["Origin"]], [-rows[0][3], -rows[1][3], rows[2][3]])
+
+    def test_words_of_the_file_are_utf8_in_any_locale(self):
+        path = self.written('space dimension: 3\nspace directions: (500,0,0) (0,500,0) (0,0,500)\nspace units: "\u00b5m" "\u00b5m" "\u00b5m"\n')
+        code = "import sys; sys.path.insert(0, sys.argv[1]); import types; slicer = types.ModuleType('slicer'); "
+        code += "module = types.ModuleType('slicer.ScriptedLoadableModule'); module.ScriptedLoadableModule = object; "
+        code += "sys.modules.update({'slicer': slicer, 'slicer.ScriptedLoadableModule': module}); import TagridReader; "
+        code += "print(ascii(TagridReader.run('info', sys.argv[2], '--no-levels')))"
+        environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+        said = subprocess.run([sys.executable, "-B", "-c", code, str(pathlib.Path(TagridReader.__file__).parent), path], env=environment,
+                              stdout=subprocess.PIPE, text=True, check=True).stdout
+        self.assertIn("\\xb5m", said)
 
     def test_errors_are_shown(self):
         (self.folder / "text.tag").write_text("text")

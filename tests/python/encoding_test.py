@@ -218,6 +218,11 @@ class Encoding(unittest.TestCase):
                 tagrid.encode(samples, self.folder / "v.tag", **settings)
         self.assertEqual(self.left(), [])
 
+    def test_of_equal_keys_the_first_counts(self):
+        volume = tagrid.open(tagrid.encode(blobs((3, 4, 5)), metadata="a:=1\nA:=2\na:=3\nSpace Units:\"um\" \"um\" \"um\"\n"))
+        self.assertEqual({key: volume.metadata[key] for key in ("a", "A")}, {"a": "1", "A": "2"})
+        self.assertEqual(volume.metadata["space units"], '"um" "um" "um"')
+
     def test_place_and_metadata_come_back(self):
         samples = blobs((9, 10, 11))
         for settings in ({}, {"spacing": (2.5, 0.1, 1 / 3)}, {"affine": AFFINE}, {"affine": AFFINE, "spacing": (2, 0.5, 0.25)},

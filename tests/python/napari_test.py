@@ -63,6 +63,11 @@ class Reader(unittest.TestCase):
         path = self.written(samples, metadata={"rescale_slope": "1", "rescale_intercept": "-1024"})
         np.testing.assert_array_equal(np.asarray(self.one_layer(path)[0]), samples.astype(int) - 1024)
 
+    def test_the_bound_is_that_of_the_values(self):
+        metadata = {"rescale_slope": "-2", "max_error": "0", "author": "nobody"}
+        path = self.written(blobs((5, 6, 7), "int16"), max_error=3, metadata=metadata)
+        self.assertEqual(self.one_layer(path)[1]["metadata"], {**metadata, "max_error": 6})
+
     def test_an_oblique_scan_has_a_matrix(self):
         turned = np.array([[0, 0, 3, 5], [0, -2, 0, 6], [1, 0, 0, 7], [0, 0, 0, 1.0]])
         data, options = self.one_layer(self.written(blobs((4, 5, 6)), affine=turned))

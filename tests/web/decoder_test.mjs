@@ -108,7 +108,8 @@ test("descriptions", async () => {
   const samples = Buffer.alloc(600 * 4 * 3 * 2, 7);
   const head = ["NRRD0004", "type: int16", "dimension: 3", "sizes: 600 4 3", "encoding: raw", "endian: little",
     "space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0.1) (0,-0.2,2)", "space origin: (-1.5,2,3e2)",
-    "patient:=nobody\\nat all", "volume_name:=thorax"];
+    "patient:=nobody\\nat all", "volume_name:=thorax", "volume_name:=second", "Space Units:\"um\" \"um\" \"um\"", "Patient:=other",
+    "a: b:=c"];
   const { writeFileSync } = await import("node:fs");
   writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), samples]));
   const path = join(folder, "described.tag");
@@ -125,6 +126,9 @@ test("descriptions", async () => {
   assert.equal(volume.bounds.surfaceError, null);
   assert.deepEqual(volume.range, { low: 0x0707, high: 0x0707, mean: 0x0707 });
   assert.equal(volume.name, "thorax");
+  assert.equal(volume.field("space units"), '"um" "um" "um"');
+  assert.equal(volume.field("SPACE"), "left-posterior-superior");
+  assert.deepEqual(["patient", "Patient", "a: b", "PATIENT"].map((key) => volume.pair(key)), ["nobody\nat all", "other", "c", undefined]);
   assert.match(volume.metadata, /^patient:=nobody\\nat all$/m);
   assert.equal(volume.fileBytes, content(path).length);
   assert.deepEqual([volume.brickEdge, volume.lead, volume.volumes], [64, true, 1]);
@@ -234,11 +238,14 @@ test("mistakes of a caller", async () => {
     { low: [0, 0, 1], high: [nx, ny, 1] },
     { low: [0, 0, 0.5], high: [nx, ny, nz] },
     { low: [0, 0], high: [nx, ny] },
+    null,
+    {},
   ])
     assert.equal(await code(volume.read({ box })), "invalid-argument");
   assert.equal(await code(volume.read({ level: 1 })), "invalid-argument");
   assert.equal(await code(volume.volume(1)), "invalid-argument");
   assert.equal(await code(open({ size: 3 })), "invalid-argument");
+  for (const size of [NaN, -5, 1.5, "7"]) assert.equal(await code(open("http://127.0.0.1:9/a.tag", { size })), "invalid-argument");
   assert.equal(await code(open(new Blob([]), { connections: 0 })), "invalid-argument");
   assert.equal(await code(open(new Blob([]), { base: pathToFileURL(`${folder}/`) })), "not-supported");
   const reading = code(volume.read());
@@ -275,6 +282,8 @@ test("any source, and reads that share what they fetch", async () => {
 
   const failing = { size: bytes.length, read: async () => { throw new Error("no"); } };
   assert.equal(await code(open(failing)), "io-error");
+  const silent = { size: bytes.length, read: () => Promise.reject(undefined) };
+  assert.equal(await code(open(silent)), "io-error");
   const short = { size: bytes.length, read: async (offset, length) => new Uint8Array(length - 1) };
   assert.equal(await code(open(short)), "io-error");
 });

@@ -87,6 +87,13 @@ test("NIfTI with the places and values that the program writes", async () => {
       for (const at of [40, 42, 44, 46, 70, 72]) assert.equal(bytes.readInt16LE(at), expected.readInt16LE(at), `${name} ${at}`);
       // The program keeps the unit of the file; 3 is micrometers.
       const scale = (expected[123] & 7) === 3 ? 1e-3 : 1;
+      // Where a spacing is not known, samples of the volume are 1 apart here; the program writes 1 for overviews, too.
+      const isUnknown = (axis) => level === 1 && (name === "plain" || (name === "unknown" && axis === 1));
+      for (const axis of [0, 1, 2].filter(isUnknown)) {
+        expected.writeFloatLE(4, 280 + 20 * axis);
+        expected.writeFloatLE(1.5, 280 + 16 * axis + 12);
+        expected.writeFloatLE(4, 80 + 4 * axis);
+      }
       for (let i = 0; i < 12; ++i)
         assert.ok(Math.abs(bytes.readFloatLE(280 + 4 * i) - scale * expected.readFloatLE(280 + 4 * i)) < 1e-5, `${name} ${level}: matrix ${i}`);
       for (const i of [1, 2, 3])
@@ -97,6 +104,36 @@ test("NIfTI with the places and values that the program writes", async () => {
     await assert.rejects(niftiFile(volume, { level: 2 }), RangeError);
     volume.close();
   }
+});
+
+test("spellings of fields and units, and overviews without spacing", async () => {
+  const step = (file) => [1, 2, 3].map((i) => file.getFloat32(76 + 4 * i, true));
+  const place = (file) => [0, 1, 2].map((row) => file.getFloat32(280 + 16 * row + 12, true));
+  const close = (a, b, what) => a.forEach((n, i) => assert.ok(Math.abs(n - b[i]) <= 1e-6 * Math.abs(b[i]), `${what}: ${a} is not ${b}`));
+  const warn = console.warn;
+  const said = [];
+  console.warn = (text) => said.push(text);
+  try {
+    for (const [i, [unit, length]] of [["um", 1e-3], ["MM", 1], ["inches", 25.4], ["feet", 304.8], ["\u00c5", 1e-7], ["Micrometres", 1e-3],
+      ["parsec", 1], ["constructor", 1]].entries()) {
+      const path = withHeader(`unit-${i}`, ["SPACE:LPS", "Space Directions:(1,0,0) (0,2,0) (0,0,3)", "space origin:(1,2,3)",
+        `Space Units:"${unit}" "${unit}" "${unit}"`]);
+      const volume = await opened(path);
+      const file = new DataView(await (await niftiFile(volume)).arrayBuffer());
+      close(step(file), [1, 2, 3].map((n) => n * length), unit);
+      close(place(file), [-1, -2, 3].map((n) => n * length), unit);
+      volume.close();
+    }
+  } finally {
+    console.warn = warn;
+  }
+  for (const unit of ["parsec", "constructor"]) assert.ok(said.some((text) => text.includes(unit)), unit);
+  assert.ok(!said.some((text) => /inches|feet/.test(text)), String(said));
+  const volume = await opened(withHeader("bare", [], "--overviews", "4"));
+  const file = new DataView(await (await niftiFile(volume, { level: 1 })).arrayBuffer());
+  assert.deepEqual([step(file), place(file)], [[4, 4, 4], [1.5, 1.5, 1.5]]);
+  assert.deepEqual(chunkedSource(volume).levels.map(({ spacing }) => spacing), [[1, 1, 1], [4, 4, 4]]);
+  volume.close();
 });
 
 const modules = process.env.TAGRID_NODE_MODULES ?? "/nonexistent";

@@ -99,6 +99,7 @@ test("a file that changes", async () => {
 test("a server that lies about the size", async () => {
   for (const size of [1, 100, 70000, 2 ** 32 + 10, 2 ** 45])
     assert.ok(["broken-input", "io-error", "changed"].includes(await failure(`size=${size}`)), `${size}`);
+  assert.equal(await failure("size=99999999999999999999"), "io-error", "no safe integer");
 });
 
 test("not a .tag file", async () => {

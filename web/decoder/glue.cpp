@@ -23,7 +23,6 @@ EXPORTED tagrid_blocks* web_create(double file_bytes) {
   return blocks;
 }
 
-EXPORTED void web_close(tagrid_blocks* blocks) { tagrid_blocks_close(blocks); }
 EXPORTED const char* web_message(const tagrid_blocks* blocks) { return tagrid_blocks_message(blocks); }
 EXPORTED const char* web_metadata(const tagrid_blocks* blocks) { return tagrid_blocks_metadata(blocks); }
 EXPORTED int web_open(tagrid_blocks* blocks) { return tagrid_blocks_open(blocks); }

@@ -3,17 +3,26 @@
 /** NIfTI's numbers of the types of samples. */
 const codes = { uint8: 2, int16: 4, int32: 8, float32: 16, float64: 64, int8: 256, uint16: 512, uint32: 768 };
 const sizes = { uint8: 1, int16: 2, int32: 4, float32: 4, float64: 8, int8: 1, uint16: 2, uint32: 4 };
-/** Millimeters. */
-const lengths = { m: 1000, cm: 10, mm: 1, um: 0.001, "\u00b5m": 0.001, "\u03bcm": 0.001, micron: 0.001, nm: 0.000001 };
+/** Millimeters: the program's table of units (io/volume/lengths.cpp). */
+const lengths = new Map(Object.entries({ fm: 1e-12, pm: 1e-9, angstrom: 1e-7, nm: 1e-6, um: 1e-3, mm: 1, cm: 10, dm: 100, m: 1e3,
+  dam: 1e4, hm: 1e5, km: 1e6, mil: 0.0254, inch: 25.4, ft: 304.8, yd: 914.4 }));
+/** Other spellings, as they are. */
+const spellings = new Map(Object.entries({ "\u00b5m": "um", "\u03bcm": "um", "\u00b5": "um", "\u03bc": "um", "\\u00B5m": "um",
+  "\\u03BCm": "um", "\u00c5": "angstrom", "\u212b": "angstrom", A: "angstrom", '"': "inch" }));
+/** Words in small letters, without the "s" of several; "metre" is "meter". */
+const words = new Map(Object.entries({ femtometer: "fm", picometer: "pm", nanometer: "nm", micron: "um", micrometer: "um",
+  millimeter: "mm", centimeter: "cm", decimeter: "dm", meter: "m", kilometer: "km", angstrom: "angstrom",
+  "\u00e5ngstr\u00f6m": "angstrom", ang: "angstrom", mil: "mil", thou: "mil", inch: "inch", inche: "inch", in: "inch", foot: "ft",
+  feet: "ft", yard: "yd" }));
 
 export function chunkedSource(volume) {
   const size = sizes[volume.type];
   return {
     datatypeCode: codes[volume.type],
-    levels: volume.levels.map(({ level, dims, geometry }) => ({
+    levels: volume.levels.map(({ level, factor, dims, geometry }) => ({
       level,
       shape: [...dims],
-      spacing: spacingOf(volume, geometry),
+      spacing: spacingOf(volume, { factor, geometry }),
     })),
     async fetchChunk({ levelIndex, texOrigin, texDims, signal }) {
       const { dims } = volume.levels[levelIndex];
@@ -39,7 +48,7 @@ export function chunkedSource(volume) {
 export async function niftiFile(volume, { level = volume.levels.length - 1, name = "volume.nii", signal } = {}) {
   const chosen = volume.levels[level];
   if (!chosen) throw new RangeError(`there is no level ${level}; the levels are 0 to ${volume.levels.length - 1}`);
-  const { dims, geometry } = chosen;
+  const { dims } = chosen;
   if (dims.some((n) => n > 32767))
     throw new RangeError(`${dims.join(" x ")} samples are more than NIfTI can say; choose a coarser level`);
   const header = new DataView(new ArrayBuffer(352));
@@ -47,10 +56,10 @@ export async function niftiFile(volume, { level = volume.levels.length - 1, name
   [3, ...dims, 1, 1, 1, 1].forEach((n, i) => header.setInt16(40 + 2 * i, n, true));
   header.setInt16(70, codes[volume.type], true);
   header.setInt16(72, 8 * sizes[volume.type], true);
-  [1, ...spacingOf(volume, geometry)].forEach((step, i) => header.setFloat32(76 + 4 * i, step, true));
+  [1, ...spacingOf(volume, chosen)].forEach((step, i) => header.setFloat32(76 + 4 * i, step, true));
   header.setFloat32(108, 352, true);
-  header.setFloat32(112, Number(pairOf(volume, "rescale_slope") ?? 1), true);
-  header.setFloat32(116, Number(pairOf(volume, "rescale_intercept") ?? 0), true);
+  header.setFloat32(112, Number(volume.pair("rescale_slope") ?? 1), true);
+  header.setFloat32(116, Number(volume.pair("rescale_intercept") ?? 0), true);
   header.setUint8(123, 2); // millimeters
   header.setInt16(254, 1, true); // the matrix says where the samples are
   matrixOf(volume, chosen).flat().forEach((number, i) => header.setFloat32(280 + 4 * i, number, true));
@@ -60,12 +69,12 @@ export async function niftiFile(volume, { level = volume.levels.length - 1, name
 
 /** From numbers of samples to right, anterior, superior, in millimeters: three rows of four. */
 function matrixOf(volume, { factor, geometry: { spacing, origin, directions } }) {
-  const along = (axis) => [0, 1, 2].map((row) => (row === axis ? spacing?.[axis] || 1 : 0));
+  const along = (axis) => [0, 1, 2].map((row) => (row === axis ? spacing?.[axis] || factor : 0));
   const columns = directions ?? [0, 1, 2].map(along);
   // Without an origin, the first sample of the volume is at 0, and that of an overview in the middle of its block.
-  const first = origin ?? [0, 1, 2].map((axis) => (((spacing?.[axis] || 0) / factor) * (factor - 1)) / 2);
+  const first = origin ?? [0, 1, 2].map((axis) => (((spacing?.[axis] || factor) / factor) * (factor - 1)) / 2);
   const units = unitsOf(volume);
-  return signsOf(lineOf(volume, "space") ?? "").map((sign, row) =>
+  return signsOf(volume.field("space") ?? "").map((sign, row) =>
     [...columns, first].map((column) => sign * units[row] * column[row]),
   );
 }
@@ -78,20 +87,26 @@ function signsOf(space) {
   return words.length === 3 && signs.every(Boolean) ? signs : [1, 1, 1];
 }
 
-function spacingOf(volume, { spacing, directions }) {
+function spacingOf(volume, { factor, geometry: { spacing, directions } }) {
   const units = unitsOf(volume);
   if (directions) return directions.map((step) => Math.hypot(...step.map((n, row) => n * units[row])));
-  return [0, 1, 2].map((axis) => (spacing?.[axis] || 1) * units[axis]);
+  return [0, 1, 2].map((axis) => (spacing?.[axis] || factor) * units[axis]);
 }
 
 function unitsOf(volume) {
-  const found = lineOf(volume, "space units") ?? lineOf(volume, "units") ?? "";
-  const units = [...found.matchAll(/"([^"]*)"/g)].map(([, unit]) => lengths[unit] ?? 1);
+  const found = volume.field(volume.geometry.directions ? "space units" : "units") ?? "";
+  const units = [...found.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([, unit]) => millimeters(unit.replace(/\\"/g, '"')));
   return units.length === 3 ? units : [1, 1, 1];
 }
 
-/** The value of a line "name: value", or of a pair "name:=value", of the header of the scan. */
-const lineOf = ({ metadata }, name) => valueOf(metadata, `${name}: `);
-const pairOf = ({ metadata }, name) => valueOf(metadata, `${name}:=`);
-const valueOf = (metadata, begin) =>
-  metadata.split("\n").find((line) => line.startsWith(begin))?.slice(begin.length).trim();
+/** The millimeters of a unit; 1 if it is "" or not known. */
+function millimeters(unit) {
+  const name = unit.trim();
+  const small = name.toLowerCase();
+  const word = small.replace(/s$/, "").replace(/metre$/, "meter");
+  // In a name in capitals only, M is not the prefix mega.
+  const inCapitals = /^[A-Z]+$/.test(name) && lengths.has(small) ? small : undefined;
+  const length = lengths.get(spellings.get(name) ?? inCapitals ?? words.get(word) ?? name);
+  if (length === undefined && name) console.warn(`tagrid: the unit "${name}" is not known; its lengths count as millimeters`);
+  return length ?? 1;
+}

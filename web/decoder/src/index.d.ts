@@ -81,6 +81,10 @@ export interface Volume {
   readonly range: { low: number; high: number; mean: number } | null;
   /** The lines of an NRRD header that describe the scan: space, units, `key:=value` pairs. */
   readonly metadata: string;
+  /** The value of the field `name: value` of `metadata`, in lower or upper case; undefined if it has none. */
+  field(name: string): string | undefined;
+  /** The value of the first pair `key:=value` of `metadata`, unescaped; undefined if it has none. */
+  pair(key: string): string | undefined;
   /** The name of the volume, as of a channel or a moment; "" if it has none. */
   readonly name: string;
   /** The edge of a brick, in samples. Boxes whose corners are multiples of it take the least work; see `lead`. */

@@ -1,6 +1,7 @@
 // @tagrid/decoder: .tag files in browsers and Node.js. index.d.ts describes what is exported.
 import { Bricks } from "./bricks.js";
 import { TagridError, require, unlessAborted } from "./errors.js";
+import { fieldsOf } from "./fields.js";
 import { cores } from "./platform.js";
 import { Pool } from "./pool.js";
 import { Queue, Recent } from "./queue.js";
@@ -20,6 +21,7 @@ export async function open(given, options = {}) {
   require(workers === undefined || (Number.isInteger(workers) && workers >= 0 && workers <= 256), "workers must be 0 to 256");
   require(Number.isInteger(connections) && connections >= 1 && connections <= 64, "connections must be 1 to 64");
   require(retries === undefined || (Number.isInteger(retries) && retries >= 0), "retries must be 0 or more");
+  require(options.size === undefined || (Number.isSafeInteger(options.size) && options.size >= 0), "size must be a whole number of bytes");
   signal?.throwIfAborted();
   const where = new URL(base, globalThis.location?.href ?? import.meta.url);
   const [source, module, count] = await unlessAborted(
@@ -140,6 +142,7 @@ class Volume {
   #file;
   #stream;
   #overviews = new Map();
+  #lines;
 
   constructor(file, stream, number) {
     this.#file = file;
@@ -158,11 +161,20 @@ class Volume {
     this.bounds = stream.bounds;
     this.range = stream.range;
     this.metadata = stream.metadata;
-    this.name = textOfKey(stream.metadata, "volume_name");
+    this.#lines = fieldsOf(stream.metadata);
+    this.name = this.pair("volume_name") ?? "";
     this.brickEdge = stream.brickEdge;
     this.lead = stream.lead;
     this.fileBytes = file.bytes;
     this.volumes = number === 0 ? stream.volumes : undefined;
+  }
+
+  field(name) {
+    return this.#lines.fields.get(name.toLowerCase());
+  }
+
+  pair(key) {
+    return this.#lines.pairs.get(key);
   }
 
   async volume(number, { signal } = {}) {
@@ -280,8 +292,8 @@ function shared(made, key, until, make) {
 
 function boxWithin(box, dims) {
   if (box === undefined) return { low: [0, 0, 0], high: [...dims] };
-  const low = [...box.low];
-  const high = [...box.high];
+  require(Array.isArray(box?.low) && Array.isArray(box.high), "a box has low and high, three whole numbers each");
+  const { low, high } = { low: [...box.low], high: [...box.high] };
   require(low.length === 3 && high.length === 3 && [...low, ...high].every(Number.isInteger), "a box has whole numbers");
   for (let axis = 0; axis < 3; ++axis)
     require(low[axis] >= 0 && low[axis] < high[axis] && high[axis] <= dims[axis],
@@ -331,12 +343,6 @@ function geometryOf({ spacing, origin, directions }, factor) {
     origin: origin && origin.map((o, a) => o + ((factor - 1) / 2) * (steps[0][a] + steps[1][a] + steps[2][a])),
     directions: directions && directions.map((direction) => direction.map((d) => d * factor)),
   };
-}
-
-/** The value of a pair "key:=value" in the lines of an NRRD header. */
-function textOfKey(lines, key) {
-  const line = lines.split("\n").find((l) => l.startsWith(`${key}:=`));
-  return (line ?? "").slice(key.length + 2).replace(/\\(n|\\)/g, (_, c) => (c === "n" ? "\n" : c));
 }
 
 function anyOf(signals) {

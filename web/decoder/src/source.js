@@ -43,7 +43,7 @@ class CheckedSource {
       bytes = await unlessAborted(Promise.resolve(this.#source.read(offset, length, signal)), signal);
     } catch (cause) {
       if (signal?.aborted || cause instanceof TagridError) throw cause;
-      throw new TagridError("io-error", `cannot read ${length} bytes from byte ${offset} on: ${cause.message}`, { cause });
+      throw new TagridError("io-error", `cannot read ${length} bytes from byte ${offset} on: ${cause?.message ?? cause}`, { cause });
     }
     if (bytes instanceof ArrayBuffer) bytes = new Uint8Array(bytes);
     if (!(bytes instanceof Uint8Array) || bytes.length !== length)
@@ -122,7 +122,7 @@ class UrlSource {
       throw new Passing(`the server sent ${bytes.length} bytes in place of ${length} from byte ${offset} on`);
     } catch (error) {
       if (error instanceof TagridError || error instanceof Passing || signal?.aborted) throw error;
-      throw new Passing(watch.isLate ? `the server sent nothing for ${timeout} ms` : `the request failed: ${error.message}`,
+      throw new Passing(watch.isLate ? `the server sent nothing for ${timeout} ms` : `the request failed: ${error?.message ?? error}`,
         { cause: error });
     } finally {
       watch.end();
@@ -155,6 +155,8 @@ class UrlSource {
         if (now[key] !== null && this.#first[key] !== null && now[key] !== this.#first[key])
           throw drop(this.#fail("changed", "the file changed while it was open"));
     } else {
+      if (range && !Number.isSafeInteger(Number(range[3])))
+        throw drop(this.#fail("io-error", `the server says that the file has ${range[3]} bytes, which is too many`));
       this.size ??= range ? Number(range[3]) : undefined;
       if (this.size === undefined)
         throw drop(this.#fail("no-size", "the server does not say how large the file is; it must expose Content-Range, or " +

@@ -82,10 +82,6 @@ export class Wasm {
     this.#scratch = this.#allocated(8 * (numbersOfInfo + 6 + blocksAtOnce * numbersOfBlock));
   }
 
-  get heap() {
-    return this.#exports.memory.buffer.byteLength;
-  }
-
   #allocated(bytes) {
     const pointer = this.#exports.malloc(bytes) >>> 0;
     if (pointer === 0) throw new TagridError("out-of-memory", "there is no memory for the bytes of a file");
@@ -126,10 +122,6 @@ export class Wasm {
     const blocks = this.#exports.web_create(bytes) >>> 0;
     if (blocks === 0) throw new TagridError("out-of-memory", "out of memory");
     return blocks;
-  }
-
-  close(blocks) {
-    this.#exports.web_close(blocks);
   }
 
   /** The ranges that the last call lacked. */
@@ -231,13 +223,14 @@ export class Wasm {
     return this.#with(header, (pointer) => {
       const status = this.#exports.web_decoder_open(pointer, header.length, this.#scratch);
       const decoder = this.#words(1)[0];
-      this.#check(status, () => this.#exports.web_decoder_message(decoder));
+      try {
+        this.#check(status, () => this.#exports.web_decoder_message(decoder));
+      } catch (error) {
+        this.#exports.web_decoder_close(decoder);
+        throw error;
+      }
       return decoder;
     });
-  }
-
-  closeDecoder(decoder) {
-    this.#exports.web_decoder_close(decoder);
   }
 
   #requireMemory(memory, number) {

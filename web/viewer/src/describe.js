@@ -1,35 +1,23 @@
 // What a volume means, in words and numbers.
 
-/** The pairs "key:=value" and the fields "key: value" of the lines of an NRRD header. */
-function fieldsOf(metadata) {
-  const fields = new Map();
-  for (const line of metadata.split("\n")) {
-    const found = /^([^:]+?):(=| )(.*)$/.exec(line);
-    if (found) fields.set(found[1].trim(), found[3].replace(/\\(n|\\)/g, (_, c) => (c === "n" ? "\n" : c)).trim());
-  }
-  return fields;
-}
-
 /** Values are `slope * sample + intercept`. With slopes of single slices, samples are all that is shown. */
-export function scaleOf({ metadata }) {
-  const fields = fieldsOf(metadata);
-  if (fields.has("slice_slopes"))
+export function scaleOf(volume) {
+  if (volume.pair("slice_slopes") !== undefined)
     return { slope: 1, intercept: 0, unit: "", note: "samples: each slice has a slope of its own" };
-  const slope = Number(fields.get("rescale_slope") ?? 1);
-  const intercept = Number(fields.get("rescale_intercept") ?? 0);
+  const slope = Number(volume.pair("rescale_slope") ?? 1);
+  const intercept = Number(volume.pair("rescale_intercept") ?? 0);
   if (!Number.isFinite(slope) || slope === 0 || !Number.isFinite(intercept))
     return { slope: 1, intercept: 0, unit: "" };
-  return { slope, intercept, unit: fields.get("rescale_units") ?? "" };
+  return { slope, intercept, unit: volume.pair("rescale_units") ?? "" };
 }
 
 /** The unit of lengths: that of the scan, or samples if it has no spacing. */
-export function unitOf({ metadata, geometry }) {
-  if (!geometry.spacing) return "samples";
-  const fields = fieldsOf(metadata);
-  const given = /"([^"]+)"/.exec(fields.get("space units") ?? fields.get("units") ?? "");
+export function unitOf(volume) {
+  if (!volume.geometry.spacing) return "samples";
+  const given = /"([^"]+)"/.exec(volume.field(volume.geometry.directions ? "space units" : "units") ?? "");
   if (given) return given[1] === "um" ? "µm" : given[1];
   // Spaces of patients are in mm.
-  return /left|right|LPS|RAS|LAS|scanner/.test(fields.get("space") ?? "") ? "mm" : "units";
+  return /left|right|LPS|RAS|LAS|scanner/i.test(volume.field("space") ?? "") ? "mm" : "units";
 }
 
 export function numberText(number, digits = 6) {
