@@ -12,6 +12,8 @@ target_compile_definitions(tagrid_hwy INTERFACE HWY_IS_DEBUG_BUILD=0)
 if(TAGRID_SANITIZE)
   target_compile_definitions(tagrid_hwy INTERFACE TAGRID_SMALL_CODE)
 endif()
-if(TAGRID_SCALAR)
+# The module for browsers without vectors, too: with the vectors that Highway emulates instead, it would be larger and slower,
+# and clang 19 would take many minutes for the coder of lanes.
+if(TAGRID_SCALAR OR "${TAGRID_WASM_KIND}" STREQUAL "scalar")
   target_compile_definitions(tagrid_hwy INTERFACE HWY_COMPILE_ONLY_SCALAR)
 endif()

@@ -15,10 +15,6 @@
 #include <type_traits>
 
 #if defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 15000
-// Number() of some characters.
-extern "C" __attribute__((import_module("tagrid"), import_name("number"))) double tagrid_number_of_javascript(
-    const char* text, std::size_t bytes);
-
 namespace std {
 
 template <class To, class From>
@@ -66,6 +62,10 @@ void stable_sort(Range&& range, Less less, Projection projection) {
 #endif
 
 #if defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 200000
+// Number() of some characters.
+extern "C" __attribute__((import_module("tagrid"), import_name("number"))) double tagrid_number_of_javascript(
+    const char* text, std::size_t bytes);
+
 namespace std {
 
 // A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits. JavaScript rounds
