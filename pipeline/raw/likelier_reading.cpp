@@ -54,7 +54,10 @@ class Sample {
     const std::uint64_t count = std::min(most_stretches, total / stretch_bytes);
     for (std::uint64_t i = 0; i < count; ++i) {
       Bytes bytes(stretch_bytes);
-      const std::uint64_t place = (total - stretch_bytes) / count * i;
+      // Somewhere in the i-th of equal parts, by multiples of nearly the golden ratio: at equal distances, all could lie
+      // in the same corner of slices.
+      const std::uint64_t part = (total - stretch_bytes) / count;
+      const std::uint64_t place = part * i + part / 256 * (159 * i % 256);
       // Samples of every size begin at a multiple of 8 bytes.
       file.seek(raw.offset + place / 8 * 8);
       if (file.read(bytes.data(), bytes.size()) == bytes.size()) stretches_.push_back(std::move(bytes));

@@ -92,7 +92,7 @@ def metadata_of(header: str) -> dict[str, str]:
                 found.setdefault(field, value.strip())
         else:
             key, _, text = line.partition(":=")
-            found.setdefault(key, text.replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\"))
+            found[key] = text.replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\")
     return found
 
 

@@ -218,9 +218,9 @@ class Encoding(unittest.TestCase):
                 tagrid.encode(samples, self.folder / "v.tag", **settings)
         self.assertEqual(self.left(), [])
 
-    def test_of_equal_keys_the_first_counts(self):
+    def test_of_equal_keys_the_last_counts(self):
         volume = tagrid.open(tagrid.encode(blobs((3, 4, 5)), metadata="a:=1\nA:=2\na:=3\nSpace Units:\"um\" \"um\" \"um\"\n"))
-        self.assertEqual({key: volume.metadata[key] for key in ("a", "A")}, {"a": "1", "A": "2"})
+        self.assertEqual({key: volume.metadata[key] for key in ("a", "A")}, {"a": "3", "A": "2"})
         self.assertEqual(volume.metadata["space units"], '"um" "um" "um"')
 
     def test_place_and_metadata_come_back(self):

@@ -113,6 +113,24 @@ TEST_F(LikelierReadings, SmallNumbersInTheWrongOrderAreSuspected) {
   EXPECT_TRUE(reading(SampleType::uint16, true));
 }
 
+// Stretches at equal distances would all lie in the air beside the body.
+TEST_F(LikelierReadings, TheOtherSignIsSuspectedAlsoIfSlicesArePowersOfTwo) {
+  for (const std::int64_t edge : {64, 128, 256}) {
+    const Index3 dims = {edge, edge, edge};
+    std::string bytes;
+    std::vector<std::int16_t> slice(static_cast<std::size_t>(dims.x * dims.y));
+    for (std::int64_t z = 0; z < dims.z; ++z) {
+      phantom_slice<std::int16_t>(dims, 1, z, slice);
+      bytes.append(reinterpret_cast<const char*>(slice.data()), slice.size() * sizeof slice[0]);
+    }
+    file("v.raw", bytes);
+    const auto found = likelier_reading(path("v.raw"), {.dims = dims, .type = SampleType::uint16});
+    ASSERT_TRUE(found) << edge;
+    EXPECT_EQ(found->type, SampleType::int16);
+    EXPECT_FALSE(likelier_reading(path("v.raw"), {.dims = dims, .type = SampleType::int16}));
+  }
+}
+
 TEST_F(LikelierReadings, TheOtherSignIsSuspected) {
   // Tissue is around 0: air, and noise of 20.
   std::mt19937 random(1);

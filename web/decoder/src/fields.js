@@ -6,19 +6,18 @@ const names = new Set(["content", "number", "block size", "min", "max", "old min
 const others = new Map([["centerings", "centers"]]);
 for (const name of ["block size", "old min", "old max", "sample units", "axis mins", "axis maxs"]) others.set(name.replace(" ", ""), name);
 
-/** The fields, by their names in small letters, and the pairs. Of equal ones, the first counts. */
+/** The fields, by their names in small letters, and the pairs. Of equal ones, the last counts. */
 export function fieldsOf(metadata) {
   const [fields, pairs] = [new Map(), new Map()];
-  const add = (map, key, value) => map.has(key) || map.set(key, value);
   for (const line of metadata.split("\n")) {
     if (line.startsWith("#")) continue;
     const [colon, sign] = [line.indexOf(":"), line.indexOf(":=")];
     const name = line.slice(0, Math.max(colon, 0)).toLowerCase();
     const field = others.get(name) ?? name;
     // A key may contain a colon, but not ":=".
-    if (colon !== sign && names.has(field)) add(fields, field, line.slice(colon + 1).trim());
+    if (colon !== sign && names.has(field)) fields.set(field, line.slice(colon + 1).trim());
     else if (sign >= 0)
-      add(pairs, line.slice(0, sign), line.slice(sign + 2).replace(/\\(n|\\)/g, (_, c) => (c === "n" ? "\n" : c)));
+      pairs.set(line.slice(0, sign), line.slice(sign + 2).replace(/\\(n|\\)/g, (_, c) => (c === "n" ? "\n" : c)));
   }
   return { fields, pairs };
 }

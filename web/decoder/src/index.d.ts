@@ -83,7 +83,7 @@ export interface Volume {
   readonly metadata: string;
   /** The value of the field `name: value` of `metadata`, in lower or upper case; undefined if it has none. */
   field(name: string): string | undefined;
-  /** The value of the first pair `key:=value` of `metadata`, unescaped; undefined if it has none. */
+  /** The value of the last pair `key:=value` of `metadata`, unescaped; undefined if it has none. */
   pair(key: string): string | undefined;
   /** The name of the volume, as of a channel or a moment; "" if it has none. */
   readonly name: string;
