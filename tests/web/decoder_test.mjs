@@ -109,6 +109,7 @@ test("descriptions", async () => {
   const head = ["NRRD0004", "type: int16", "dimension: 3", "sizes: 600 4 3", "encoding: raw", "endian: little",
     "space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0.1) (0,-0.2,2)", "space origin: (-1.5,2,3e2)",
     "patient:=nobody\\nat all", "volume_name:=thorax", "volume_name:=second", "Space Units:\"um\" \"um\" \"um\"", "Patient:=other",
+    "rescale_intercept:=5", "rescale_intercept:=6",
     "a: b:=c"];
   const { writeFileSync } = await import("node:fs");
   writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), samples]));
@@ -129,6 +130,9 @@ test("descriptions", async () => {
   assert.equal(volume.field("space units"), '"um" "um" "um"');
   assert.equal(volume.field("SPACE"), "left-posterior-superior");
   assert.deepEqual(["patient", "Patient", "a: b", "PATIENT"].map((key) => volume.pair(key)), ["nobody\nat all", "other", "c", undefined]);
+  // What the page of the viewer says of it.
+  const { scaleOf, unitOf } = await import("../../web/viewer/src/describe.js");
+  assert.deepEqual([scaleOf(volume).intercept, unitOf(volume)], [5, "µm"]);
   assert.match(volume.metadata, /^patient:=nobody\\nat all$/m);
   assert.equal(volume.fileBytes, content(path).length);
   assert.deepEqual([volume.brickEdge, volume.lead, volume.volumes], [64, true, 1]);

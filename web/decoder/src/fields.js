@@ -4,7 +4,8 @@ const names = new Set(["content", "number", "block size", "min", "max", "old min
   "thicknesses", "axis mins", "axis maxs", "centers", "labels", "units", "kinds", "space", "space dimension", "space units",
   "space origin", "space directions", "measurement frame"]);
 const others = new Map([["centerings", "centers"]]);
-for (const name of ["block size", "old min", "old max", "sample units", "axis mins", "axis maxs"]) others.set(name.replace(" ", ""), name);
+for (const name of ["block size", "old min", "old max", "sample units", "axis mins", "axis maxs"])
+  others.set(name.replace(" ", ""), name);
 
 /** The fields, by their names in small letters, and the pairs. Of equal ones, the last counts. */
 export function fieldsOf(metadata) {

@@ -21,7 +21,8 @@ export async function open(given, options = {}) {
   require(workers === undefined || (Number.isInteger(workers) && workers >= 0 && workers <= 256), "workers must be 0 to 256");
   require(Number.isInteger(connections) && connections >= 1 && connections <= 64, "connections must be 1 to 64");
   require(retries === undefined || (Number.isInteger(retries) && retries >= 0), "retries must be 0 or more");
-  require(options.size === undefined || (Number.isSafeInteger(options.size) && options.size >= 0), "size must be a whole number of bytes");
+  require(options.size === undefined || (Number.isSafeInteger(options.size) && options.size >= 0),
+    "size must be a whole number of bytes");
   signal?.throwIfAborted();
   const where = new URL(base, globalThis.location?.href ?? import.meta.url);
   const [source, module, count] = await unlessAborted(
