@@ -126,7 +126,7 @@ test("descriptions", async () => {
   assert.equal(volume.bounds.maxError, 2);
   assert.equal(volume.bounds.surfaceError, null);
   assert.deepEqual(volume.range, { low: 0x0707, high: 0x0707, mean: 0x0707 });
-  assert.equal(volume.name, "thorax");
+  assert.equal(volume.name, "second");
   assert.equal(volume.field("space units"), '"um" "um" "um"');
   assert.equal(volume.field("SPACE"), "left-posterior-superior");
   assert.deepEqual(["patient", "Patient", "a: b", "PATIENT"].map((key) => volume.pair(key)), ["nobody\nat all", "other", "c", undefined]);
