@@ -78,7 +78,7 @@ Status parse_members(std::span<const std::byte> bytes, int volumes, std::vector<
     member.factor = fields.get<std::uint32_t>();
     member.offset = fields.get<std::uint64_t>();
     member.length = fields.get<std::uint64_t>();
-    if (member.is_volume() != (&member - members.data() < others) ||
+    if (member.is_volume() != (static_cast<std::uint32_t>(&member - members.data()) < others) ||
         (member.is_volume() && member.factor != ++found))
       return Status::broken("the members are not " + std::to_string(others) +
                             " further volumes in their order, and then others");
