@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 tools/install_packages.sh test
 # emscripten takes 0.8 GB, so it is not installed for this alone.
 web=OFF
-if command -v emcc >/dev/null && command -v node >/dev/null; then web=ON; fi
+if command -v emcc >/dev/null && command -v node >/dev/null && command -v esbuild >/dev/null; then web=ON; fi
 cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_WEB=$web -DTAGRID_MPI=ON -DTAGRID_HDF5=ON -DTAGRID_PYTHON=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 # Each takes a minute or more, as it encodes what is large, searches for the least memory, or waits for a rank that is
@@ -21,7 +21,7 @@ if [ "${1:-}" != --long ]; then
   ctest --preset release -j "$((2 * $(nproc)))" -E "$slow"
   echo "Left out, as they take minutes (tools/test.sh --long runs them):"
   ctest --preset release -N -R "$slow" | grep '#'
-  [ "$web" = ON ] || echo "Left out, as there is no emscripten (tools/install_packages.sh web): web/"
+  [ "$web" = ON ] || echo "Left out, as emscripten, node or esbuild is missing (tools/install_packages.sh web): web/"
   tools/fuzz.sh
 else
   ctest --preset release -j "$((2 * $(nproc)))"
