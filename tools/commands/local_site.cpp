@@ -12,7 +12,9 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
+#include "io/files/system_call.h"
 #include "io/text/addresses.h"
+#include "pipeline/serving/serve.h"
 
 namespace tagrid {
 
@@ -36,6 +38,24 @@ void add_port_option(CLI::App& command, int& port) {
       ->check(CLI::Range(0, 65535));
 }
 
+namespace {
+
+/// The end signals, which are kept from the process and can be read instead.
+class EndSignals {
+ public:
+  /// Throws WorldError.
+  EndSignals();
+  int descriptor() const { return descriptor_; }
+  /// What the process had before.
+  const sigset_t& before() const { return before_; }
+  /// From now on, a second one ends the process at once. REQUIRES: one can be read.
+  void let_through();
+
+ private:
+  sigset_t set_, before_;
+  Descriptor descriptor_;
+};
+
 EndSignals::EndSignals() {
   sigemptyset(&set_);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, number);
@@ -48,6 +68,17 @@ void EndSignals::let_through() {
   signalfd_siginfo first;
   [[maybe_unused]] const auto taken = read(descriptor_, &first, sizeof first);
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+}  // namespace
+
+void serve_until_interrupted(
+    const WebSite& site, int port,
+    const std::function<void(const std::string& machine, const sigset_t& before)>& opened) {
+  EndSignals signals;
+  const LocalPort local = open_port(port);
+  opened(fmt::format("http://127.0.0.1:{}", local.number), signals.before());
+  serve(local, site, signals.descriptor(), [&] { signals.let_through(); });
 }
 
 }  // namespace tagrid

@@ -3,9 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <functional>
 #include <string>
 
-#include "io/files/system_call.h"
+#include "io/server/site.h"
 
 namespace tagrid {
 
@@ -18,20 +19,11 @@ std::string name_of_input(const std::string& input);
 /// --port
 void add_port_option(CLI::App& command, int& port);
 
-/// The end signals, which are kept from the process and can be read instead.
-class EndSignals {
- public:
-  /// Throws WorldError.
-  EndSignals();
-  int descriptor() const { return descriptor_; }
-  /// What the process had before, for programs that it starts.
-  const sigset_t& before() const { return before_; }
-  /// From now on, a second one ends the process at once. REQUIRES: one can be read.
-  void let_through();
-
- private:
-  sigset_t set_, before_;
-  Descriptor descriptor_;
-};
+/// Calls `opened` with the beginning of the site's addresses, "http://127.0.0.1:8080", and with the signals that were
+/// kept from the process before, for programs that it starts. Then serves the site to this machine until the first end
+/// signal; a second one ends the process at once. Throws WorldError.
+void serve_until_interrupted(
+    const WebSite& site, int port,
+    const std::function<void(const std::string& machine, const sigset_t& before)>& opened);
 
 }  // namespace tagrid

@@ -12,7 +12,6 @@
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/serving/serve.h"
 #include "pipeline/serving/served_zarr.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
@@ -44,13 +43,11 @@ struct ServeCommand {
         if (path.starts_with(image.path)) return image.zarr->file(path.substr(image.path.size()));
       return nullptr;
     };
-    EndSignals signals;
-    const LocalPort opened = open_port(port);
-    const std::string machine = fmt::format("http://127.0.0.1:{}", opened.number);
-    for (const Image& image : images) std::cout << machine << image.path << std::endl;
-    flush_standard_output();
-    if (!run.quiet) tell(images, machine);
-    serve(opened, site, signals.descriptor(), [&] { signals.let_through(); });
+    serve_until_interrupted(site, port, [&](const std::string& machine, const sigset_t&) {
+      for (const Image& image : images) std::cout << machine << image.path << std::endl;
+      flush_standard_output();
+      if (!run.quiet) tell(images, machine);
+    });
   }
 
   /// An origin is what browsers send of the address of a page: nothing follows the host and the port.

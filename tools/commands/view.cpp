@@ -15,7 +15,6 @@
 #include "io/server/site.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
-#include "pipeline/serving/serve.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
 #include "tools/options/shared_options.h"
@@ -89,15 +88,13 @@ struct ViewCommand {
     site.entrance = root + "?src=" + percent_encoded(path);
     site.ticket = "/" + random_token();
 
-    EndSignals signals;
-    const LocalPort opened = open_port(port);
-    const std::string machine = fmt::format("http://127.0.0.1:{}", opened.number);
-    std::cout << machine << site.entrance << std::endl;
-    flush_standard_output();
-    if (!no_browser && !open_browser(machine + site.ticket, signals.before()))
-      say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
-    if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
-    serve(opened, site, signals.descriptor(), [&] { signals.let_through(); });
+    serve_until_interrupted(site, port, [&](const std::string& machine, const sigset_t& before) {
+      std::cout << machine << site.entrance << std::endl;
+      flush_standard_output();
+      if (!no_browser && !open_browser(machine + site.ticket, before))
+        say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
+      if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
+    });
   }
 };
 
