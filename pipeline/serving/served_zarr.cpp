@@ -43,6 +43,18 @@ std::optional<std::int64_t> take_number(std::string_view& text) {
   return number;
 }
 
+/// One of those who may decode at once.
+class Turn {
+ public:
+  explicit Turn(std::counting_semaphore<>& turns) : turns_(turns) { turns_.acquire(); }
+  ~Turn() { turns_.release(); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  std::counting_semaphore<>& turns_;
+};
+
 bool take(std::string_view& text, std::string_view begin) {
   if (!text.starts_with(begin)) return false;
   text.remove_prefix(begin.size());
@@ -129,15 +141,11 @@ std::vector<std::byte> ServedZarr::decoded(const Level& level, const Index3& chu
     blocks.type = info_.type;
     blocks.change_samples = [&](DecodedBrick& brick) { change_brick(numbers_, bricks, file.name(), brick); };
   }
-  decoders_.acquire();
-  try {
+  {
+    const Turn turn(decoders_);
     decode_bricks(blocks, parameters, region, samples.data(),
                   {size, size * level.chunk.x, size * level.chunk.x * level.chunk.y}, 1);
-  } catch (...) {
-    decoders_.release();
-    throw;
   }
-  decoders_.release();
   std::vector<std::byte> swapped;
   const auto ordered = little_endian_samples(samples, size_of(info_.type), swapped);
   return ordered.data() == samples.data() ? samples : swapped;
