@@ -1,12 +1,8 @@
-// What JavaScript calls to decode bricks; see glue.cpp.
-#include <emscripten.h>
+// What JavaScript calls to decode bricks; see glue.h.
+#include "glue.h"
 
 #include <cstddef>
 #include <cstdint>
-
-#include "tagrid/tagrid_blocks.h"
-
-#define EXPORTED extern "C" EMSCRIPTEN_KEEPALIVE
 
 EXPORTED int web_decoder_open(const void* header, std::size_t bytes, tagrid_decoder** decoder) {
   return tagrid_decoder_open(header, bytes, decoder);
@@ -20,10 +16,7 @@ EXPORTED const char* web_decoder_message(const tagrid_decoder* decoder) {
 // `result` receives where the samples are, and their number of bytes.
 EXPORTED int web_decode(tagrid_decoder* decoder, double number, double activity_bytes, double slices,
                         const void* bytes, std::size_t count, std::size_t* result) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = count;
-  block.activity_bytes = static_cast<std::uint64_t>(activity_bytes);
+  tagrid_block block = block_of(number, static_cast<double>(count), activity_bytes);
   block.slices = static_cast<std::int64_t>(slices);
   const void* samples = nullptr;
   const int status = tagrid_decoder_decode(decoder, &block, bytes, count, &samples, &result[1]);
@@ -32,8 +25,6 @@ EXPORTED int web_decode(tagrid_decoder* decoder, double number, double activity_
 }
 
 EXPORTED double web_decoder_memory(const tagrid_decoder* decoder, double number, double bytes) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = static_cast<std::uint64_t>(bytes);
+  const tagrid_block block = block_of(number, bytes);
   return static_cast<double>(tagrid_decoder_memory(decoder, &block));
 }

@@ -1,13 +1,8 @@
-// What JavaScript calls to find bricks. Its numbers are doubles, so sizes and places are doubles here, too: files have
-// fewer than 2^53 bytes.
-#include <emscripten.h>
+// What JavaScript calls to find bricks.
+#include "glue.h"
 
 #include <cstddef>
 #include <cstdint>
-
-#include "tagrid/tagrid_blocks.h"
-
-#define EXPORTED extern "C" EMSCRIPTEN_KEEPALIVE
 
 namespace {
 

@@ -1,20 +1,13 @@
-// What JavaScript calls to get the grid; see glue.cpp.
-#include <emscripten.h>
+// What JavaScript calls to get the grid; see glue.h.
+#include "glue.h"
 
 #include <cstddef>
 #include <cstdint>
 
-#include "tagrid/tagrid_blocks.h"
-
-#define EXPORTED extern "C" EMSCRIPTEN_KEEPALIVE
-
 // `box` receives six numbers, `result` where the words of the activity are, and how many.
 EXPORTED int web_activity(tagrid_decoder* decoder, double number, double activity_bytes, const void* bytes,
                           std::size_t count, double* box, std::size_t* result) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = count;
-  block.activity_bytes = static_cast<std::uint64_t>(activity_bytes);
+  const tagrid_block block = block_of(number, static_cast<double>(count), activity_bytes);
   tagrid_box closed = {};
   const std::uint64_t* words = nullptr;
   const int status = tagrid_decoder_activity(decoder, &block, bytes, count, &closed, &words, &result[1]);
@@ -27,9 +20,7 @@ EXPORTED int web_activity(tagrid_decoder* decoder, double number, double activit
 }
 
 EXPORTED double web_activity_memory(const tagrid_decoder* decoder, double number, double bytes) {
-  tagrid_block block = {};
-  block.number = static_cast<std::int64_t>(number);
-  block.range.bytes = static_cast<std::uint64_t>(bytes);
+  const tagrid_block block = block_of(number, bytes);
   return static_cast<double>(tagrid_decoder_activity_memory(decoder, &block));
 }
 
