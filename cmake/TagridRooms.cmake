@@ -2,9 +2,10 @@
 # headers, as "<layer>/<room>/...", and those of the rooms that it links. Other rooms are not on its
 # include path, so the include rule needs no reviewer. Links are PUBLIC if its headers include
 # headers of the other room, and PRIVATE if only its sources do. main() belongs to a program, and is
-# left out.
+# left out. All stages pass over samples, and so do rooms that are FAST. Others take no time but their
+# compilation, which is shorter with fewer optimizations.
 function(tagrid_room folder)
-  cmake_parse_arguments(PARSE_ARGV 1 sees "" "" "PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 sees "FAST" "" "PUBLIC;PRIVATE")
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
   tagrid_target_names(room ${folder})
@@ -19,8 +20,13 @@ function(tagrid_room folder)
     target_include_directories(${room} PUBLIC ${view})
     target_link_libraries(${room} PUBLIC ${public} PRIVATE ${private})
     string(REGEX REPLACE "/.*" "" layer ${folder})
-    if((layer IN_LIST TAGRID_UNITY OR folder IN_LIST TAGRID_UNITY) AND NOT folder IN_LIST TAGRID_SINGLE_FILES)
+    if(NOT layer STREQUAL stages AND NOT sees_FAST)
+      target_compile_options(${room} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
+    endif()
+    if(layer IN_LIST TAGRID_UNITY OR folder IN_LIST TAGRID_UNITY)
       set_target_properties(${room} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+      list(TRANSFORM TAGRID_SINGLE_FILES PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE single)
+      set_source_files_properties(${single} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
       # A type of one file is not a type of many because the compiler sees several at once.
       target_compile_options(${room} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
     endif()
