@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "stages/entropy/adaptive_bit.h"
+#include "stages/values/transform/mixed_event.h"
 #include "stages/values/transform/shape.h"
 #include "stages/values/transform/start_tables.h"
 
@@ -19,19 +20,17 @@ namespace tagrid {
 
 /// All adaptive state of one brick.
 struct CoefficientModel {
-  static constexpr std::size_t mixer_contexts = 12, refinement_classes = 16, refinement_steps = 33;
-  using Weights = std::array<std::int32_t, 2>;  ///< in 2^-16
-  using Refinement = std::array<std::uint16_t, refinement_steps>;
+  static constexpr std::size_t mixer_contexts = 12, refinement_classes = 16;
 
   CoefficientModel();
 
   std::array<std::array<AdaptiveBit, near_classes * near_classes>, magnitude_events> near;
   std::array<std::array<AdaptiveBit, expected_classes * orientations>, magnitude_events> expected;
-  std::array<std::array<Weights, mixer_contexts>, magnitude_events> weights;
+  std::array<std::array<MixerWeights, mixer_contexts>, magnitude_events> weights;
   std::array<std::array<Refinement, refinement_classes>, magnitude_events> refined;
   std::array<AdaptiveBit, sign_contexts> sign;
   std::array<AdaptiveBit, far_sign_contexts> far_sign;
-  std::array<Weights, orientations> sign_weights;
+  std::array<MixerWeights, orientations> sign_weights;
   std::array<AdaptiveBit, band_contexts> zero_band;
   std::array<AdaptiveBit, block_contexts> active_block;
   IntegerModel means, far;
