@@ -246,6 +246,34 @@ class DicomOdd(ReaderTest):
             self.assertIn("its pixels are those of 4 frames" if run.returncode == 0 else "frame", run.stderr, option)
             self.assert_stays("b.dcm", "b.dcm")
 
+    @unittest.skipIf(shutil.which("gdcmconv") is None, "there is no gdcmconv on this machine (libgdcm-tools)")
+    def test_streams_of_other_sizes_than_the_file_says_are_refused(self):
+        """DCMTK decodes what a stream of JPEG holds, and fills up what one of RLE lacks."""
+        truth = volume(shape=(2, 20, 31))
+        for option, stream in (("--jpeg", "the code stream has 31 x 20 samples of 16 bits"), ("--rle", "the RLE stream has")):
+            self.save("a.dcm", data_set(truth))
+            subprocess.run(["gdcmconv", option, self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
+            self.encodes((truth - 1024).astype("int16"), "b.dcm", what=option)
+            for attributes in ({"Rows": 40}, {"Rows": 10}, {"Columns": 30}, {"BitsAllocated": 32}, {"BitsAllocated": 8, "BitsStored": 8, "HighBit": 7}):
+                file = pydicom.dcmread(self.folder / "b.dcm")
+                for name, value in attributes.items():
+                    setattr(file, name, value)
+                file.save_as(self.folder / "c.dcm")
+                self.assertIn(stream, self.assert_refused(65, "c.dcm: DICOM file: frame 1: ", "encode", "c.dcm", "-o", "c.tag"), attributes)
+        # A frame that ends too soon.
+        frames = list(pydicom.encaps.generate_pixel_data_frame(pydicom.dcmread(self.folder / "b.dcm").PixelData, 2))
+        for length in (64, len(frames[1]) // 4 * 2, len(frames[1]) - 4):
+            file = self.encapsulate(data_set(truth), RLE, [])
+            file.PixelData = pydicom.encaps.encapsulate([frames[0], frames[1][:length]])
+            self.save("d.dcm", file)
+            self.assert_refused(65, "d.dcm: DICOM file: frame 2: the RLE stream", "encode", "d.dcm", "-o", "d.tag")
+        self.save("a.dcm", data_set(truth[0] // 8, BitsAllocated=8, BitsStored=8, HighBit=7))
+        subprocess.run(["gdcmconv", "--jpeg", self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
+        file = pydicom.dcmread(self.folder / "b.dcm")
+        file.BitsAllocated = 16
+        file.save_as(self.folder / "c.dcm")
+        self.assert_refused(65, "31 x 20 samples of 8 bits in 1 component, but 31 x 20 samples in 16 bits are expected", "encode", "c.dcm")
+
     def test_lengths_that_are_no_sizes_are_refused(self):
         truth = volume()[0]
         self.save("a.dcm", data_set(truth, PatientComments="0123456789"))
