@@ -274,6 +274,47 @@ class DicomOdd(ReaderTest):
         file.save_as(self.folder / "c.dcm")
         self.assert_refused(65, "31 x 20 samples of 8 bits in 1 component, but 31 x 20 samples in 16 bits are expected", "encode", "c.dcm")
 
+    @unittest.skipIf(shutil.which("opj_compress") is None, "there is no opj_compress on this machine (libopenjp2-tools)")
+    def test_signs_of_jpeg_2000_and_of_the_file_that_differ_are_said_or_refused(self):
+        """GDCM takes the sign of the stream, pydicom that of the file."""
+        truth = volume()[0].astype("i2")
+        truth[0, :2] = -5, 4000
+        for is_signed, header, negative in (("s", 1, True), ("u", 1, False), ("s", 0, True), ("s", 0, False), ("u", 0, False)):
+            samples = truth if negative else abs(truth) // 2
+            (self.folder / "a.raw").write_bytes(samples.astype(">i2").tobytes())
+            subprocess.run(["opj_compress", "-i", "a.raw", "-o", "a.j2k", "-n", "1", "-F", f"{samples.shape[1]},{samples.shape[0]},1,16,{is_signed}"],
+                           cwd=self.folder, check=True, stdout=subprocess.DEVNULL)
+            file = data_set(samples, BitsStored=16, HighBit=15, PixelRepresentation=header, RescaleIntercept=0)
+            file.file_meta.TransferSyntaxUID, file.PixelData = J2K, pydicom.encaps.encapsulate([(self.folder / "a.j2k").read_bytes()])
+            file["PixelData"].VR, file["PixelData"].is_undefined_length = "OB", True
+            self.save("a.dcm", file)
+            if negative and header == 0:
+                self.assert_refused(65, "the code stream has negative samples", "encode", "a.dcm")
+                continue
+            numpy.testing.assert_array_equal(self.values("a.dcm")[0][0], samples)
+            self.assertEqual("those of its code stream have none" in self.messages, (is_signed, header) == ("u", 1))
+
+    def test_slices_that_may_be_of_several_scans_are_said(self):
+        truth = volume()
+        for attribute, one, other in (("PatientID", "a", "b"), ("StudyInstanceUID", "1.2", "1.3"), ("FrameOfReferenceUID", "1.2", "1.3"),
+                                      ("ConvolutionKernel", "B30f", "B70f")):
+            for z in range(4):
+                self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z), **{attribute: other if z == 2 else one}))
+            self.encoded("s", says=f's: its slices may be of several scans: {attribute} is "{one}" in 0.dcm, and "{other}" in 2.dcm')
+
+    def test_images_whose_samples_are_no_slice_are_said(self):
+        self.save("a.dcm", data_set(volume()[0], ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"]))
+        self.encoded("a.dcm", says="its images are mosaics of several slices")
+        self.save("a.dcm", data_set(volume()[0], SegmentationType="FRACTIONAL", MaximumFractionalValue=255))
+        self.encoded("a.dcm", says="its samples are fractions of MaximumFractionalValue")
+
+    def test_a_distance_of_frames_that_is_a_guess_is_said(self):
+        for attributes, is_said in (({"SpacingBetweenSlices": None}, True), ({}, False)):
+            self.save("a.dcm", data_set(volume(), position=(1, 2, 3), **attributes))
+            geometry = self.encoded("a.dcm")[1]["geometry"]
+            self.assertEqual(geometry["directions"][2], [0, 0, 3])
+            self.assertEqual("a.dcm: the distance between its frames is not given; it is taken to be their thickness, 3 mm" in self.messages, is_said)
+
     def test_lengths_that_are_no_sizes_are_refused(self):
         truth = volume()[0]
         self.save("a.dcm", data_set(truth, PatientComments="0123456789"))

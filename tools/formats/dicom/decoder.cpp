@@ -7,6 +7,7 @@
 #include <dcmtk/dcmjpls/djdecode.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -88,6 +89,12 @@ int DicomDecoder::read_jpeg2000(std::size_t frame, std::byte* out) {
   const std::size_t size = static_cast<std::size_t>(file_.pixels.allocated) / 8;
   if (image.bits > file_.pixels.allocated)
     fail(fmt::format("the code stream has {} bits, but a sample has {}", image.bits, file_.pixels.allocated));
+  if (image.is_signed && !file_.pixels.is_signed &&
+      std::ranges::any_of(image.samples, [](std::int32_t sample) { return sample < 0; }))
+    fail(fmt::format(
+        "frame {}: the code stream has negative samples, but the file says that samples have no sign "
+        "(PixelRepresentation)",
+        frame + 1));
   store_samples(image, size, out);
   return image.bits;
 }

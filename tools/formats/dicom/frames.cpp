@@ -191,6 +191,12 @@ void place_frames(DcmDataset& dataset, const DicomFrame& common, DicomFile& file
       frame.position.reset();
       continue;
     }
+    if (common.step == 0 && !has_offsets)
+      file.notes.warn(
+          name_of(DCM_SpacingBetweenSlices),
+          fmt::format("the distance between its frames is not given; it is taken to be their thickness, "
+                      "{} mm",
+                      common.thickness));
     const Vector3 normal = normal_of(common);
     for (std::size_t axis = 0; axis < 3; ++axis) (*frame.position)[axis] += along * normal[axis];
   }
