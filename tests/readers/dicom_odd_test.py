@@ -294,6 +294,17 @@ class DicomOdd(ReaderTest):
             numpy.testing.assert_array_equal(self.values("a.dcm")[0][0], samples)
             self.assertEqual("those of its code stream have none" in self.messages, (is_signed, header) == ("u", 1))
 
+    def test_bits_above_those_that_count_are_said(self):
+        """pydicom reads them as a part of the number, DCMTK and GDCM do not."""
+        said = "only the lowest 12 bits of its samples count, but higher ones are set, too"
+        for sample, is_signed, value, is_said in ((0x0fff, 0, 4095, False), (5000, 0, 5000 - 4096, True), (0xffff, 1, -1, False), (0x0fff, 1, -1, False),
+                                                  (-3024, 1, -3024 + 4096, True)):
+            truth = volume()[:1] // 8
+            truth[0, 3, 4] = sample
+            self.save("a.dcm", data_set(truth[0], PixelRepresentation=is_signed, RescaleIntercept=0))
+            self.assertEqual(self.encoded("a.dcm")[0][0, 3, 4], value)
+            self.assertEqual(said in self.messages, is_said, sample)
+
     def test_slices_that_may_be_of_several_scans_are_said(self):
         truth = volume()
         for attribute, one, other in (("PatientID", "a", "b"), ("StudyInstanceUID", "1.2", "1.3"), ("FrameOfReferenceUID", "1.2", "1.3"),
