@@ -144,6 +144,7 @@ class Odd(ReaderTest):
                 ({"DIMENSION_LABELS": ["x", "y", "z"]}, "its axes are called x, y, z (DIMENSION_LABELS)"), ({"DIMENSION_LABELS": ["z", "y", "x"]}, ""),
                 ({"DIMENSION_LABELS": ["time", "y", "x"]}, "its axes are called time, y, x"), ({"DIMENSION_LABELS": ["", "", ""]}, ""),
                 ({"axistags": tags("xyz")}, "its axes are called x, y, z (axistags)"), ({"axistags": tags("zyx")}, ""), ({"axistags": "abc"}, ""),
+                ({"axes": "x:y:z"}, "its axes are called x, y, z (axes)"),
                 ({"IMAGE_SUBCLASS": "IMAGE_GRAYSCALE", "IMAGE_WHITE_IS_ZERO": numpy.uint8(0)}, ""), ({"IMAGE_WHITE_IS_ZERO": numpy.uint8(1)}, "small numbers mean white"),
                 ({"IMAGE_SUBCLASS": "IMAGE_INDEXED"}, "its samples are numbers of colors"), ({"RescaleSlope": 2.0}, 'RescaleSlope is "2", which is not applied')):
             def write(file):
@@ -161,6 +162,8 @@ class Odd(ReaderTest):
             file["data"].attrs["IMAGE_SUBCLASS"] = "IMAGE_TRUECOLOR"
         self.make(colors)
         self.assert_refused(65, "has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR)", "encode", "a.h5")
+        self.with_attributes(numpy.zeros((20, 31, 3), "u1"), ComponentDimensions=[3])
+        self.assert_refused(65, "has 3 values a sample (ComponentDimensions)", "encode", "a.h5")
 
         def imaris(file):
             file["DataSet/0/Data"] = volume()

@@ -14,15 +14,19 @@
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/nexus.h"
 
 namespace tagrid {
 namespace {
 
-/// The names of axes that HDF5 dimensions have as labels, otherwise those of vigra and ilastik.
-std::vector<std::string> names_of_axes(hid_t dataset, std::string& attribute) {
+/// The names of axes that HDF5 dimensions have as labels, otherwise those of NeXus, otherwise of vigra and
+/// ilastik.
+std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, std::string& attribute) {
   attribute = "DIMENSION_LABELS";
   if (std::vector<std::string> labels = text_list_attribute(dataset, attribute); !labels.empty())
     return labels;
+  attribute = "axes";
+  if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
   attribute = "axistags";
   const std::string tags = text_attribute(dataset, attribute).value_or("");
   std::vector<std::string> names;
@@ -62,13 +66,19 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   std::vector<std::string> sentences;
   const auto say = [&](const std::string& what) { sentences.push_back(object + ": " + what); };
   const Hdf5Handle dataset = opened_dataset(file, name);
+  const std::string group_name = ("/" + name).substr(0, std::max<std::size_t>(1, name.rfind('/') + 1));
+  const Hdf5Handle group(H5Oopen(file, group_name.c_str(), H5P_DEFAULT), H5Oclose);
   std::string attribute;
-  if (const auto names = names_of_axes(dataset.get(), attribute); are_in_another_order(names))
+  if (const auto names = names_of_axes(group.get(), dataset.get(), attribute); are_in_another_order(names))
     say(fmt::format("its axes are called {} ({}), the slowest one first, but are read as z, y, x",
                     fmt::join(names, ", "), attribute));
   const std::string subclass = text_attribute(dataset.get(), "IMAGE_SUBCLASS").value_or("");
   if (subclass == "IMAGE_TRUECOLOR")
     throw BrokenInput(object + " has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR), not one value a sample");
+  for (const double components : number_attribute(dataset.get(), "ComponentDimensions"))
+    if (components > 1)
+      throw BrokenInput(
+          fmt::format("{} has {} values a sample (ComponentDimensions), not one", object, components));
   if (subclass == "IMAGE_INDEXED")
     say("its samples are numbers of colors (IMAGE_SUBCLASS is IMAGE_INDEXED), but are read as values");
   if (const auto white = number_attribute(dataset.get(), "IMAGE_WHITE_IS_ZERO");
@@ -78,8 +88,6 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
     if (H5Aexists(dataset.get(), scale) > 0)
       say(fmt::format("{} is {}, which is not applied; numbers are kept as they are", scale,
                       tagrid::quoted(attribute_in_words(dataset.get(), scale))));
-  const std::string group_name = ("/" + name).substr(0, std::max<std::size_t>(1, name.rfind('/') + 1));
-  const Hdf5Handle group(H5Oopen(file, group_name.c_str(), H5P_DEFAULT), H5Oclose);
   const std::array sizes = {dims.x, dims.y, dims.z};
   for (std::size_t axis = 0; group && axis < 3; ++axis) {
     const std::string size = fmt::format("ImageSize{}", "XYZ"[axis]);
