@@ -319,6 +319,10 @@ class DicomOdd(ReaderTest):
         self.save("a.dcm", data_set(volume()[0], SegmentationType="FRACTIONAL", MaximumFractionalValue=255))
         self.encoded("a.dcm", says="its samples are fractions of MaximumFractionalValue")
 
+    def test_directions_of_rounded_length_do_not_change_distances(self):
+        self.save("a.dcm", data_set(volume()[0], position=(1, 2, 3), ImageOrientationPatient=[0.998, 0, 0, 0, 0.996, 0]))
+        self.assertEqual(self.encoded("a.dcm")[1]["geometry"]["directions"], [[0.25, 0, 0], [0, 0.5, 0], [0, 0, 3]])
+
     def test_a_distance_of_frames_that_is_a_guess_is_said(self):
         for attributes, is_said in (({"SpacingBetweenSlices": None}, True), ({}, False)):
             self.save("a.dcm", data_set(volume(), position=(1, 2, 3), **attributes))
