@@ -162,6 +162,17 @@ class StreamStore : public BrickStore {
   Watch watch_;       // of all volumes
 };
 
+/// What users should know about bits that do not belong to samples; "" if that is nothing.
+std::string about_spare_bits(const SourceFiles& files) {
+  for (const EnvelopeFile& file : files.files)
+    for (const SlicesInFile& slices : file.slices)
+      if (slices.spare == SpareBits::kept)
+        return file.name + ": only the lowest " + std::to_string(slices.run.stored.bits) +
+               " bits of its samples count, but higher ones are set, too; they are no part of the numbers, "
+               "although some programs read them as such";
+  return "";
+}
+
 // Writes the envelope of a source if `keep`, and if the source allows it.
 void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickStore& store,
                        EncodeResult& result) {
@@ -170,6 +181,8 @@ void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickS
   SourceFiles files = source_files(source.facts());
   if (files.why_not.empty()) {
     store.look_at(files, exact);
+    if (std::string about = about_spare_bits(files); !about.empty())
+      result.warnings.push_back(std::move(about));
     write_envelope(files, [&](std::span<const std::byte> bytes) { store.write_envelope(bytes); });
     result.times_read += times_read_for_envelope(files, exact);
   }

@@ -246,6 +246,90 @@ class DicomOdd(ReaderTest):
             self.assertIn("its pixels are those of 4 frames" if run.returncode == 0 else "frame", run.stderr, option)
             self.assert_stays("b.dcm", "b.dcm")
 
+    @unittest.skipIf(shutil.which("gdcmconv") is None, "there is no gdcmconv on this machine (libgdcm-tools)")
+    def test_streams_of_other_sizes_than_the_file_says_are_refused(self):
+        """DCMTK decodes what a stream of JPEG holds, and fills up what one of RLE lacks."""
+        truth = volume(shape=(2, 20, 31))
+        for option, stream in (("--jpeg", "the code stream has 31 x 20 samples of 16 bits"), ("--rle", "the RLE stream has")):
+            self.save("a.dcm", data_set(truth))
+            subprocess.run(["gdcmconv", option, self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
+            self.encodes((truth - 1024).astype("int16"), "b.dcm", what=option)
+            for attributes in ({"Rows": 40}, {"Rows": 10}, {"Columns": 30}, {"BitsAllocated": 32}, {"BitsAllocated": 8, "BitsStored": 8, "HighBit": 7}):
+                file = pydicom.dcmread(self.folder / "b.dcm")
+                for name, value in attributes.items():
+                    setattr(file, name, value)
+                file.save_as(self.folder / "c.dcm")
+                self.assertIn(stream, self.assert_refused(65, "c.dcm: DICOM file: frame 1: ", "encode", "c.dcm", "-o", "c.tag"), attributes)
+        # A frame that ends too soon.
+        frames = list(pydicom.encaps.generate_pixel_data_frame(pydicom.dcmread(self.folder / "b.dcm").PixelData, 2))
+        for length in (64, len(frames[1]) // 4 * 2, len(frames[1]) - 4):
+            file = self.encapsulate(data_set(truth), RLE, [])
+            file.PixelData = pydicom.encaps.encapsulate([frames[0], frames[1][:length]])
+            self.save("d.dcm", file)
+            self.assert_refused(65, "d.dcm: DICOM file: frame 2: the RLE stream", "encode", "d.dcm", "-o", "d.tag")
+        self.save("a.dcm", data_set(truth[0] // 8, BitsAllocated=8, BitsStored=8, HighBit=7))
+        subprocess.run(["gdcmconv", "--jpeg", self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
+        file = pydicom.dcmread(self.folder / "b.dcm")
+        file.BitsAllocated = 16
+        file.save_as(self.folder / "c.dcm")
+        self.assert_refused(65, "31 x 20 samples of 8 bits in 1 component, but 31 x 20 samples in 16 bits are expected", "encode", "c.dcm")
+
+    @unittest.skipIf(shutil.which("opj_compress") is None, "there is no opj_compress on this machine (libopenjp2-tools)")
+    def test_signs_of_jpeg_2000_and_of_the_file_that_differ_are_said_or_refused(self):
+        """GDCM takes the sign of the stream, pydicom that of the file."""
+        truth = volume()[0].astype("i2")
+        truth[0, :2] = -5, 4000
+        for is_signed, header, negative in (("s", 1, True), ("u", 1, False), ("s", 0, True), ("s", 0, False), ("u", 0, False)):
+            samples = truth if negative else abs(truth) // 2
+            (self.folder / "a.raw").write_bytes(samples.astype(">i2").tobytes())
+            subprocess.run(["opj_compress", "-i", "a.raw", "-o", "a.j2k", "-n", "1", "-F", f"{samples.shape[1]},{samples.shape[0]},1,16,{is_signed}"],
+                           cwd=self.folder, check=True, stdout=subprocess.DEVNULL)
+            file = data_set(samples, BitsStored=16, HighBit=15, PixelRepresentation=header, RescaleIntercept=0)
+            file.file_meta.TransferSyntaxUID, file.PixelData = J2K, pydicom.encaps.encapsulate([(self.folder / "a.j2k").read_bytes()])
+            file["PixelData"].VR, file["PixelData"].is_undefined_length = "OB", True
+            self.save("a.dcm", file)
+            if negative and header == 0:
+                self.assert_refused(65, "the code stream has negative samples", "encode", "a.dcm")
+                continue
+            numpy.testing.assert_array_equal(self.values("a.dcm")[0][0], samples)
+            self.assertEqual("those of its code stream have none" in self.messages, (is_signed, header) == ("u", 1))
+
+    def test_bits_above_those_that_count_are_said(self):
+        """pydicom reads them as a part of the number, DCMTK and GDCM do not."""
+        said = "only the lowest 12 bits of its samples count, but higher ones are set, too"
+        for sample, is_signed, value, is_said in ((0x0fff, 0, 4095, False), (5000, 0, 5000 - 4096, True), (0xffff, 1, -1, False), (0x0fff, 1, -1, False),
+                                                  (-3024, 1, -3024 + 4096, True)):
+            truth = volume()[:1] // 8
+            truth[0, 3, 4] = sample
+            self.save("a.dcm", data_set(truth[0], PixelRepresentation=is_signed, RescaleIntercept=0))
+            self.assertEqual(self.encoded("a.dcm")[0][0, 3, 4], value)
+            self.assertEqual(said in self.messages, is_said, sample)
+
+    def test_slices_that_may_be_of_several_scans_are_said(self):
+        truth = volume()
+        for attribute, one, other in (("PatientID", "a", "b"), ("StudyInstanceUID", "1.2", "1.3"), ("FrameOfReferenceUID", "1.2", "1.3"),
+                                      ("ConvolutionKernel", "B30f", "B70f")):
+            for z in range(4):
+                self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z), **{attribute: other if z == 2 else one}))
+            self.encoded("s", says=f's: its slices may be of several scans: {attribute} is "{one}" in 0.dcm, and "{other}" in 2.dcm')
+
+    def test_images_whose_samples_are_no_slice_are_said(self):
+        self.save("a.dcm", data_set(volume()[0], ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"]))
+        self.encoded("a.dcm", says="its images are mosaics of several slices")
+        self.save("a.dcm", data_set(volume()[0], SegmentationType="FRACTIONAL", MaximumFractionalValue=255))
+        self.encoded("a.dcm", says="its samples are fractions of MaximumFractionalValue")
+
+    def test_directions_of_rounded_length_do_not_change_distances(self):
+        self.save("a.dcm", data_set(volume()[0], position=(1, 2, 3), ImageOrientationPatient=[0.998, 0, 0, 0, 0.996, 0]))
+        self.assertEqual(self.encoded("a.dcm")[1]["geometry"]["directions"], [[0.25, 0, 0], [0, 0.5, 0], [0, 0, 3]])
+
+    def test_a_distance_of_frames_that_is_a_guess_is_said(self):
+        for attributes, is_said in (({"SpacingBetweenSlices": None}, True), ({}, False)):
+            self.save("a.dcm", data_set(volume(), position=(1, 2, 3), **attributes))
+            geometry = self.encoded("a.dcm")[1]["geometry"]
+            self.assertEqual(geometry["directions"][2], [0, 0, 3])
+            self.assertEqual("a.dcm: the distance between its frames is not given; it is taken to be their thickness, 3 mm" in self.messages, is_said)
+
     def test_lengths_that_are_no_sizes_are_refused(self):
         truth = volume()[0]
         self.save("a.dcm", data_set(truth, PatientComments="0123456789"))

@@ -33,7 +33,7 @@ def data_set(samples, series="1.2.3", instance="1.2.3.1", number=1, position=(0,
     file.InstanceNumber, file.SamplesPerPixel, file.PhotometricInterpretation = number, 1, "MONOCHROME2"
     file.Rows, file.Columns = samples.shape[-2:]
     if samples.ndim == 3:
-        file.NumberOfFrames = samples.shape[0]
+        file.NumberOfFrames, file.SpacingBetweenSlices = samples.shape[0], 3
     file.BitsAllocated, file.BitsStored, file.HighBit, file.PixelRepresentation = 16, 12, 11, 0
     file.RescaleSlope, file.RescaleIntercept, file.RescaleType = 1, -1024, "HU"
     if position is not None:
@@ -421,7 +421,7 @@ class Dicom(ReaderTest):
         file.file_meta.MediaStorageSOPClassUID = file.SOPClassUID = "1.2.840.10008.5.1.4.1.1.481.2"
         file.Modality, file.DoseUnits, file.DoseType, file.DoseSummationType = "RTDOSE", "GY", "PHYSICAL", "PLAN"
         file.DoseGridScaling, file.GridFrameOffsetVector = "0.000125", offsets
-        for name in ("RescaleSlope", "RescaleIntercept", "RescaleType", "SliceThickness"):
+        for name in ("RescaleSlope", "RescaleIntercept", "RescaleType", "SliceThickness", "SpacingBetweenSlices"):
             delattr(file, name)
         file["PixelData"].VR = "OW"
         return file

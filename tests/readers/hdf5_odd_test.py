@@ -137,6 +137,41 @@ class Odd(ReaderTest):
         self.assertIn("/image-max gives slices ranges of values", self.messages)
         self.assertNotEqual(self.bounded().returncode, 0)
 
+    def test_what_other_conventions_say_about_samples_is_said_or_refused(self):
+        def tags(names):
+            return '{"axes": [%s]}' % ", ".join(f'{{"key": "{name}", "typeFlags": 2}}' for name in names)
+        for attributes, said in (
+                ({"DIMENSION_LABELS": ["x", "y", "z"]}, "its axes are called x, y, z (DIMENSION_LABELS)"), ({"DIMENSION_LABELS": ["z", "y", "x"]}, ""),
+                ({"DIMENSION_LABELS": ["time", "y", "x"]}, "its axes are called time, y, x"), ({"DIMENSION_LABELS": ["", "", ""]}, ""),
+                ({"axistags": tags("xyz")}, "its axes are called x, y, z (axistags)"), ({"axistags": tags("zyx")}, ""), ({"axistags": "abc"}, ""),
+                ({"axes": "x:y:z"}, "its axes are called x, y, z (axes)"),
+                ({"IMAGE_SUBCLASS": "IMAGE_GRAYSCALE", "IMAGE_WHITE_IS_ZERO": numpy.uint8(0)}, ""), ({"IMAGE_WHITE_IS_ZERO": numpy.uint8(1)}, "small numbers mean white"),
+                ({"IMAGE_SUBCLASS": "IMAGE_INDEXED"}, "its samples are numbers of colors"), ({"RescaleSlope": 2.0}, 'RescaleSlope is "2", which is not applied')):
+            def write(file):
+                file["data"] = volume()
+                for name, value in attributes.items():
+                    file["data"].attrs[name] = value
+            self.make(write)
+            self.described()
+            if said:
+                self.assertIn(said, self.messages)
+            else:
+                self.assertEqual(self.messages, "", attributes)
+        def colors(file):
+            file["data"] = numpy.zeros((20, 31, 3), "u1")
+            file["data"].attrs["IMAGE_SUBCLASS"] = "IMAGE_TRUECOLOR"
+        self.make(colors)
+        self.assert_refused(65, "has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR)", "encode", "a.h5")
+        self.with_attributes(numpy.zeros((20, 31, 3), "u1"), ComponentDimensions=[3])
+        self.assert_refused(65, "has 3 values a sample (ComponentDimensions)", "encode", "a.h5")
+
+        def imaris(file):
+            file["DataSet/0/Data"] = volume()
+            file["DataSet/0"].attrs["ImageSizeX"] = numpy.array([b"1", b"2"], "S1")
+        self.make(imaris)
+        self.described()
+        self.assertIn(f"ImageSizeX is 12, but the data set has {SHAPE[2]}", self.messages)
+
     def test_dimension_scales_are_said(self):
         def write(file):
             file["data"] = volume()

@@ -146,6 +146,8 @@ class MetaImage(ReaderTest):
     @unittest.skipIf(shutil.which("plastimatch") is None, "there is no plastimatch on this machine")
     def test_odd_headers_are_refused_or_read_as_itk_does(self):
         truth = volume("int16", (5, 7, 9))
+        self.write("a.mha", truth, "MET_SHORT", truth.tobytes(), BinaryDataByteOrderMSB="False", ElementByteOrderMSB="True")
+        self.assert_refused(65, "contradicts BinaryDataByteOrderMSB", "encode", "a.mha")
         compared = 0
         for fields in ({"ElementSpacing": "0.5 -0.6 2.5"}, {"ElementSpacing": "0.5 -0.6 2.5", "TransformMatrix": MATRIX, "Offset": "1 2 3"},
                        {"ElementSpacing": "0.5 0 2.5"}, {"ElementSpacing": "0,5 0,6 2,5"}, {"ElementSpacing": "0.5 0.6"}, {"ElementSpacing": "0.5 0.6 nan"},

@@ -87,6 +87,31 @@ class Version2(ReaderTest):
         self.assert_refused(64, "has no dataset nothing", "encode", "a.zarr", "--dataset", "nothing")
         self.assert_refused(64, "has no dataset ../b", "encode", "a.zarr", "--dataset", "../b")
 
+    def test_attributes_of_xarray_count(self):
+        """Scales and names of axes, as in HDF5; xarray.open_zarr applies them, too."""
+        truth = volume(shape=(3, 4, 5))
+        scale = {"scale_factor": 0.5, "add_offset": [-1000], "units": "HU"}
+        write_v3(self.folder / "v3.zarr", truth, (3, 4, 5), attributes=scale)
+        for name in (self.with_attributes(truth, scale), "v3.zarr"):
+            pairs = dict(self.encodes(truth, name)["source"]["pairs"])
+            self.assertEqual([pairs[key] for key in ("rescale_slope", "rescale_intercept", "rescale_units")], ["0.5", "-1000", "HU"])
+        for attributes, said in (({"scale_factor": "abc"}, 'scale_factor is "abc"'), ({"scale_factor": 0}, "scale_factor is"),
+                                 ({"add_offset": [1, 2]}, 'add_offset is "[1,2]"'), ({"_Unsigned": "true"}, '_Unsigned is "true", but samples are signed')):
+            self.encodes(truth, self.with_attributes(truth, attributes), says=said)
+            self.assertIn("how values follow from samples is not known", self.messages)
+            self.assert_refused(64, said, "encode", "a.zarr", "-o", "b.tag", "--max-error", "5")
+        self.encodes(truth, self.with_attributes(truth, {"_FillValue": -999}), says="samples that are -999, if there are any, stand for missing ones")
+        for names, order in (("zyx", (0, 1, 2)), ("xyz", (2, 1, 0)), ("yxz", (2, 0, 1)), (("lev", "lat", "lon"), (0, 1, 2))):
+            self.encodes(truth.transpose(order), self.with_attributes(truth, {"_ARRAY_DIMENSIONS": list(names)}), what=names)
+        self.with_attributes(truth, {"_ARRAY_DIMENSIONS": ["time", "y", "x"]})
+        self.encodes(truth[1:2], "a.zarr", "--series", "t2")
+
+    def with_attributes(self, samples, attributes):
+        array = zarr.open_array(str(self.folder / "a.zarr"), mode="w", shape=samples.shape, dtype=samples.dtype, chunks=(2, 4, 3))
+        array[:] = samples
+        array.attrs.update(attributes)
+        return "a.zarr"
+
     def test_what_changes_samples_and_is_not_understood_is_refused_by_name(self):
         truth = volume()
         for options, text in (({"filters": [numcodecs.Delta("i2")]}, "has filters, which are not supported"),

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "io/text/text.h"
+
 namespace tagrid {
 
 /// The value of an option; "" if it is not given.
@@ -28,6 +30,27 @@ std::string listed(const std::vector<T>& all, std::size_t most) {
   std::string text =
       fmt::format("{}", fmt::join(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(some), ", "));
   return some == all.size() ? text : fmt::format("{} and {} more", text, all.size() - some);
+}
+
+/// About the attribute of netCDF that says which number stands for missing samples
+/// (https://cfconventions.org).
+inline std::string about_missing_samples(const std::string& object, const std::string& number,
+                                         const std::string& attribute) {
+  return fmt::format(
+      "{}: samples that are {}, if there are any, stand for missing ones ({}); they are encoded like all "
+      "others, so that an error makes other numbers of them, which nobody can tell from measurements",
+      object, number, attribute);
+}
+
+/// About the attribute `_Unsigned` of netCDF, by which integers have another sign than their type; "" if they
+/// have the sign of their type.
+inline std::string about_other_sign(const std::string& object, const std::string& text, bool is_signed) {
+  const std::string word = lower_case(text);
+  if ((word != "true" || !is_signed) && (word != "false" || is_signed)) return "";
+  return fmt::format(
+      "{}: _Unsigned is {}, but samples are {}signed integers, and are kept as they are; how values follow "
+      "from samples is not known",
+      object, quoted(std::string_view(text)), is_signed ? "" : "un");
 }
 
 }  // namespace tagrid

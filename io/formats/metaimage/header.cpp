@@ -343,8 +343,11 @@ MetaImageHeader parse_meta_image_header(std::string_view text) {
   header.info =
       volume_info(dims, type, nrrd_fields_of(geometry_of_header(fields, axes, header.warnings), pairs));
   header.volumes = volumes;
-  header.big_endian =
-      is_true("ElementByteOrderMSB", value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}));
+  const auto order = value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}),
+             other = value_of_one(fields, {"binarydatabyteordermsb", "elementbyteordermsb"});
+  header.big_endian = is_true("ElementByteOrderMSB", order);
+  if (is_true("BinaryDataByteOrderMSB", other) != header.big_endian)
+    refuse("ElementByteOrderMSB", order, "contradicts BinaryDataByteOrderMSB");
   header.is_compressed = is_true("CompressedData", value_of(fields, "compresseddata"));
   if (const auto size = value_of(fields, "headersize"); !size.empty())
     header.header_size = integer_of("HeaderSize", size);

@@ -32,7 +32,12 @@ class DicomDecoder {
 
  private:
   [[noreturn]] void fail(std::string_view why) const;
+  DcmPixelSequence& fragments();
+  Uint32 fragment_of(std::size_t frame);
+  std::vector<std::byte> stream_from(Uint32 begin, Uint32 end, std::size_t enough);
   std::vector<std::byte> stream_of(std::size_t frame);
+  int read_rle(std::size_t frame, std::byte* out);
+  void check_jpeg_frame(std::size_t frame);
   int read_jpeg2000(std::size_t frame, std::byte* out);
   int read_other(std::size_t frame, std::byte* out);
 

@@ -188,6 +188,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   file.pixels.unsupported = why_not_readable(dataset, file);
   find_samples(DcmXfer(dataset.getOriginalXfer()), offset, file);
   file.pixels.lossy = lossy_compression(dataset, file);
+  note_stream_without_sign(file);
   file.texts = texts_of(dataset);
   return file;
 }

@@ -48,7 +48,7 @@ using Vector3 = std::array<double, 3>;
 /// One image: an entire file, or a frame of it.
 struct DicomFrame {
   std::optional<Vector3> position;  ///< of the first sample, in mm, left-posterior-superior
-  /// Unit vectors along a row and along a column.
+  /// Along a row and along a column, of length 1 but for rounding.
   std::optional<std::array<Vector3, 2>> orientation;
   std::optional<std::array<double, 2>> spacing;  ///< along x and along y, in mm
   double thickness = 0;                          ///< or the distance of slices, if given; 0: unknown
@@ -58,7 +58,10 @@ struct DicomFrame {
   std::int64_t number = 0;  ///< of the image in its series
 };
 
-/// The vector at right angles to an image. REQUIRES: orientation.
+/// The vector of length 1 in the same direction.
+Vector3 unit_of(const Vector3& vector);
+
+/// The vector of length 1 at right angles to an image. REQUIRES: orientation.
 Vector3 normal_of(const DicomFrame& frame);
 
 /// How the samples of a file are stored.

@@ -133,6 +133,7 @@ class DicomVolume final : public ServedVolume {
     warnings = said_of(files_, &DicomNotes::warnings, name);
     for (std::string& text : about_concatenations(files_, name)) warnings.push_back(std::move(text));
     not_understood = said_of(files_, &DicomNotes::not_understood, name);
+    for (std::string& text : about_several_scans(files_, name)) not_understood.push_back(std::move(text));
     for (const std::string& doubt : said_of(files_, &DicomNotes::scale_doubts, name))
       scale_doubt += (scale_doubt.empty() ? "" : "; ") + doubt;
     if (scale_doubt.empty()) return;

@@ -191,6 +191,12 @@ void place_frames(DcmDataset& dataset, const DicomFrame& common, DicomFile& file
       frame.position.reset();
       continue;
     }
+    if (common.step == 0 && !has_offsets)
+      file.notes.warn(
+          name_of(DCM_SpacingBetweenSlices),
+          fmt::format("the distance between its frames is not given; it is taken to be their thickness, "
+                      "{} mm",
+                      common.thickness));
     const Vector3 normal = normal_of(common);
     for (std::size_t axis = 0; axis < 3; ++axis) (*frame.position)[axis] += along * normal[axis];
   }
@@ -199,9 +205,14 @@ void place_frames(DcmDataset& dataset, const DicomFrame& common, DicomFile& file
 
 }  // namespace
 
+Vector3 unit_of(const Vector3& vector) {
+  const double length = std::hypot(vector[0], vector[1], vector[2]);
+  return {vector[0] / length, vector[1] / length, vector[2] / length};
+}
+
 Vector3 normal_of(const DicomFrame& frame) {
   const auto& [r, c] = *frame.orientation;
-  return {r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]};
+  return unit_of({r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]});
 }
 
 bool is_dose(DcmDataset& dataset) {

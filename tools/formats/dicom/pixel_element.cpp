@@ -222,6 +222,20 @@ std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments) {
   return fragments + 8 + length_at(file, fragments) + 8;
 }
 
+void note_stream_without_sign(DicomFile& file) {
+  if (!file.pixels.is_jpeg2000() || !file.pixels.encapsulated || !file.pixels.is_signed) return;
+  try {
+    if (jpeg2000_header(beginning_of_stream(FileSource(file.path), *file.pixels.encapsulated)).is_signed)
+      return;
+    file.notes.miss(
+        "PixelRepresentation",
+        "its samples have a sign (PixelRepresentation), but those of its code stream have none; the "
+        "highest of their bits is read as the sign, which not all programs do");
+  } catch (const BrokenInput&) {
+    return;  // decoding it will say what is wrong
+  }
+}
+
 std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels) {
   const bool is_jpeg_ls =
       pixels.syntax == "1.2.840.10008.1.2.4.80" || pixels.syntax == "1.2.840.10008.1.2.4.81";

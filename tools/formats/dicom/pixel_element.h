@@ -44,6 +44,10 @@ void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* ou
 /// the table.
 std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments);
 
+/// Notes a code stream of JPEG 2000 without a sign, if the file says that samples have one. Throws
+/// WorldError.
+void note_stream_without_sign(DicomFile& file);
+
 /// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000
 /// (9-7), or as near-lossless JPEG-LS. Nothing if the stream does not say, for it is damaged, or of another
 /// kind. Throws WorldError. REQUIRES: pixels.encapsulated.

@@ -52,6 +52,16 @@ void note_overlays(DcmDataset& dataset, DicomFile& file) {
 void note_what_samples_mean(DcmDataset& dataset, DicomFile& file) {
   note_tables(dataset, file.notes);
   note_overlays(dataset, file);
+  if (text_of(dataset, DCM_ImageType).value_or("").find("MOSAIC") != std::string::npos)
+    file.notes.miss(
+        "ImageType",
+        "its images are mosaics of several slices (ImageType MOSAIC); each is read as one slice, so that "
+        "its place is not that of its parts");
+  if (text_of(dataset, DCM_SegmentationType).value_or("") == "FRACTIONAL")
+    file.notes.miss(
+        "SegmentationType",
+        "its samples are fractions of MaximumFractionalValue (SegmentationType FRACTIONAL); numbers are "
+        "kept as they are");
   const std::string presentation = text_of(dataset, DCM_PixelPresentation).value_or("MONOCHROME");
   const bool has_palette = dataset.tagExists(DCM_RedPaletteColorLookupTableDescriptor);
   if (presentation.ends_with("COLOR") || presentation.ends_with("MIXED") || has_palette)

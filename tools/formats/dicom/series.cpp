@@ -263,7 +263,7 @@ void set_places(const Slices& slices, const Files& files, const std::string& nam
   geometry.origin = *first.position;
   geometry.has_origin = true;
   for (std::size_t axis = 0; axis < 2; ++axis)
-    geometry.directions[axis] = scaled((*first.orientation)[axis], geometry.spacing[axis]);
+    geometry.directions[axis] = scaled(unit_of((*first.orientation)[axis]), geometry.spacing[axis]);
   geometry.directions[2] = scaled(normal_of(first), first.thickness > 0 ? first.thickness : 1);
   if (slices.size() > 1) set_direction_of_slices(slices, files, name, volume);
   geometry.has_directions = true;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
+#include "io/text/text.h"
 #include "tools/formats/dicom/decoder.h"
 #include "tools/formats/dicom/pixel_element.h"
 #include "tools/formats/stored_samples.h"
@@ -104,6 +105,25 @@ std::vector<std::string> about_concatenations(const std::vector<DicomFile>& file
                                     file.concatenated - found->second == 1 ? "is" : "are"));
       parts.erase(found);
     }
+  return texts;
+}
+
+std::vector<std::string> about_several_scans(const std::vector<DicomFile>& files, const std::string& name) {
+  std::vector<std::string> texts;
+  for (const char* attribute :
+       {"PatientID", "StudyInstanceUID", "FrameOfReferenceUID", "ConvolutionKernel"}) {
+    const auto value = [&](const DicomFile& file) {
+      const auto found = file.texts.find(attribute);
+      return found == file.texts.end() ? std::string_view() : std::string_view(found->second);
+    };
+    const auto other = std::ranges::find_if(
+        files, [&](const DicomFile& file) { return value(file) != value(files.front()); });
+    if (other != files.end())
+      texts.push_back(fmt::format("{}: its slices may be of several scans: {} is {} in {}, and {} in {}",
+                                  name, attribute, tagrid::quoted(value(files.front())),
+                                  file_name(files.front().path), tagrid::quoted(value(*other)),
+                                  file_name(other->path)));
+  }
   return texts;
 }
 

@@ -22,6 +22,9 @@ void note_more_inflated_frames(DicomFile& file);
 /// Concatenations of which files are missing.
 std::vector<std::string> about_concatenations(const std::vector<DicomFile>& files, const std::string& name);
 
+/// Attributes that all images of a scan share, and in which these files differ: they may be of several scans.
+std::vector<std::string> about_several_scans(const std::vector<DicomFile>& files, const std::string& name);
+
 /// Sets the type of samples and their rescaling, and adds pairs and warnings. Returns what is added to the
 /// stored integers of each slice. `name` is for messages.
 std::vector<std::int32_t> set_meaning(const std::vector<DicomSlice>& slices,

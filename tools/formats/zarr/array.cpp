@@ -58,6 +58,7 @@ class Reading {
       read_version_2();
     else
       read_version_3();
+    read_names();
     check();
   }
 
@@ -145,9 +146,15 @@ class Reading {
     std::iota(array_.order.begin(), array_.order.end(), std::size_t{0});
     read_codecs(required(json_, "codecs"), false);
     read_fill(required(json_, "fill_value"));
-    if (const Json& names = member(json_, "dimension_names"); names.is_array())
-      for (const Json& name : names)
-        array_.axis_names.push_back(name.is_string() ? name.get<std::string>() : "");
+  }
+
+  /// In version 2, only xarray gives axes names.
+  void read_names() {
+    const Json& own = member(json_, "dimension_names");
+    const Json& names = own.is_null() ? member(array_.attributes, "_ARRAY_DIMENSIONS") : own;
+    if (!names.is_array()) return;
+    for (const Json& name : names)
+      array_.axis_names.push_back(name.is_string() ? name.get<std::string>() : "");
   }
 
   void read_keys(const Json& encoding) {

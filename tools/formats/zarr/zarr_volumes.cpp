@@ -15,8 +15,10 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"
+#include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "stages/sample/coding_parameters.h"
@@ -175,15 +177,55 @@ class ZarrVolume final : public ServedVolume {
         if (axes_[i]) geometry.origin[i] = image_.axes[*axes_[i]].translation;
       geometry.has_origin = true;
     }
+    set_scale();
     if (std::string lost = lost_by_mixed_units(geometry); !lost.empty())
       warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_->path(), lost));
     geometry = in_one_unit(geometry);
     const auto header = header_of_tagrid();
+    add_rescale(rescale, pairs);  // which a reader's "rescale" would not do beside lines of NRRD
     nrrd = header ? *header : nrrd_fields_of(geometry, pairs);
     if (!header) return;
     // Without any line, these would count.
     geometry = {};
     pairs.clear();
+  }
+
+  /// The number of an attribute, which may be a text or a list of one.
+  ForeignNumber number_at(const std::string& name) const {
+    const Json* value = &member(image_.array.attributes, name);
+    if (value->is_array() && value->size() == 1) value = &value->front();
+    if (value->is_null()) return {};
+    if (value->is_number()) return foreign_number(value->get<double>());
+    const std::string text = value->is_string() ? value->get<std::string>() : value->dump();
+    return foreign_number(std::optional<std::string_view>(text));
+  }
+
+  /// The attributes of netCDF, as xarray writes them (https://cfconventions.org).
+  void set_scale() {
+    const std::string object = fmt::format("{}: Zarr: {}", store_->path(), shown_path());
+    ForeignNumber slope = number_at("scale_factor"), intercept = number_at("add_offset");
+    if (slope.is_number() && slope.value == 0) slope.outcome = ForeignNumber::Outcome::unreadable;
+    constexpr const char* unknown = "how values follow from samples is not known";
+    for (const auto& [name, number] :
+         {std::pair("scale_factor", &slope), std::pair("add_offset", &intercept)}) {
+      const std::string remark = remark_on(*number, name, unknown);
+      if (number->is_unreadable() && scale_doubt.empty())
+        scale_doubt = fmt::format("{}: {}", object, remark);
+      else if (!remark.empty() && number->is_number())
+        warnings.push_back(fmt::format("{}: {}", object, remark));
+    }
+    if (const std::string text = text_of_flag("_Unsigned"); !is_float_type(type) && scale_doubt.empty())
+      scale_doubt = about_other_sign(object, text, name_of(type).starts_with('i'));
+    if (scale_doubt.empty() && (slope.is_number() || intercept.is_number()))
+      rescale = {slope.value_or(1), intercept.value_or(0), text_at(image_.array.attributes, "units")};
+    for (const char* name : {"_FillValue", "missing_value"})
+      if (const ForeignNumber missing = number_at(name); missing.is_number())
+        not_understood.push_back(about_missing_samples(object, fmt::format("{}", missing.value), name));
+  }
+  std::string text_of_flag(const std::string& name) const {
+    const Json& value = member(image_.array.attributes, name);
+    return value.is_boolean() ? (value.get<bool>() ? "true" : "false")
+                              : text_at(image_.array.attributes, name);
   }
 
   /// The header lines that tagrid keeps in the files that it writes, if the places are still those that they

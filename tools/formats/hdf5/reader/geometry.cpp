@@ -15,6 +15,7 @@
 #include "tools/formats/hdf5/reader/axis.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/fields.h"
+#include "tools/formats/hdf5/reader/meaning.h"
 #include "tools/formats/hdf5/reader/nexus.h"
 
 namespace tagrid {
@@ -198,6 +199,9 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     }
   }
   for (std::string& sentence : nexus_companions(file, path, name))
+    volume.not_understood.push_back(std::move(sentence));
+  for (std::string& sentence :
+       other_meanings(file, name, fmt::format("{}: HDF5 file: {}", path, name), volume.dims))
     volume.not_understood.push_back(std::move(sentence));
   for (auto& pair : other_attributes(dataset.get(), of_scale)) pairs.push_back(std::move(pair));
   add_rescale(volume.rescale, pairs);

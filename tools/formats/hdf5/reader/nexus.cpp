@@ -36,12 +36,6 @@ std::vector<std::string> parts_of(const std::string& text) {
   return parts;
 }
 
-std::vector<std::string> names_of_axes(hid_t group, hid_t dataset) {
-  std::vector<std::string> names = text_list_attribute(group, "axes");
-  if (names.empty()) names = text_list_attribute(dataset, "axes");
-  return names.size() == 1 ? parts_of(names[0]) : names;
-}
-
 /// Gathers what the axes say, in the order x, y, z.
 class Places {
  public:
@@ -187,13 +181,19 @@ bool is_nexus_signal(hid_t file, const std::string& path) {
                      number_attribute(dataset.get(), "signal") == std::vector<double>{1});
 }
 
+std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset) {
+  std::vector<std::string> names = text_list_attribute(group, "axes");
+  if (names.empty()) names = text_list_attribute(dataset, "axes");
+  return names.size() == 1 ? parts_of(names[0]) : names;
+}
+
 std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                         const std::vector<hsize_t>& sizes) {
   const std::string group_path = group_and_name(name).first;
   const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
   const Hdf5Handle dataset = opened_dataset(file, name);
   if (!group || !dataset) return std::nullopt;
-  const std::vector<std::string> names = names_of_axes(group.get(), dataset.get());
+  const std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
   Places places(path);
   if (names.size() != sizes.size()) {
     if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {

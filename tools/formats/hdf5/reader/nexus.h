@@ -37,4 +37,7 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
 /// What a group stores about its signal and tagrid does not read: errors, a mask. One sentence for each.
 std::vector<std::string> nexus_companions(hid_t file, const std::string& path, const std::string& name);
 
+/// The names of the axes of a data set, the slowest one first, which the group or the data set gives.
+std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset);
+
 }  // namespace tagrid

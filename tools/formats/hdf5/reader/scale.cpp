@@ -11,6 +11,7 @@
 #include "tools/formats/hdf5/reader/fields.h"
 #include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/nexus.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
@@ -135,12 +136,9 @@ class Scale {
     const Hdf5Handle type(H5Dget_type(dataset_.get()), H5Tclose);
     const bool is_signed = H5Tget_class(type.get()) == H5T_INTEGER && H5Tget_sign(type.get()) == H5T_SGN_2;
     const std::string text = attribute_in_words(dataset_.get(), "_Unsigned");
-    const std::string word = lower_case(text);
-    if (H5Tget_class(type.get()) != H5T_INTEGER || (word == "true" && !is_signed) ||
-        (word == "false" && is_signed))
-      return;
-    doubt(fmt::format("{}: _Unsigned is {}, but samples are {}signed integers, and are kept as they are; {}",
-                      object_name_, tagrid::quoted(text), is_signed ? "" : "un", unknown_values));
+    if (H5Tget_class(type.get()) != H5T_INTEGER) return;
+    if (std::string why = about_other_sign(object_name_, text, is_signed); !why.empty())
+      doubt(std::move(why));
   }
 
   /// MINC 2 gives the values of each slice a range of their own, beside the data set.
@@ -155,9 +153,7 @@ class Scale {
     const AttributeNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
     // No program takes NaN for a value.
     if (missing.is_absent() || missing.text == "nan") return;
-    volume_.not_understood.push_back(fmt::format(
-        "{}: samples that are {}, if there are any, stand for missing ones ({}); they are encoded like all "
-        "others, so that an error makes other numbers of them, which nobody can tell from measurements",
+    volume_.not_understood.push_back(about_missing_samples(
         object_name_, missing.text.empty() ? "a certain number" : tagrid::quoted(missing.text), attribute));
   }
 

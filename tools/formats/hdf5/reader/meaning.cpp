@@ -1,0 +1,102 @@
+#include "tools/formats/hdf5/reader/meaning.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "io/errors/errors.h"
+#include "io/text/foreign_number.h"
+#include "io/text/text.h"
+#include "tools/formats/hdf5/attributes.h"
+#include "tools/formats/hdf5/handle.h"
+#include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/nexus.h"
+
+namespace tagrid {
+namespace {
+
+/// The names of axes that HDF5 dimensions have as labels, otherwise those of NeXus, otherwise of vigra and
+/// ilastik.
+std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, std::string& attribute) {
+  attribute = "DIMENSION_LABELS";
+  if (std::vector<std::string> labels = text_list_attribute(dataset, attribute); !labels.empty())
+    return labels;
+  attribute = "axes";
+  if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
+  attribute = "axistags";
+  const std::string tags = text_attribute(dataset, attribute).value_or("");
+  std::vector<std::string> names;
+  constexpr std::string_view key = "\"key\"";
+  for (std::size_t at = tags.find(key); at != tags.npos; at = tags.find(key, at)) {
+    const std::size_t begin = tags.find('"', at + key.size());
+    at = begin == tags.npos ? begin : tags.find('"', begin + 1);
+    if (at == tags.npos) break;
+    names.push_back(tags.substr(begin + 1, at - begin - 1));
+  }
+  return names;
+}
+
+/// True if an axis is called like another one of a volume, the slowest one first.
+bool are_in_another_order(const std::vector<std::string>& names) {
+  constexpr std::string_view space = "xyz";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string name = lower_case(names[i]);
+    const std::size_t from_end = names.size() - 1 - i;
+    if (name == "c" || name == "t" || name == "channel" || name == "time") return true;
+    if (name.size() == 1 && space.find(name) != space.npos && space.find(name) != from_end) return true;
+  }
+  return false;
+}
+
+/// A number that Imaris writes as a list of letters; nothing if there is none.
+ForeignNumber number_of_letters(hid_t group, const std::string& name) {
+  std::string text;
+  for (const std::string& letter : text_list_attribute(group, name)) text += letter;
+  return text.empty() ? ForeignNumber() : foreign_number(std::optional<std::string_view>(text));
+}
+
+}  // namespace
+
+std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
+                                        Index3 dims) {
+  std::vector<std::string> sentences;
+  const auto say = [&](const std::string& what) { sentences.push_back(object + ": " + what); };
+  const Hdf5Handle dataset = opened_dataset(file, name);
+  const std::string group_name = ("/" + name).substr(0, std::max<std::size_t>(1, name.rfind('/') + 1));
+  const Hdf5Handle group(H5Oopen(file, group_name.c_str(), H5P_DEFAULT), H5Oclose);
+  std::string attribute;
+  if (const auto names = names_of_axes(group.get(), dataset.get(), attribute); are_in_another_order(names))
+    say(fmt::format("its axes are called {} ({}), the slowest one first, but are read as z, y, x",
+                    fmt::join(names, ", "), attribute));
+  const std::string subclass = text_attribute(dataset.get(), "IMAGE_SUBCLASS").value_or("");
+  if (subclass == "IMAGE_TRUECOLOR")
+    throw BrokenInput(object + " has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR), not one value a sample");
+  for (const double components : number_attribute(dataset.get(), "ComponentDimensions"))
+    if (components > 1)
+      throw BrokenInput(
+          fmt::format("{} has {} values a sample (ComponentDimensions), not one", object, components));
+  if (subclass == "IMAGE_INDEXED")
+    say("its samples are numbers of colors (IMAGE_SUBCLASS is IMAGE_INDEXED), but are read as values");
+  if (const auto white = number_attribute(dataset.get(), "IMAGE_WHITE_IS_ZERO");
+      !white.empty() && white[0] == 1)
+    say("small numbers mean white (IMAGE_WHITE_IS_ZERO); numbers are kept as they are");
+  for (const char* scale : {"RescaleSlope", "RescaleIntercept"})
+    if (H5Aexists(dataset.get(), scale) > 0)
+      say(fmt::format("{} is {}, which is not applied; numbers are kept as they are", scale,
+                      tagrid::quoted(attribute_in_words(dataset.get(), scale))));
+  const std::array sizes = {dims.x, dims.y, dims.z};
+  for (std::size_t axis = 0; group && axis < 3; ++axis) {
+    const std::string size = fmt::format("ImageSize{}", "XYZ"[axis]);
+    const ForeignNumber number = number_of_letters(group.get(), size);
+    if (number.is_number() && number.value != static_cast<double>(sizes[axis]))
+      say(fmt::format("{} is {}, but the data set has {}; what is beyond it may be no part of the image",
+                      size, number.value, sizes[axis]));
+  }
+  return sentences;
+}
+
+}  // namespace tagrid

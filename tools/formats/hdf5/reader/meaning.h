@@ -1,0 +1,19 @@
+// What other conventions say about the samples of a data set.
+#pragma once
+
+#include <hdf5.h>
+
+#include <string>
+#include <vector>
+
+#include "stages/grid/box.h"
+
+namespace tagrid {
+
+/// What a data set says about its samples and tagrid does not apply, a sentence each: names of axes in
+/// another order than z, y, x, numbers of colors, white as zero, other names of a scale, or a smaller image
+/// than the data set (Imaris). `object` is for messages. Throws BrokenInput if samples are parts of colors.
+std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
+                                        Index3 dims);
+
+}  // namespace tagrid
