@@ -4,6 +4,8 @@ import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { setFlagsFromString } from "node:v8";
+import { runInNewContext } from "node:vm";
 import { edgeText, edgesOf, meshOf } from "./mesh.mjs";
 import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, tagrid } from "./files.mjs";
 
@@ -325,4 +327,42 @@ test("aborted reads", async () => {
   await assert.rejects(volume.read({ signal: AbortSignal.abort() }), { name: "AbortError" });
   await assert.rejects(open(source, { signal: AbortSignal.abort() }), { name: "AbortError" });
   volume.close();
+});
+
+test("memory stays the same however often a file is read", async () => {
+  setFlagsFromString("--expose-gc");
+  const collect = runInNewContext("gc");
+  const used = async () => {
+    for (let i = 0; i < 3; ++i) {
+      collect();
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+    const { heapUsed, arrayBuffers } = process.memoryUsage();
+    return heapUsed + arrayBuffers;
+  };
+  // Older browsers have no such function.
+  const { any } = AbortSignal;
+  AbortSignal.any = undefined;
+  try {
+    const path = made("shared", [200, 130, 70], "int16", "--max-error", "2", "--overviews", "4");
+    const all = decoded(path);
+    // The caches are smaller than what is read.
+    const volume = await open(blobOf(path), { workers: 1, blockCache: 100 << 10, brickCache: 2 << 20 });
+    const { signal } = new AbortController();
+    const look = async (reads) => {
+      for (let i = 0; i < reads; ++i) {
+        const z = i % 7 === 0 ? Math.floor(i / 7) % 70 : 3;
+        const box = { low: [0, 0, z], high: [i % 50 === 0 ? 200 : 3, 2, z + 1] };
+        assert.ok(bytesOf(await volume.read({ box, signal })).equals(part(all, volume.dims, 2, box)));
+      }
+    };
+    await look(1000);
+    const before = await used();
+    await look(4000);
+    const after = await used();
+    volume.close();
+    assert.ok(after < 1.05 * before, `${before} bytes, and ${after} after 4000 more reads`);
+  } finally {
+    AbortSignal.any = any;
+  }
 });
