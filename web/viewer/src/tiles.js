@@ -152,12 +152,17 @@ export class Tiles {
         for (let column = columns[0]; column < columns[1]; ++column) {
           const [x0, x1] = this.range(level, across, column);
           const [y0, y1] = this.range(level, down, row);
+          const key = keyOf(level, normal, slice, column, row);
+          if (strip.keys.length === 1) {
+            this.#keep(key, samples);
+            continue;
+          }
           const tile = new samples.constructor((x1 - x0) * (y1 - y0));
           for (let y = y0; y < y1; ++y) {
             const from = (y - low[down]) * width + x0 - low[across];
             tile.set(samples.subarray(from, from + x1 - x0), (y - y0) * (x1 - x0));
           }
-          this.#keep(keyOf(level, normal, slice, column, row), tile);
+          this.#keep(key, tile);
         }
     } catch (error) {
       if (!strip.controller.signal.aborted) {
