@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -41,11 +42,15 @@ struct LocalPort {
 /// 0: the system chooses the port. Throws WorldError if the port is taken.
 LocalPort open_port(int number);
 
+/// Since when a connection waits for a request; time_point::max() while it is answered.
+using IdleSince = std::atomic<std::chrono::steady_clock::time_point>;
+
 /// Answers the requests of a connection with bytes of the site, until it ends, fails, or says nothing for a
 /// minute. GET and HEAD, with at most one range. Requests must name the machine 127.0.0.1 or localhost with
 /// this port, as those of a page of another site do not, even if its name leads to this machine.
 /// `ticket_used`: of all connections.
-void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used);
+void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used,
+                     IdleSince& idle);
 
 /// The type of a file, by its name.
 std::string_view media_type(std::string_view name);
