@@ -201,9 +201,8 @@ void answer_requests(int connection, int port, const WebSite& site, std::atomic<
       goes_on = refuse("405 Method Not Allowed", is_last, "Allow: GET, HEAD\r\n");
     } else if (const auto found = site.items.find(request->path); found != site.items.end()) {
       goes_on = send_item(connection, *request, found->second, for_origin, has_text);
-    } else if (const auto made = site.made ? site.made(request->path) : nullptr) {
-      const WebSite::Item item = {made, std::string(media_type(request->path))};
-      goes_on = send_item(connection, *request, item, for_origin, has_text);
+    } else if (const auto made = site.made ? site.made(request->path) : WebSite::Item(); made.bytes) {
+      goes_on = send_item(connection, *request, made, for_origin, has_text);
     } else if (!site.ticket.empty() && request->path == site.ticket && has_text &&
                !ticket_used.exchange(true)) {
       goes_on = refuse("302 Found", is_last, fmt::format("Location: {}\r\n", site.entrance));
