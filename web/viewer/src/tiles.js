@@ -4,7 +4,6 @@
 // slice, the number of the slice, and its column and row.
 
 const readsAtOnce = 4;
-const keptBytes = 128 << 20;
 // Rows of tiles of an overview become one read if they have fewer samples along an axis: fewer requests.
 const smallSlice = 256;
 
@@ -23,6 +22,7 @@ export class Tiles {
   #volume;
   #onTiles;
   #onError;
+  keptBytes = 128 << 20;
 
   /** `onTiles()` is called when tiles have arrived. */
   constructor(volume, onTiles, onError) {
@@ -182,7 +182,7 @@ export class Tiles {
     this.#tiles.set(key, tile);
     this.#bytes += tile.byteLength;
     for (const [oldest, { byteLength }] of this.#tiles) {
-      if (this.#bytes <= keptBytes) break;
+      if (this.#bytes <= this.keptBytes) break;
       // Else it would be read again at once.
       if (this.#wanted.has(oldest)) continue;
       this.#tiles.delete(oldest);
