@@ -28,8 +28,8 @@ struct AskedPart {
 };
 
 /// What "bytes=0-99", "bytes=100-" or "bytes=-100" asks for. Other texts, and several ranges at once, count as
-/// none given, so that they ask for all; a range that begins at or after the end has the kind `none`. One that ends after the
-/// end, however far, ends there.
+/// none given, so that they ask for all; a range that begins at or after the end has the kind `none`. One that
+/// ends after the end, however far, ends there.
 AskedPart part_of(std::string_view range, std::uint64_t size);
 
 }  // namespace tagrid

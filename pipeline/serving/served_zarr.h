@@ -18,9 +18,9 @@
 
 namespace tagrid {
 
-/// The arrays "0", the volume, and "1", "2" ..., its overviews that are not damaged, as `decode` writes them, but a chunk has the
-/// size of a brick and is not compressed. So a chunk is one brick, unless the file was encoded without a
-/// lead. Several threads may call all const functions at once.
+/// The arrays "0", the volume, and "1", "2" ..., its overviews that are not damaged, as `decode` writes them,
+/// but a chunk has the size of a brick and is not compressed. So a chunk is one brick, unless the file was
+/// encoded without a lead. Several threads may call all const functions at once.
 class ServedZarr {
  public:
   /// `name`: of the image. `decoders`: how many chunks are decoded at once. Throws BrokenInput and WorldError.

@@ -432,7 +432,8 @@ test("of a terabyte, a first picture from 1 MB and a few requests", async () => 
 test("memory stays the same over hundreds of slices", async () => {
   const page = await open("made/scan.tag", 400, 300);
   // Less than the slices have, so that tiles are dropped and read again.
-  await page.evaluate("tagridViewer.state.tiles.keptBytes = 2e6; tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 4)");
+  await page.evaluate(`tagridViewer.state.tiles.keptBytes = 2e6;
+    tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 4)`);
   const look = (steps) =>
     page.evaluate(`(async () => {
       for (let step = 0; step < ${steps}; ++step) {

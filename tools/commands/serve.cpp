@@ -57,8 +57,8 @@ struct ServeCommand {
     });
   }
 
-  /// What browsers send as the origin of the pages of a site: nothing follows the host and the port, and the port that
-  /// the scheme has anyway is left out.
+  /// What browsers send as the origin of the pages of a site: nothing follows the host and the port, and the
+  /// port that the scheme has anyway is left out.
   static std::string origin_of(const std::string& given) {
     static const std::regex form(R"((https?)://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[1-9][0-9]{0,4})?)");
     std::smatch parts;
