@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 
 namespace tagrid {
 namespace {
@@ -26,11 +27,22 @@ std::optional<std::string_view> next_line(std::string_view& text) {
   return line;
 }
 
+/// A number of more than 64 bits counts as the largest: it is beyond the end of everything.
 std::optional<std::uint64_t> number_of(std::string_view text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  if (end == text.data() || end != text.data() + text.size()) return std::nullopt;
+  return error == std::errc() ? number : std::numeric_limits<std::uint64_t>::max();
+}
+
+/// Whether a list, such as "a, b", has a word.
+bool has_word(std::string_view list, std::string_view lower) {
+  for (;;) {
+    const auto comma = list.find(',');
+    if (same_letters(trimmed(list.substr(0, comma)), lower)) return true;
+    if (comma == std::string_view::npos) return false;
+    list.remove_prefix(comma + 1);
+  }
 }
 
 }  // namespace
@@ -49,22 +61,23 @@ std::optional<WebRequest> request_of(std::string_view head) {
   request.path = target.substr(0, target.find('?'));
   request.is_last = version == "HTTP/1.0";
   while (const auto line = next_line(head)) {
-    if (line->empty()) return request;
+    // HTTP/1.1 requires a host, though it may be empty.
+    if (line->empty()) return request.host || version == "HTTP/1.0" ? std::optional(request) : std::nullopt;
     const auto colon = line->find(':');
     // A name with blanks, or a line that goes on with the one before, may mean different things to programs.
     if (colon == std::string_view::npos ||
         line->substr(0, colon).find_first_of(" \t") != std::string_view::npos)
       return std::nullopt;
     const std::string_view name = line->substr(0, colon), value = trimmed(line->substr(colon + 1));
-    const auto take_once = [&](std::string& to) {
-      const bool is_first = to.empty();
+    const auto take_once = [&](std::optional<std::string>& to) {
+      const bool is_first = !to;
       to = value;
       return is_first;
     };
     if (same_letters(name, "host") && !take_once(request.host)) return std::nullopt;
     if (same_letters(name, "range") && !take_once(request.range)) return std::nullopt;
     if (same_letters(name, "origin") && !take_once(request.origin)) return std::nullopt;
-    if (same_letters(name, "connection") && same_letters(value, "close")) request.is_last = true;
+    if (same_letters(name, "connection") && has_word(value, "close")) request.is_last = true;
     if (same_letters(name, "transfer-encoding") || (same_letters(name, "content-length") && value != "0"))
       request.has_body = true;
   }
@@ -75,7 +88,7 @@ AskedPart part_of(std::string_view range, std::uint64_t size) {
   using Kind = AskedPart::Kind;
   const AskedPart all{Kind::all, 0, size};
   constexpr std::string_view unit = "bytes=";
-  if (!range.starts_with(unit)) return all;
+  if (!same_letters(range.substr(0, unit.size()), unit)) return all;
   range.remove_prefix(unit.size());
   const auto dash = range.find('-');
   if (dash == std::string_view::npos) return all;

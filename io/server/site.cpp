@@ -93,7 +93,7 @@ std::string fields_for_origin(const WebSite& site, const WebRequest& request) {
   if (std::ranges::find(site.origins, request.origin) == site.origins.end()) return "";
   return fmt::format(
       "Access-Control-Allow-Origin: {}\r\nAccess-Control-Expose-Headers: Content-Range, Accept-Ranges\r\n",
-      request.origin);
+      *request.origin);
 }
 
 /// The answer to a browser that asks whether a page of another site may send a request. `fields`: those for
@@ -111,7 +111,7 @@ std::string permission(const std::string& fields, bool is_last) {
 bool send_item(int connection, const WebRequest& request, const WebSite::Item& item, const std::string& more,
                bool has_text) {
   const std::uint64_t size = item.bytes->size();
-  const AskedPart part = part_of(request.range, size);
+  const AskedPart part = part_of(request.range.value_or(""), size);
   if (part.kind == AskedPart::Kind::none)
     return send_refusal(connection, "416 Range Not Satisfiable",
                         fmt::format("{}Content-Range: bytes */{}\r\n", more, size), request.is_last,
@@ -164,7 +164,9 @@ LocalPort open_port(int number) {
   return port;
 }
 
-void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used) {
+void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used,
+                     IdleSince& idle) {
+  using Clock = std::chrono::steady_clock;
   setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   std::vector<std::string> hosts;
@@ -175,7 +177,9 @@ void answer_requests(int connection, int port, const WebSite& site, std::atomic<
   }
   Heads heads(connection);
   for (bool goes_on = true; goes_on;) {
+    idle = Clock::now();
     const auto head = heads.next();
+    idle = Clock::time_point::max();
     if (!head) return;
     const auto request = request_of(*head);
     if (!request) {
@@ -197,9 +201,8 @@ void answer_requests(int connection, int port, const WebSite& site, std::atomic<
       goes_on = refuse("405 Method Not Allowed", is_last, "Allow: GET, HEAD\r\n");
     } else if (const auto found = site.items.find(request->path); found != site.items.end()) {
       goes_on = send_item(connection, *request, found->second, for_origin, has_text);
-    } else if (const auto made = site.made ? site.made(request->path) : nullptr) {
-      const WebSite::Item item = {made, std::string(media_type(request->path))};
-      goes_on = send_item(connection, *request, item, for_origin, has_text);
+    } else if (const auto made = site.made ? site.made(request->path) : WebSite::Item(); made.bytes) {
+      goes_on = send_item(connection, *request, made, for_origin, has_text);
     } else if (!site.ticket.empty() && request->path == site.ticket && has_text &&
                !ticket_used.exchange(true)) {
       goes_on = refuse("302 Found", is_last, fmt::format("Location: {}\r\n", site.entrance));

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +17,21 @@
 #include "io/files/system_call.h"
 
 namespace tagrid {
+
+/// The bytes of a text, which must outlive it.
+class TextSource : public ByteSource {
+ public:
+  explicit TextSource(const std::string& text) : text_(text) {}
+  std::uint64_t size() const override { return text_.size(); }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    std::memcpy(to.data(), text_.data() + position, to.size());
+  }
+  const std::string& name() const override { return name_; }
+
+ private:
+  const std::string& text_;
+  std::string name_ = "a text";
+};
 
 /// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names
 /// of files, and pages of other sites read only what they are allowed to.
@@ -24,9 +42,9 @@ struct WebSite {
   };
   /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
   std::map<std::string, Item> items;
-  /// What is made when it is asked for, of paths that are not in `items`: null if there is none. Called by
-  /// several threads; each reads what it got. May be empty.
-  std::function<std::shared_ptr<const ByteSource>(std::string_view path)> made;
+  /// What is made when it is asked for, of paths that are not in `items`: without bytes if there is none.
+  /// Called by several threads; each reads what it got. May be empty.
+  std::function<Item(std::string_view path)> made;
   /// Pages of other sites that may read this one: "https://example.org".
   std::vector<std::string> origins;
   /// A path that leads to `entrance` once; "": none. Command lines may show it, which other users can read.
@@ -41,11 +59,15 @@ struct LocalPort {
 /// 0: the system chooses the port. Throws WorldError if the port is taken.
 LocalPort open_port(int number);
 
+/// Since when a connection waits for a request; time_point::max() while it is answered.
+using IdleSince = std::atomic<std::chrono::steady_clock::time_point>;
+
 /// Answers the requests of a connection with bytes of the site, until it ends, fails, or says nothing for a
 /// minute. GET and HEAD, with at most one range. Requests must name the machine 127.0.0.1 or localhost with
 /// this port, as those of a page of another site do not, even if its name leads to this machine.
 /// `ticket_used`: of all connections.
-void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used);
+void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used,
+                     IdleSince& idle);
 
 /// The type of a file, by its name.
 std::string_view media_type(std::string_view name);

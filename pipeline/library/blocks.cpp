@@ -391,7 +391,9 @@ tagrid_status tagrid_decoder_edges(tagrid_decoder* decoder, int64_t number, cons
     std::copy_n(words, word_count, active.words().begin());
     decoder->edges.clear();
     const int across = axis == 0 ? 1 : 0, down = axis == 2 ? 1 : 2;
-    for (const PlaneEdge& edge : edges_in_plane(active, parameters.cube_size, axis, at))
+    const std::vector<PlaneEdge> found = edges_in_plane(active, parameters.cube_size, axis, at);
+    decoder->edges.reserve(4 * found.size());
+    for (const PlaneEdge& edge : found)
       for (const PlacePlane& place : {edge.from, edge.to}) {
         decoder->edges.push_back(place.across - first[across]);
         decoder->edges.push_back(place.down - first[down]);

@@ -4,7 +4,9 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <list>
@@ -16,13 +18,25 @@
 namespace tagrid {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::size_t most_connections = 64;
+// A connection that has waited for so long for a request makes room for a new one. Browsers open another one.
+constexpr std::chrono::seconds most_idle{1};
 
 struct Connection {
   Descriptor socket;
+  IdleSince idle = Clock::time_point::max();
   std::atomic<bool> has_ended = false;
   std::jthread thread;
 };
+
+/// Ends the connection that has waited longest for a request. One that has just arrived is still answered.
+void make_room(const std::list<Connection>& connections) {
+  const auto longest =
+      std::ranges::min_element(connections, {}, [](const Connection& c) { return c.idle.load(); });
+  if (longest->idle.load() < Clock::now() - most_idle) shutdown(longest->socket, SHUT_RD);
+}
 
 }  // namespace
 
@@ -37,6 +51,7 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
     if (uninterrupted([&] { return poll(waits, is_full ? 1 : 2, is_full ? 50 : -1); }) < 0)
       throw WorldError(fmt::format("127.0.0.1, port {}: {}", port.number, std::strerror(errno)));
     if (waits[0].revents != 0) break;
+    if (is_full && uninterrupted([&] { return poll(&waits[1], 1, 0); }) > 0) make_room(connections);
     if (is_full || waits[1].revents == 0) continue;
     Descriptor socket(accept4(port.socket, nullptr, nullptr, SOCK_CLOEXEC));
     // It may have ended in the meantime, or the process has no more descriptors.
@@ -49,7 +64,7 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
     try {
       connection.thread = std::jthread([&connection, &port, &site, &ticket_used] {
         try {
-          answer_requests(connection.socket, port.number, site, ticket_used);
+          answer_requests(connection.socket, port.number, site, ticket_used, connection.idle);
         } catch (...) {
           // Memory ran out, for one connection.
         }

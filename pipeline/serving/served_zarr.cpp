@@ -9,27 +9,15 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
+#include "io/errors/errors.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/zarr/metadata.h"
+#include "io/server/site.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/reading/read_region.h"
 
 namespace tagrid {
 namespace {
-
-class Text final : public ByteSource {
- public:
-  explicit Text(const std::string& text) : text_(text) {}
-  std::uint64_t size() const override { return text_.size(); }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    std::memcpy(to.data(), text_.data() + position, to.size());
-  }
-  const std::string& name() const override { return name_; }
-
- private:
-  const std::string& text_;
-  std::string name_ = "metadata";
-};
 
 /// The number that a text begins with, which is removed from it. Nothing if there is none. A number has one
 /// form: no sign, and no needless zeros.
@@ -86,7 +74,6 @@ ServedZarr::ServedZarr(std::shared_ptr<const TagBricks> file, const std::string&
     : numbers_(written_numbers(format_named("zarr"), Numbers::automatic, file->header(), &file->index())),
       info_(numbers_.info(volume_info_of(file->header()))),
       facts_(known_facts(*file, numbers_)),
-      metadata_(zarr_group(info_, facts_, name)),
       decoders_(decoders) {
   const auto add = [&](std::shared_ptr<const TagBricks> of_level) {
     const CodingParameters& parameters = of_level->parameters();
@@ -97,16 +84,25 @@ ServedZarr::ServedZarr(std::shared_ptr<const TagBricks> file, const std::string&
         {std::move(of_level), chunk, zarr_array(parameters.dims, info_.type, {.chunk = chunk})});
   };
   add(file);
-  for (const Member& member : file->index().members)
-    if (member.is_overview()) add(file->nested(member));
+  facts_.levels.clear();
+  for (const Member& member : file->index().members) {
+    if (!member.is_overview()) continue;
+    try {
+      add(file->nested(member));
+      facts_.levels.push_back({member.factor, levels_.back().file->parameters().dims});
+    } catch (const BrokenInput& error) {
+      left_out_.emplace_back(error.what());
+    }
+  }
+  metadata_ = zarr_group(info_, facts_, name);
 }
 
 std::shared_ptr<const ByteSource> ServedZarr::file(std::string_view key) const {
-  if (key == "zarr.json") return std::make_shared<Text>(metadata_);
+  if (key == "zarr.json") return std::make_shared<TextSource>(metadata_);
   const auto number = take_number(key);
   if (!number || *number >= static_cast<std::int64_t>(levels_.size())) return nullptr;
   const Level& level = levels_[static_cast<std::size_t>(*number)];
-  if (key == "/zarr.json") return std::make_shared<Text>(level.metadata);
+  if (key == "/zarr.json") return std::make_shared<TextSource>(level.metadata);
   return take(key, "/c/") ? chunk_of(level, key) : nullptr;
 }
 

@@ -18,9 +18,9 @@
 
 namespace tagrid {
 
-/// The arrays "0", the volume, and "1", "2" ..., its overviews, as `decode` writes them, but a chunk has the
-/// size of a brick and is not compressed. So a chunk is one brick, unless the file was encoded without a
-/// lead. Several threads may call all const functions at once.
+/// The arrays "0", the volume, and "1", "2" ..., its overviews that are not damaged, as `decode` writes them,
+/// but a chunk has the size of a brick and is not compressed. So a chunk is one brick, unless the file was
+/// encoded without a lead. Several threads may call all const functions at once.
 class ServedZarr {
  public:
   /// `name`: of the image. `decoders`: how many chunks are decoded at once. Throws BrokenInput and WorldError.
@@ -29,6 +29,9 @@ class ServedZarr {
   /// What is served: samples, or values if they are whole numbers of 16 bits.
   const VolumeInfo& info() const { return info_; }
   const KnownFacts& facts() const { return facts_; }
+  const Index3& dims() const { return levels_.front().file->parameters().dims; }
+  /// Why overviews are left out.
+  const std::vector<std::string>& left_out() const { return left_out_; }
 
   /// The file with a key such as "zarr.json", "0/zarr.json" or "0/c/2/0/1"; null if there is none. Reading a
   /// chunk throws BrokenInput or WorldError. The file must not outlive this object.
@@ -48,8 +51,9 @@ class ServedZarr {
   WrittenNumbers numbers_;
   VolumeInfo info_;
   KnownFacts facts_;
-  std::string metadata_;
   std::vector<Level> levels_;
+  std::vector<std::string> left_out_;
+  std::string metadata_;
   mutable std::counting_semaphore<> decoders_;
 };
 

@@ -62,14 +62,18 @@ async function newPage(send, listeners, width, height, mobile) {
   const { sessionId } = await send("Target.attachToTarget", { targetId, flatten: true });
   const call = (method, params) => send(method, params, sessionId);
   const errors = [];
+  const workers = new Set();
   listeners.add(({ method, params, sessionId: of }) => {
     if (of !== sessionId) return;
+    if (method === "Target.attachedToTarget" && params.targetInfo.type === "worker") workers.add(params.sessionId);
+    if (method === "Target.detachedFromTarget") workers.delete(params.sessionId);
     if (method === "Runtime.exceptionThrown")
       errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
     if (method === "Log.entryAdded" && params.entry.level === "error")
       errors.push(`${params.entry.text} ${params.entry.url ?? ""}`);
   });
   for (const domain of ["Page", "Runtime", "Log", "DOM", "Performance"]) await call(`${domain}.enable`);
+  await call("Target.setAutoAttach", { autoAttach: true, waitForDebuggerOnStart: false, flatten: true });
   await call("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
 
   async function evaluate(code) {
@@ -97,6 +101,16 @@ async function newPage(send, listeners, width, height, mobile) {
     async metrics() {
       const { metrics } = await call("Performance.getMetrics");
       return Object.fromEntries(metrics.map(({ name, value }) => [name, value]));
+    },
+    /** Bytes of the objects and ArrayBuffers of the page and its workers that are in use. */
+    async memory() {
+      let total = 0;
+      for (const id of [sessionId, ...workers]) {
+        for (let i = 0; i < 2; ++i) await send("HeapProfiler.collectGarbage", {}, id);
+        const { usedSize, backingStorageSize } = await send("Runtime.getHeapUsage", {}, id);
+        total += usedSize + backingStorageSize;
+      }
+      return total;
     },
     async picture(path) {
       const { data } = await call("Page.captureScreenshot", { format: "png" });

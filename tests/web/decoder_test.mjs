@@ -4,6 +4,8 @@ import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { setFlagsFromString } from "node:v8";
+import { runInNewContext } from "node:vm";
 import { edgeText, edgesOf, meshOf } from "./mesh.mjs";
 import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, tagrid } from "./files.mjs";
 
@@ -198,6 +200,15 @@ const code = async (promise) => {
   return "none";
 };
 
+test("edges that 32 bits cannot hold are refused", async () => {
+  const { int32Of } = await import(pathToFileURL(join(process.env.TAGRID_DIST, "wasm.js")));
+  const words = (...numbers) => new Int32Array(new BigInt64Array(numbers).buffer);
+  const most = 2n ** 31n;
+  assert.deepEqual([...int32Of(words(0n, -1n, most - 1n, -most, 7n))], [0, -1, 2 ** 31 - 1, -(2 ** 31), 7]);
+  for (const far of [most, -most - 1n, 2n ** 32n, 2n ** 32n + 5n, -(2n ** 40n)])
+    assert.throws(() => int32Of(words(1n, far)), (error) => error instanceof TagridError && error.code === "not-supported");
+});
+
 test("a newer file has a code of its own", async () => {
   const forge = `import sys; sys.path.insert(0, "${join(golden, "../../format")}"); from forged import of_version_6
 sys.stdout.buffer.write(of_version_6(open("${join(golden, "example_int16.tag")}", "rb").read()))`;
@@ -325,4 +336,52 @@ test("aborted reads", async () => {
   await assert.rejects(volume.read({ signal: AbortSignal.abort() }), { name: "AbortError" });
   await assert.rejects(open(source, { signal: AbortSignal.abort() }), { name: "AbortError" });
   volume.close();
+});
+
+test("memory stays the same however often a file is read", async () => {
+  setFlagsFromString("--expose-gc");
+  const collect = runInNewContext("gc");
+  const used = async () => {
+    for (let i = 0; i < 3; ++i) {
+      collect();
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+    const { heapUsed, arrayBuffers } = process.memoryUsage();
+    return heapUsed + arrayBuffers + memories.reduce((sum, { buffer }) => sum + buffer.byteLength, 0);
+  };
+  const memories = [];
+  const { Instance } = WebAssembly;
+  WebAssembly.Instance = class extends Instance {
+    constructor(...more) {
+      super(...more);
+      memories.push(this.exports.memory);
+    }
+  };
+  // Older browsers have no such function.
+  const { any } = AbortSignal;
+  AbortSignal.any = undefined;
+  try {
+    const path = made("shared", [200, 130, 70], "int16", "--max-error", "2", "--overviews", "4");
+    const all = decoded(path);
+    // The caches are smaller than what is read.
+    const volume = await open(blobOf(path), { workers: 0, blockCache: 100 << 10, brickCache: 2 << 20 });
+    const { signal } = new AbortController();
+    const look = async (reads) => {
+      for (let i = 0; i < reads; ++i) {
+        const z = i % 7 === 0 ? Math.floor(i / 7) % 70 : 3;
+        const box = { low: [0, 0, z], high: [i % 50 === 0 ? 200 : 3, 2, z + 1] };
+        assert.ok(bytesOf(await volume.read({ box, signal })).equals(part(all, volume.dims, 2, box)));
+      }
+    };
+    await look(1000);
+    const before = await used();
+    await look(4000);
+    const after = await used();
+    volume.close();
+    assert.equal(memories.length, 2);
+    assert.ok(after < 1.03 * before, `${before} bytes, and ${after} after 4000 more reads`);
+  } finally {
+    AbortSignal.any = any;
+    WebAssembly.Instance = Instance;
+  }
 });

@@ -429,6 +429,32 @@ test("of a terabyte, a first picture from 1 MB and a few requests", async () => 
   close();
 });
 
+test("memory stays the same over hundreds of slices", async () => {
+  const page = await open("made/scan.tag", 400, 300);
+  // Less than the slices have, so that tiles are dropped and read again.
+  await page.evaluate(`tagridViewer.state.tiles.keptBytes = 2e6;
+    tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 4)`);
+  const look = (steps) =>
+    page.evaluate(`(async () => {
+      for (let step = 0; step < ${steps}; ++step) {
+        const place = tagridViewer.state.volume.dims.map((n) => Math.abs(((7 * step) % (2 * n)) - n));
+        tagridViewer.actions.moveTo(place);
+        await new Promise(requestAnimationFrame);
+        while (step % 10 === 0 && !tagridViewer.sliceViews.every((view) => !view.isShown || view.isComplete))
+          await new Promise((resolve) => setTimeout(resolve, 5));
+      }
+    })()`);
+  // All places at which it waits, twice: after that, all that the caches take is there.
+  await look(520);
+  const before = await page.memory();
+  await look(520);
+  const after = await page.memory();
+  assert.ok(after < 1.05 * before, `${before} bytes, and ${after} after 520 more slices`);
+  console.log(`# ${before} bytes, and ${after} after 520 more slices`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
 /** Bytes of memory of a process and its children. */
 function memoryOf(pid) {
   // Pages that are there, and those of files among them.

@@ -4,6 +4,7 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
@@ -34,33 +35,41 @@ struct ServeCommand {
   };
 
   void execute() const {
-    for (const std::string& origin : origins) check_origin(origin);
-    const std::vector<Image> images = open_images("/" + random_token() + "/");
     WebSite site;
-    site.origins = origins;
-    site.made = [&images](std::string_view path) -> std::shared_ptr<const ByteSource> {
-      for (const Image& image : images)
-        if (path.starts_with(image.path)) return image.zarr->file(path.substr(image.path.size()));
-      return nullptr;
+    for (const std::string& origin : origins) site.origins.push_back(origin_of(origin));
+    const std::string root = "/" + random_token() + "/";
+    const std::vector<Image> images = open_images(root);
+    std::string page;
+    site.made = [&](std::string_view path) -> WebSite::Item {
+      if (path == root) return {std::make_shared<TextSource>(page), std::string(media_type(".html"))};
+      for (const Image& image : images) {
+        if (path == image.path) return {std::make_shared<TextSource>(page), std::string(media_type(".html"))};
+        if (path.starts_with(image.path))
+          return {image.zarr->file(path.substr(image.path.size())), std::string(media_type(path))};
+      }
+      return {};
     };
     serve_until_interrupted(site, port, [&](const std::string& machine, const sigset_t&) {
+      page = page_of(images, machine, site.origins);
       for (const Image& image : images) std::cout << machine << image.path << std::endl;
       flush_standard_output();
-      if (!run.quiet) tell(images, machine);
+      if (!run.quiet) tell(images, machine, site.origins);
     });
   }
 
-  /// An origin is what browsers send of the address of a page: nothing follows the host and the port.
-  static void check_origin(const std::string& origin) {
-    const auto host = origin.find("://");
-    const bool is_good =
-        (origin.starts_with("https://") || origin.starts_with("http://")) && host + 3 < origin.size() &&
-        origin.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-:[]", host + 3) == std::string::npos;
-    if (!is_good)
+  /// What browsers send as the origin of the pages of a site: nothing follows the host and the port, and the
+  /// port that the scheme has anyway is left out.
+  static std::string origin_of(const std::string& given) {
+    static const std::regex form(R"((https?)://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[1-9][0-9]{0,4})?)");
+    std::smatch parts;
+    if (!std::regex_match(given, parts, form) ||
+        (parts[3].matched && std::stoi(parts.str(3).substr(1)) > 65535))
       throw usage_error(
           "--origin {}: must be http:// or https://, a host in small letters and perhaps a port, such as "
           "https://neuroglancer-demo.appspot.com",
-          origin);
+          given);
+    const bool is_usual = parts[3] == (parts[1] == "https" ? ":443" : ":80");
+    return is_usual ? given.substr(0, given.size() - parts.str(3).size()) : given;
   }
 
   std::vector<Image> open_images(const std::string& root) const {
@@ -79,6 +88,8 @@ struct ServeCommand {
                             input);
       images.push_back({name, path, std::make_unique<ServedZarr>(file, name, available_threads())});
       tell_of_losses(input, images.back().zarr->info());
+      for (const std::string& why : images.back().zarr->left_out())
+        warn(run, "{}: an overview is not served: {}", input, why);
     }
     return images;
   }
@@ -90,7 +101,9 @@ struct ServeCommand {
     for (const std::string& lost : zarr.lost(info)) warn(run, "{}: {}", input, lost);
   }
 
-  void tell(const std::vector<Image>& images, const std::string& machine) const {
+  /// The address of a viewer at `origin` that shows the images.
+  static std::string neuroglancer(const std::string& origin, const std::vector<Image>& images,
+                                  const std::string& machine) {
     nlohmann::ordered_json layers = nlohmann::ordered_json::array();
     for (const Image& image : images) {
       layers.push_back(
@@ -101,9 +114,46 @@ struct ServeCommand {
     }
     const std::string state = nlohmann::ordered_json{{"layers", layers}}.dump(
         -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    return origin + "/#!" + percent_encoded(state, ":/,");
+  }
+
+  /// What a browser shows that is given one of the addresses.
+  static std::string page_of(const std::vector<Image>& images, const std::string& machine,
+                             const std::vector<std::string>& origins) {
+    std::string page =
+        "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>tagrid serve</title>\n"
+        "<h1>Served by tagrid</h1>\n"
+        "<p>These addresses are for programs that read OME-Zarr 0.5:</p>\n<ul>\n";
+    for (const Image& image : images) {
+      const Index3& dims = image.zarr->dims();
+      page += fmt::format("<li>{}, {} x {} x {} samples, levels: {}<br><code>{}</code></li>\n",
+                          html_text(image.name), dims.x, dims.y, dims.z,
+                          image.zarr->facts().levels.size() + 1, html_text(machine + image.path));
+    }
+    page += "</ul>\n";
     for (const std::string& origin : origins)
-      say_line("in neuroglancer: " + origin + "/#!" + percent_encoded(state, ":/,"));
-    if (origins.empty())
+      page += fmt::format("<p><a href=\"{}\">Show in neuroglancer at {}</a></p>\n",
+                          html_text(neuroglancer(origin, images, machine)), html_text(origin));
+    if (origins.empty()) page += "<p>No page of another site may read them; see <code>--origin</code>.</p>\n";
+    return page + "</html>\n";
+  }
+
+  static std::string html_text(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+      if (c == '<' || c == '>' || c == '&' || c == '"')
+        result += fmt::format("&#{};", static_cast<int>(c));
+      else
+        result += c;
+    }
+    return result;
+  }
+
+  void tell(const std::vector<Image>& images, const std::string& machine,
+            const std::vector<std::string>& site_origins) const {
+    for (const std::string& origin : site_origins)
+      say_line("in neuroglancer: " + neuroglancer(origin, images, machine));
+    if (site_origins.empty())
       say_line(
           "no page of another site may read this; for neuroglancer, allow its page: "
           "--origin https://neuroglancer-demo.appspot.com");

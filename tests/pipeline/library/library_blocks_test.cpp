@@ -266,6 +266,47 @@ TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
   }
 }
 
+TEST(LibraryBlocks, EdgesTakeNoMoreMemoryThanIsPromised) {
+  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_bounded_int16.tag");
+  Fetching fetching(file);
+  const Blocks blocks(file.size());
+  ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
+  const tagrid_info info = info_of(blocks.handle);
+  const Decoder decoder(blocks.handle);
+  std::mt19937 random(4);
+  int bricks = 0;
+  for (const tagrid_block& block :
+       planned(fetching, blocks.handle, {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}})) {
+    ++bricks;
+    tagrid_box box;
+    const std::uint64_t* words = nullptr;
+    std::size_t size = 0;
+    ASSERT_EQ(tagrid_decoder_activity(decoder.handle, &block, file.data() + block.range.offset,
+                                      block.range.bytes, &box, &words, &size),
+              TAGRID_OK);
+    std::vector<std::uint64_t> none(size), some(size), all(size, ~std::uint64_t{0});
+    for (std::uint64_t& word : some) word = std::uint64_t{random()} << 32 | random() | random();
+    for (const auto* active : {&none, &some, &all})
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::int64_t* edges = nullptr;
+        std::size_t count = 0;
+        const HeapPeak peak;
+        ASSERT_EQ(tagrid_decoder_edges(decoder.handle, block.number, active->data(), size, axis,
+                                       block.box.low[axis], &edges, &count),
+                  TAGRID_OK);
+        std::uint64_t points = 1;
+        for (int other = 0; other < 3; ++other)
+          if (other != axis) points *= static_cast<std::uint64_t>(box.high[other] - box.low[other]);
+        EXPECT_LE(peak.bytes(), 6144 * points);
+        // It is no idle promise.
+        if (active == &all) {
+          EXPECT_GT(peak.bytes(), 600 * points);
+        }
+      }
+  }
+  EXPECT_GT(bricks, 0);
+}
+
 TEST(LibraryBlocks, DamageIsBrokenInput) {
   const Bytes whole = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_overviews_int16.tag");
   std::mt19937 random(2);

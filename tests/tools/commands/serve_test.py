@@ -6,6 +6,7 @@ is named.
 zarrita is looked for as tests/readers/zarr_written_test.py does.
 """
 
+import html
 import json
 import math
 import os
@@ -173,8 +174,8 @@ class Serve(ProgramTest):
         server = self.serve("a.tag")
         (self.folder / "secret").write_text("secret")
         token = server.root.split("/")[1]
-        for path in ("/", f"/{token}", f"/{token}/", server.root, server.root[:-1], "/" + "0" * 32 + "/a.zarr/zarr.json",
-                     "/a.zarr/zarr.json", f"/{token}/b.zarr/zarr.json", f"/{token}/a.tag", f"/{token}/../secret"):
+        for path in ("/", f"/{token}", f"/{token}/.", server.root[:-1], server.root + "/",
+                     "/" + "0" * 32 + "/a.zarr/zarr.json", "/a.zarr/zarr.json", f"/{token}/b.zarr/zarr.json", f"/{token}/a.tag", f"/{token}/../secret"):
             self.assertEqual(server.ask(path).status, 404, path)
         for key in ("../secret", "%2e%2e/secret", "0", "0/", "0/c", "0/c/", "0/c/0", "0/c/0/0", "0/c/0/0/", "0/c/0/0/0/0",
                     "0/c/0/0/2", "0/c/2/0/0", "0/c/-1/0/0", "0/c/+0/0/0", "0/c/00/0/0", "0/c/0x0/0/0", "0/c/%200/0/0", "0/c/0//0",
@@ -223,8 +224,36 @@ class Serve(ProgramTest):
         twice = f"GET {server.root}zarr.json HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n" + f"Origin: {NEUROGLANCER}\r\n" * 2
         self.assertEqual(server.raw((twice + "\r\n").encode())[:12], "HTTP/1.1 400")
         for origin in ("*", "null", "", "https://", "ftp://a", "https://a/", "https://a/b", "https://a b", "https://A", "https://a\r\nb: c",
-                       "https://a?b", "https://user@a"):
+                       "https://a?b", "https://user@a", "https://a:", "https://a:b", "https://a:0",
+                       "https://a:0443", "https://a:65536", "https://a:1:2", "https://[::1", "https://:1"):
             self.tagrid("serve", "a.tag", "--origin", origin, code=64)
+
+    def test_an_origin_with_the_port_that_it_has_anyway(self):
+        """Browsers leave that port out."""
+        self.make("a.tag")
+        given = ("https://x.org:443", "http://y.org:80", "https://z.org:80", "http://[::1]:80")
+        server = self.serve("a.tag", *(word for origin in given for word in ("--origin", origin)))
+        for origin in ("https://x.org", "http://y.org", "https://z.org:80", "http://[::1]"):
+            answer = server.ask(server.root + "zarr.json", Origin=origin)
+            self.assertEqual(answer.headers["Access-Control-Allow-Origin"], origin)
+        server.end()
+        self.assertIn("https://x.org/#!", server.process.stderr.read())
+
+    def test_a_page_for_people(self):
+        self.make("a.tag", "--overviews", "4", dims="90,80,70")
+        self.make("<b>&.tag", dims="40,30,20")
+        server = self.serve("a.tag", "<b>&.tag", "--origin", NEUROGLANCER, files=2)
+        for path in (f"/{server.root.split('/')[1]}/", *server.roots):
+            answer = server.ask(path)
+            self.assertEqual((answer.status, answer.headers["Content-Type"]), (200, "text/html; charset=utf-8"))
+            text = answer.content.decode()
+            self.assertNotIn("<b>", text)
+            shown = html.unescape(text)
+            for words in (*server.addresses, "a, 90 x 80 x 70 samples, levels: 2",
+                          "<b>&, 40 x 30 x 20 samples, levels: 1", f'"{NEUROGLANCER}/#!'):
+                self.assertIn(words, shown)
+        headers = server.ask(server.root, Origin="https://example.org").headers
+        self.assertIsNone(headers["Access-Control-Allow-Origin"])
 
     def test_the_address_for_neuroglancer(self):
         self.make("my scan.tag")
@@ -271,6 +300,27 @@ class Serve(ProgramTest):
         statuses = [server.ask(f"{server.root}0/c/0/0/{x}").status for x in range(3)]
         self.assertEqual(sorted(statuses), [200, 200, 500])
         self.assertEqual(server.ask(server.root + "zarr.json").status, 200)
+
+    def test_a_damaged_overview_is_left_out(self):
+        self.make("a.tag", "--overviews", "4,16", dims="130,70,66")
+        sound = (self.folder / "a.tag").read_bytes()
+        expected = [self.decoded("a.tag", "int16", *options).tobytes()
+                    for options in ((), ("--overview", "4"), ("--overview", "16"))]
+        # The header of an overview is where its content begins.
+        starts = [at for at in range(1, len(sound)) if sound.startswith(sound[:8], at)]
+        self.assertEqual(len(starts), 2)
+        for broken, left in ((0, [0, 2]), (1, [0, 1])):
+            data = bytearray(sound)
+            data[starts[broken] + 12] ^= 1
+            (self.folder / "a.tag").write_bytes(data)
+            server = self.serve("a.tag")
+            levels = server.json("zarr.json")["attributes"]["ome"]["multiscales"][0]["datasets"]
+            self.assertEqual([level["path"] for level in levels], ["0", "1"])
+            self.assertEqual([server.array(level).tobytes() for level in (0, 1)], [expected[number] for number in left])
+            self.assertEqual(levels[1]["coordinateTransformations"][0]["scale"], [4 if broken else 16] * 3)
+            self.assertEqual(server.ask(server.root + "2/zarr.json").status, 404)
+            server.end()
+            self.assertRegex(server.process.stderr.read(), "a.tag: an overview is not served: .*overview.*damaged")
 
     def test_signals_end_it(self):
         self.make("a.tag")

@@ -124,7 +124,7 @@ export class Bricks {
     const length = Math.max(...group.map(({ brick }) => brick.offset + brick.length)) - offset;
     try {
       // The next range is fetched when these bricks are decoded, so what waits for workers is bounded.
-      await this.#file.fetch(offset, length, this.#file.until(request.controller.signal), (bytes) =>
+      await this.#file.fetch(offset, length, request.controller.signal, (bytes) =>
         Promise.all(
           group.map((flight) => {
             const at = flight.brick.offset - offset;

@@ -114,6 +114,7 @@ export interface Volume {
    * bricks that hold samples of the box. The box is one slice across the axis. Four numbers for each edge: where it
    * begins and where it ends, along the two other axes, the lower one first, in samples; a sample lies at its number.
    * They may reach beyond the volume, to the end of the root cubes. Edges between two bricks appear twice.
+   * Fails with the code "not-supported" if one lies beyond 2^31 samples.
    */
   edges(options: GridOptions & { axis: 0 | 1 | 2; box: Box }): Promise<Int32Array>;
 

@@ -53,6 +53,7 @@ class File {
   #fetching = new Map();
   #index = [];
   #ended = new AbortController();
+  #running = new Set();
   volumes = new Map();
 
   constructor(source, module, pool, gridPool, connections, { blockCache = 64 * megabyte, brickCache = 256 * megabyte }) {
@@ -69,20 +70,24 @@ class File {
 
   /** What decodes the grid, which few need: a pool of its own, and the activity of bricks. */
   grid(signal) {
-    return shared(this.#grids, "grid", this.until(signal), async () => {
-      const pool = await this.#gridPool();
-      const activity = new Bricks(this, pool, this.#connections, "activity", this.#blocks, activityCache);
-      this.#ended.signal.addEventListener("abort", () => {
-        pool.close();
-        activity.clear();
-      });
-      this.requireOpen();
-      return { pool, activity };
-    });
+    return this.run(signal, (until) =>
+      shared(this.#grids, "grid", until, async () => {
+        const pool = await this.#gridPool();
+        const activity = new Bricks(this, pool, this.#connections, "activity", this.#blocks, activityCache);
+        this.#ended.signal.addEventListener("abort", () => {
+          pool.close();
+          activity.clear();
+        });
+        this.requireOpen();
+        return { pool, activity };
+      }),
+    );
   }
 
   close() {
-    this.#ended.abort(new TagridError("closed", "the file was closed"));
+    const reason = new TagridError("closed", "the file was closed");
+    this.#ended.abort(reason);
+    for (const controller of this.#running) controller.abort(reason);
     this.pool.close();
     this.bricks.clear();
     this.wasm = undefined;
@@ -92,14 +97,30 @@ class File {
     this.#ended.signal.throwIfAborted();
   }
 
-  /** A new signal: that of a caller, or the end of the file. */
-  until(signal) {
-    return anyOf(signal ? [signal, this.#ended.signal] : [this.#ended.signal]);
+  /**
+   * Calls `work(until)`, where the signal `until` is that of the caller, or the end of the file. Nothing of it stays:
+   * AbortSignal.any() would leave something at the file for each call, in some engines until the file is closed.
+   */
+  async run(signal, work) {
+    this.requireOpen();
+    signal?.throwIfAborted();
+    const controller = new AbortController();
+    const stop = () => controller.abort(signal.reason);
+    signal?.addEventListener("abort", stop, { once: true });
+    this.#running.add(controller);
+    try {
+      return await work(controller.signal);
+    } finally {
+      this.#running.delete(controller);
+      signal?.removeEventListener("abort", stop);
+    }
   }
 
   /** Bytes of the file, and what is done with them while they count as one of the ranges that are fetched at once. */
-  fetch(offset, length, signal, use = (bytes) => bytes) {
-    return this.#queue.run(async () => use(await this.#source.read(offset, length, signal)), signal);
+  fetch(offset, length, signal, use) {
+    return this.run(signal, (until) =>
+      this.#queue.run(async () => use(await this.#source.read(offset, length, until)), until),
+    );
   }
 
   /** A part of the index. Calls that need it at the same time share it, and the last parts are kept. */
@@ -109,7 +130,7 @@ class File {
     const key = `${offset} ${length}`;
     let fetched = this.#fetching.get(key);
     if (!fetched) {
-      fetched = this.fetch(offset, length, this.until(), (bytes) => {
+      fetched = this.fetch(offset, length, undefined, (bytes) => {
         this.#index = [{ offset, bytes }, ...this.#index].slice(0, partsOfIndex);
         return { offset, bytes };
       });
@@ -127,8 +148,8 @@ class File {
       for (const { offset, bytes } of given) this.wasm.give(blocks, offset, bytes);
       const result = work();
       if (result !== undefined) return result;
-      const needed = this.wasm.needs(blocks);
-      given.push(...(await unlessAborted(Promise.all(needed.map((range) => this.#fetchOnce(range))), this.until(signal))));
+      const needed = Promise.all(this.wasm.needs(blocks).map((range) => this.#fetchOnce(range)));
+      given.push(...(await this.run(signal, (until) => unlessAborted(needed, until))));
     }
     throw new TagridError("bug", "the same bytes are needed again and again");
   }
@@ -184,13 +205,15 @@ class Volume {
     const first = await file.volumes.get(0);
     require(Number.isInteger(number) && number >= 0 && number < first.volumes,
       `there is no volume ${number}; the volumes are 0 to ${first.volumes - 1}`);
-    return shared(file.volumes, number, file.until(signal), async () => {
-      const outer = first.#stream.blocks;
-      const blocks = await file.call(outer, () => file.wasm.volume(outer, number));
-      const volume = new Volume(file, file.stream(blocks), number);
-      volume.volumes = first.volumes;
-      return volume;
-    });
+    return file.run(signal, (until) =>
+      shared(file.volumes, number, until, async () => {
+        const outer = first.#stream.blocks;
+        const blocks = await file.call(outer, () => file.wasm.volume(outer, number));
+        const volume = new Volume(file, file.stream(blocks), number);
+        volume.volumes = first.volumes;
+        return volume;
+      }),
+    );
   }
 
   async read({ box, level = 0, signal } = {}) {
@@ -203,14 +226,13 @@ class Volume {
     const wanted = boxWithin(box, dims);
     file.pool.warm();
     const stream = level === 0 ? this.#stream : await this.#overview(factor, signal);
-    const until = file.until(signal);
     const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);
     const [, Samples] = types[stream.type];
     const samples = allocated(Samples, shape);
     const bricks = await this.#plan(stream, wanted, signal);
-    await file.bricks.read(stream, bricks, until, (brick, bytes) => {
+    const use = (brick, bytes) =>
       copy(new Samples(bytes.buffer, bytes.byteOffset, bytes.byteLength / Samples.BYTES_PER_ELEMENT), brick, samples, wanted, shape);
-    });
+    await file.run(signal, (until) => file.bricks.read(stream, bricks, until, use));
     return samples;
   }
 
@@ -220,7 +242,8 @@ class Volume {
     const shape = wanted.high.map((high, axis) => high - wanted.low[axis]);
     const points = allocated(Uint8Array, shape);
     const bricks = await this.#plan(this.#stream, wanted, signal);
-    await activity.read(this.#stream, bricks, this.#file.until(signal), (brick, bytes) => copyBits(bytes, brick, points, wanted, shape));
+    const use = (brick, bytes) => copyBits(bytes, brick, points, wanted, shape);
+    await this.#file.run(signal, (until) => activity.read(this.#stream, bricks, until, use));
     return points;
   }
 
@@ -231,16 +254,17 @@ class Volume {
     require(wanted.high[axis] === slice + 1, "the box is one slice across the axis");
     const { activity, pool } = await this.#grid(signal);
     const { id: stream, header } = this.#stream;
-    const until = this.#file.until(signal);
     const bricks = await this.#plan(this.#stream, wanted, signal);
-    const tasks = [];
-    await activity.read(this.#stream, bricks, until, (brick, bytes) => {
-      const task = { kind: "edges", stream, header, brick, bytes, more: { axis, slice } };
-      const edges = pool.run(task, () => !until.aborted);
-      edges.catch(() => {});
-      tasks.push(edges);
+    const parts = await this.#file.run(signal, async (until) => {
+      const tasks = [];
+      await activity.read(this.#stream, bricks, until, (brick, bytes) => {
+        const task = { kind: "edges", stream, header, brick, bytes, more: { axis, slice } };
+        const edges = pool.run(task, () => !until.aborted);
+        edges.catch(() => {});
+        tasks.push(edges);
+      });
+      return unlessAborted(Promise.all(tasks), until);
     });
-    const parts = await unlessAborted(Promise.all(tasks), until);
     const all = new Int32Array(parts.reduce((sum, { length }) => sum + length, 0) / 4);
     let at = 0;
     for (const { buffer, length } of parts) {
@@ -262,11 +286,13 @@ class Volume {
   }
 
   #overview(factor, signal) {
-    return shared(this.#overviews, factor, this.#file.until(signal), async () => {
-      const { wasm } = this.#file;
-      const outer = this.#stream.blocks;
-      return this.#file.stream(await this.#file.call(outer, () => wasm.overview(outer, factor)));
-    });
+    return this.#file.run(signal, (until) =>
+      shared(this.#overviews, factor, until, async () => {
+        const { wasm } = this.#file;
+        const outer = this.#stream.blocks;
+        return this.#file.stream(await this.#file.call(outer, () => wasm.overview(outer, factor)));
+      }),
+    );
   }
 
   /** The bricks of a box. */
@@ -344,14 +370,4 @@ function geometryOf({ spacing, origin, directions }, factor) {
     origin: origin && origin.map((o, a) => o + ((factor - 1) / 2) * (steps[0][a] + steps[1][a] + steps[2][a])),
     directions: directions && directions.map((direction) => direction.map((d) => d * factor)),
   };
-}
-
-function anyOf(signals) {
-  if (AbortSignal.any) return AbortSignal.any(signals);
-  const controller = new AbortController();
-  for (const signal of signals) {
-    if (signal.aborted) controller.abort(signal.reason);
-    signal.addEventListener("abort", () => controller.abort(signal.reason), { once: true, signal: controller.signal });
-  }
-  return controller.signal;
 }

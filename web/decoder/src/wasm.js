@@ -57,6 +57,17 @@ async function compileFrom(url) {
   return WebAssembly.compile(await file.arrayBuffer());
 }
 
+/** Numbers of 64 bits, each given as two words, the lower one first, in 32 bits. Throws if one does not fit. */
+export function int32Of(words) {
+  const result = new Int32Array(words.length / 2);
+  for (let i = 0; i < result.length; ++i) {
+    result[i] = words[2 * i];
+    if (words[2 * i + 1] !== result[i] >> 31)
+      throw new TagridError("not-supported", "the edges lie further than 2^31 samples from the beginning of the volume");
+  }
+  return result;
+}
+
 /** An instance of the module. After an error of the machine, such as a trap, it cannot be used again. */
 export class Wasm {
   #exports;
@@ -272,11 +283,7 @@ export class Wasm {
       const status = this.#exports.web_edges(decoder, number, pointer, count, axis, slice, this.#scratch);
       this.#check(status, () => this.#exports.web_decoder_message(decoder));
       const [edges, edgeCount] = this.#words(2);
-      // Of the 64 bits of each number.
-      const words = new Int32Array(this.#exports.memory.buffer, edges, 8 * edgeCount);
-      const result = new Int32Array(4 * edgeCount);
-      for (let i = 0; i < result.length; ++i) result[i] = words[2 * i];
-      return new Uint8Array(result.buffer);
+      return new Uint8Array(int32Of(new Int32Array(this.#exports.memory.buffer, edges, 8 * edgeCount)).buffer);
     });
   }
 }

@@ -84,12 +84,13 @@ export function factRows({ dims, type, geometry, levels, range, name, fileBytes,
   return rows;
 }
 
+/** Shows rows of [name, text]. It changes the elements that are there: new ones for each move would be much garbage. */
 export function fillList(list, rows) {
-  list.replaceChildren(
-    ...rows.flatMap(([name, text]) => {
-      const [term, value] = [document.createElement("dt"), document.createElement("dd")];
-      [term.textContent, value.textContent] = [name, text];
-      return [term, value];
-    }),
-  );
+  const texts = rows.flat();
+  while (list.childElementCount > texts.length) list.lastElementChild.remove();
+  for (const [i, text] of texts.entries()) {
+    const element = list.children[i] ?? list.appendChild(document.createElement(i % 2 === 0 ? "dt" : "dd"));
+    if (element.firstChild) element.firstChild.data = text;
+    else element.textContent = text;
+  }
 }

@@ -20,6 +20,7 @@ export class SliceView {
   #state;
   #context;
   #layers = new Map();
+  #image; // of the tile that was painted last
   #grid;
   #gridPicture = { canvas: document.createElement("canvas") };
 
@@ -269,9 +270,11 @@ export class SliceView {
         const samples = layer.painted.has(name) ? undefined : tiles.get(level, this.normal, slice, column, row);
         if (!samples) continue;
         const [x0, x1] = tiles.range(level, this.across, column);
-        const image = context.createImageData(x1 - x0, samples.length / (x1 - x0));
-        shades.paint(samples, new Uint32Array(image.data.buffer));
-        context.putImageData(image, x0 - left, tiles.range(level, this.down, row)[0] - top);
+        const [width, height] = [x1 - x0, samples.length / (x1 - x0)];
+        if (this.#image?.width !== width || this.#image.height !== height)
+          this.#image = context.createImageData(width, height);
+        shades.paint(samples, new Uint32Array(this.#image.data.buffer));
+        context.putImageData(this.#image, x0 - left, tiles.range(level, this.down, row)[0] - top);
         layer.painted.add(name);
       }
     if (layer.painted.size === 0) return;

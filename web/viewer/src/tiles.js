@@ -4,7 +4,6 @@
 // slice, the number of the slice, and its column and row.
 
 const readsAtOnce = 4;
-const keptBytes = 128 << 20;
 // Rows of tiles of an overview become one read if they have fewer samples along an axis: fewer requests.
 const smallSlice = 256;
 
@@ -23,6 +22,7 @@ export class Tiles {
   #volume;
   #onTiles;
   #onError;
+  keptBytes = 128 << 20;
 
   /** `onTiles()` is called when tiles have arrived. */
   constructor(volume, onTiles, onError) {
@@ -152,12 +152,17 @@ export class Tiles {
         for (let column = columns[0]; column < columns[1]; ++column) {
           const [x0, x1] = this.range(level, across, column);
           const [y0, y1] = this.range(level, down, row);
+          const key = keyOf(level, normal, slice, column, row);
+          if (strip.keys.length === 1) {
+            this.#keep(key, samples);
+            continue;
+          }
           const tile = new samples.constructor((x1 - x0) * (y1 - y0));
           for (let y = y0; y < y1; ++y) {
             const from = (y - low[down]) * width + x0 - low[across];
             tile.set(samples.subarray(from, from + x1 - x0), (y - y0) * (x1 - x0));
           }
-          this.#keep(keyOf(level, normal, slice, column, row), tile);
+          this.#keep(key, tile);
         }
     } catch (error) {
       if (!strip.controller.signal.aborted) {
@@ -177,7 +182,7 @@ export class Tiles {
     this.#tiles.set(key, tile);
     this.#bytes += tile.byteLength;
     for (const [oldest, { byteLength }] of this.#tiles) {
-      if (this.#bytes <= keptBytes) break;
+      if (this.#bytes <= this.keptBytes) break;
       // Else it would be read again at once.
       if (this.#wanted.has(oldest)) continue;
       this.#tiles.delete(oldest);
