@@ -32,9 +32,10 @@ enum class Problem : std::uint8_t {
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
-  program_memory,  ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
-  cancelled,       ///< a caller of the library asked to stop
-  newer_format,    ///< the file is not damaged, but of a newer version of the format
+  program_memory,     ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
+  cancelled,          ///< a caller of the library asked to stop
+  newer_format,       ///< the file is not damaged, but of a newer version of the format
+  unknown_beginning,  ///< the file begins neither like a .tag file nor like any volume that is known
 };
 
 /// A setting of a caller: its name ("max-error") and its description ("the largest error").

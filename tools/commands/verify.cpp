@@ -20,7 +20,7 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
-#include "tools/report/failure.h"
+#include "tools/report/damage.h"
 #include "tools/report/info.h"
 #include "tools/report/lost_bricks.h"
 #include "tools/report/report.h"
@@ -97,7 +97,7 @@ struct VerifyCommand {
     const ParityCondition& condition = parity.condition;
     if (condition.is_intact()) return "intact";
     if (!condition.is_repairable()) return why_not_repairable(parity, input);
-    return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
+    return fmt::format("repairable ({}): {}", damage_text(condition), repair_command(input));
   }
 
   static nlohmann::ordered_json json_of(const ParityCondition& condition) {
@@ -186,10 +186,11 @@ struct VerifyCommand {
       const bool is_newer = is_newer_format(broken);
       if (!is_newer) tell_of_damage(report, parity);
       if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity, is_newer);
-      if (parity && !parity->file.is_beside() && !parity->condition.is_file_intact() &&
-          parity->condition.is_repairable())
-        throw BrokenInput(tagrid::words_of(broken) + "; tagrid repair rebuilds what is damaged");
-      throw;
+      if (is_newer) throw;
+      const std::string words = words_of_damage(input, broken);
+      if (parity && !parity->condition.is_file_intact() && parity->condition.is_repairable())
+        throw BrokenInput(fmt::format("{}; {} rebuilds what is damaged", words, repair_command(input)));
+      throw BrokenInput(words);
     }
   }
 

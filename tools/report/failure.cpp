@@ -48,6 +48,8 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::cancelled:
     case Problem::newer_format:
       return "";
+    case Problem::unknown_beginning:
+      return "; if it is a volume, encode it first";
     case Problem::output_exists:
       return "; give -f to overwrite it";
     case Problem::memory_limit:
