@@ -21,8 +21,10 @@ double width(const std::optional<std::pair<double, double>>& range) {
 
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
   throw UsageError(Sentence{
-      "{}: {} {}, which is not possible here; give {} a number, or {} for a copy",
-      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a directory"}}});
+      "{}: {} {}, but a pipe or a compressed file can only be read from its beginning; give {}, for a copy "
+      "of its "
+      "samples in a temporary file, or {} a number",
+      {source.name(), setting, std::string(reads), Setting{"spool DIR", "a directory"}, setting::max_error}});
 }
 
 FoundBound by_noise(VolumeSource& source, double times) {

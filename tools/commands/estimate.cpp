@@ -25,7 +25,8 @@ std::vector<double> numbers_option(const char* option, const std::string& text) 
   if (text.empty()) return numbers;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    const auto number = finite_number(std::string_view(text).substr(begin, end - begin));
+    const std::string part = text.substr(begin, end - begin);
+    const auto number = finite_number(option == std::string_view("--ratio") ? plain_ratio(part) : part);
     if (!number || *number < 0)
       throw usage_error("{} {}: must be numbers, with commas between them", option, text);
     numbers.push_back(*number);

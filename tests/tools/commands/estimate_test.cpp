@@ -171,7 +171,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   for (const Arguments& rule :
        {Arguments{"--max-error", "noise:2"}, {"--psnr", "50"}, {"--relative-error", "0.1"}})
     expect_error(tagrid(with({"encode", "-", "-o", "c.tag"}, rule), content("volume.nrrd")), usage,
-                 "give --max-error a number, or --spool");
+                 "give --spool DIR, for a copy of its samples in a temporary file, or --max-error a number");
 }
 
 TEST_F(EstimateCommand, RulesWorkInListsAndInRunsThatGoOn) {
