@@ -45,6 +45,7 @@ struct VerifyCommand {
       throw UsageError("--against -: standard input is already the .tag file; give a file");
     require_tag_input(input);
     refuse_terminal_input(original);
+    refuse_tag_original();
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, 0);
@@ -79,6 +80,17 @@ struct VerifyCommand {
     }
     if (!differences.empty())
       throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
+  }
+
+  void refuse_tag_original() const {
+    if (original.empty() || !is_regular_input(original)) return;
+    const auto file = open_source(original);
+    if (begins_as_tag(bytes_at(*file, 0, std::min<std::uint64_t>(file->size(), tag_preamble_size))))
+      throw broken_input_error(
+          "{0}: is a .tag file, which cannot be the original; decode it first: tagrid decode {0} --samples "
+          "-o "
+          "original.nrrd",
+          printable(original));
   }
 
   /// Only where parity is seen without a search.
