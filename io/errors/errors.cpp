@@ -50,11 +50,17 @@ Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64
 }
 
 ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-                      std::optional<std::uint64_t> needed_with_spool) {
-  ErrorDetail detail{Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed}};
+                      std::optional<std::uint64_t> needed_with_spool,
+                      const std::optional<SmallerBrick>& brick) {
+  ErrorDetail detail{
+      Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed, 0, 0, 0}};
   // A setting is suggested only if it reduces the memory.
-  if (needed_with_spool && mebibytes(*needed_with_spool) < mebibytes(needed))
-    detail.numbers.push_back(*needed_with_spool);
+  const auto helps = [&](std::uint64_t bytes) { return mebibytes(bytes) < mebibytes(needed); };
+  if (needed_with_spool && helps(*needed_with_spool)) detail.numbers[2] = *needed_with_spool;
+  if (brick && helps(brick->needed)) {
+    detail.numbers[3] = static_cast<std::uint64_t>(brick->edge);
+    detail.numbers[4] = brick->needed;
+  }
   return detail;
 }
 
@@ -76,9 +82,9 @@ std::string text_of(const Sentence& sentence, std::string_view prefix) {
 }
 
 MemoryLimit::MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-                         std::optional<std::uint64_t> needed_with_spool)
+                         std::optional<std::uint64_t> needed_with_spool, std::optional<SmallerBrick> brick)
     : MemoryLimit(text_of(sentence_of(work, allowed, needed)),
-                  detail_of(work, allowed, needed, needed_with_spool)) {}
+                  detail_of(work, allowed, needed, needed_with_spool, brick)) {}
 
 MemoryLimit MemoryLimit::but_for(std::uint64_t bytes) const {
   const auto less = [bytes](std::uint64_t number) { return number - std::min(number, bytes); };

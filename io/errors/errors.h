@@ -32,9 +32,10 @@ enum class Problem : std::uint8_t {
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
-  program_memory,  ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
-  cancelled,       ///< a caller of the library asked to stop
-  newer_format,    ///< the file is not damaged, but of a newer version of the format
+  program_memory,     ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
+  cancelled,          ///< a caller of the library asked to stop
+  newer_format,       ///< the file is not damaged, but of a newer version of the format
+  unknown_beginning,  ///< the file begins neither like a .tag file nor like any volume that is known
 };
 
 /// A setting of a caller: its name ("max-error") and its description ("the largest error").
@@ -137,12 +138,18 @@ void require(bool condition, const Message& otherwise) {
   if (!condition) throw UsageError(otherwise);
 }
 
+/// A smaller edge of bricks, in root cubes, and the limit on memory that is enough with it.
+struct SmallerBrick {
+  int edge = 0;
+  std::uint64_t needed = 0;
+};
+
 /// The work does not fit into the allowed memory.
 class MemoryLimit : public UsageError {
  public:
   /// `work` is what needs the memory: "encoding 512 x 512 x 300 int16".
   MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-              std::optional<std::uint64_t> needed_with_spool);
+              std::optional<std::uint64_t> needed_with_spool, std::optional<SmallerBrick> brick = {});
   /// Restores such an error. REQUIRES: the detail of a MemoryLimit.
   MemoryLimit(const std::string& message, const ErrorDetail& detail) : UsageError(message, detail) {}
 
@@ -152,7 +159,7 @@ class MemoryLimit : public UsageError {
   /// The smallest possible limit; and that with samples in a temporary file, if it is smaller.
   std::uint64_t needed() const { return detail().numbers[0]; }
   std::optional<std::uint64_t> needed_with_spool() const {
-    return detail().numbers.size() > 2 ? std::optional(detail().numbers[2]) : std::nullopt;
+    return detail().numbers[2] > 0 ? std::optional(detail().numbers[2]) : std::nullopt;
   }
 };
 

@@ -260,6 +260,12 @@ std::string file_of_link(const std::string& path) {
   return std::filesystem::canonical(path).string();
 }
 
+bool has_parity(const std::string& path) {
+  if (parity_at_end(*open_source(path))) return true;
+  const std::string beside = parity_beside(path);
+  return is_regular_input(beside) && layout_beside(*open_source(beside));
+}
+
 std::optional<ProtectedFile> protected_file(const std::string& path) {
   auto file = open_source(path);
   const std::string beside = parity_beside(path);

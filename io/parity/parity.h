@@ -98,6 +98,9 @@ class ProtectedFile {
   std::uint64_t base_ = 0;
 };
 
+/// True if a file has parity that its end shows, or parity beside it. Throws WorldError.
+bool has_parity(const std::string& path);
+
 /// Opens a file and, if there is one, the parity beside it. Throws WorldError.
 std::optional<ProtectedFile> protected_file(const std::string& path);
 

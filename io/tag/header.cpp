@@ -27,8 +27,8 @@ constexpr std::uint32_t version = 5;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
-// What a file is that is not a .tag file, if known, and what to do: most often it is the volume itself, given
-// by mistake. Only the first bytes are there, which are too few for the table of formats.
+// What a file is that is not a .tag file, and what to do: most often it is the volume itself, given by mistake.
+// Only the first bytes are there, which are too few for the table of formats. Nothing if it is unknown.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   using namespace std::string_view_literals;
@@ -51,7 +51,7 @@ std::string what_it_is(std::span<const std::byte> bytes) {
   if (text.empty()) return ": it is empty";
   for (const auto& [beginning, what] : known)
     if (text.starts_with(beginning)) return ", but " + std::string(what) + "; encode it first";
-  return "; if it is a volume, encode it first";
+  return "";
 }
 
 std::string words_of_version(std::uint32_t found) {
@@ -75,6 +75,11 @@ void parameter_fields(auto& fields, auto& p) {
 }
 
 }  // namespace
+
+bool begins_as_tag(std::span<const std::byte> bytes) {
+  return bytes.size() >= magic.size() &&
+         std::ranges::equal(bytes.first(magic.size()), std::as_bytes(std::span(magic)));
+}
 
 Status check_parameters(const CodingParameters& p) {
   if (!is_volume_size(p.dims))
@@ -176,9 +181,12 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
 
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size) {
   FieldReader reader(preamble);
-  const auto found = reader.get_bytes(magic.size());
-  if (found.size() != magic.size() || !std::ranges::equal(found, std::as_bytes(std::span(magic))))
-    return Status::broken("this is not a .tag file" + what_it_is(preamble));
+  reader.get_bytes(magic.size());
+  if (!begins_as_tag(preamble)) {
+    const std::string known = what_it_is(preamble);
+    return Status::broken("this is not a .tag file" +
+                          (known.empty() ? ", or its beginning is damaged" : known));
+  }
   if (preamble.size() < tag_preamble_size)
     return Status::broken("the file ends in its header; it is truncated");
   const auto file_version = reader.get<std::uint32_t>();
@@ -257,7 +265,10 @@ BrokenInput broken_input_of(const std::string& file, const Status& status) {
 
 std::size_t header_size_of(const std::string& file, std::span<const std::byte> preamble) {
   std::size_t size = 0;
-  if (Status status = parse_preamble(preamble, size); !status.ok()) throw broken_input_of(file, status);
+  if (Status status = parse_preamble(preamble, size); !status.ok())
+    throw begins_as_tag(preamble) || !what_it_is(preamble).empty()
+        ? broken_input_of(file, status)
+        : BrokenInput(file + ": " + status.what(), Problem::unknown_beginning);
   return size;
 }
 

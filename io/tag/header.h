@@ -31,6 +31,9 @@ inline constexpr std::uint32_t max_header_size = 1 << 24;
 /// The entire header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok().
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
+/// True if a file with these first bytes is a .tag file, of any version.
+bool begins_as_tag(std::span<const std::byte> bytes);
+
 /// The size of the entire header, from the first tag_preamble_size bytes of a file, or from all its bytes if
 /// there are fewer. Broken if they are not those of a .tag file.
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size);

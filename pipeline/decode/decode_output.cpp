@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/formats/nrrd/loss.h"
+#include "io/formats/nrrd/rescale.h"
 #include "io/tag/bricks.h"
 #include "io/tag/members.h"
 
@@ -14,6 +18,13 @@ std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
   std::shared_ptr<const ByteSource> file = open_source(run.input);
   if (run.volume) file = volume_in(std::move(file), *run.volume);
   return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
+}
+
+std::string with_loss_of(const std::string& nrrd_fields, const CodingParameters& parameters) {
+  if (parameters.is_exact()) return nrrd_fields;
+  if (parameters.max_error < 0) return with_loss(nrrd_fields, "tagrid, without a bound");
+  const double error = parameters.max_error * std::abs(rescale_of_bounds(nrrd_fields).slope);
+  return with_loss(nrrd_fields, fmt::format("tagrid, maximum error {:.6g}", error));
 }
 
 KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers) {
@@ -46,6 +57,7 @@ KnownFacts known_facts(const DecodeRun& run, const WrittenNumbers& numbers,
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                            const CodingParameters& parameters, bool others_write)
     : run_(run), info_(numbers.info(of_samples)) {
+  info_.nrrd_fields = numbers.fields(with_loss_of(of_samples.nrrd_fields, parameters));
   options_.files = {.overwrite = run.overwrite,
                     .like = attributes_of(run.input),
                     .spool = run.resources.spool,

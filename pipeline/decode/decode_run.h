@@ -66,6 +66,9 @@ struct DecodeRun {
 /// regular file. Throws as volume_in() and overview_in() do.
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run);
 
+/// The header lines of samples that were decoded, with the loss of these parameters.
+std::string with_loss_of(const std::string& nrrd_fields, const CodingParameters& parameters);
+
 /// What a file says of its volume, decoded as a whole.
 KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers);
 

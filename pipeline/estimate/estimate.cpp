@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <numeric>
@@ -39,6 +40,8 @@ namespace {
 constexpr double samples_per_block = block_edge * block_edge * block_edge;
 // Bricks of an overview that are encoded.
 constexpr std::int64_t most_bricks_of_overview = 128;
+// How often `encode` codes all of a large volume to find a bound, at least.
+constexpr double trials_of_all = 3;
 
 double thread_seconds() {
   timespec now;
@@ -359,14 +362,25 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     for (const ErrorRule& rule : run.rules) {
       const ResolvedOptions ruled = with_rule(rule);
       FoundBound bound;
+      const auto start = std::chrono::steady_clock::now();
       try {
         bound = bound_by_trials(ruled, *source, true, {});
       } catch (const UsageError& error) {
         out_of_reach.push_back(error);
         continue;
       }
+      const std::chrono::duration<double> searched = std::chrono::steady_clock::now() - start;
       try_bound(with_bound(ruled, bound.max_error, bound.step));
       EstimateResult of_rule = estimated();
+      Estimate& e = of_rule.estimates.front();
+      e.rule = rule;
+      // The bricks of the estimate are others, and do not show all of the range.
+      if (bound.rmse > 0) {
+        e.psnr = bound.psnr;
+        e.rmse = bound.rmse;
+      }
+      e.search_seconds =
+          searched.count() + (is_sampled(source->info().dims) ? trials_of_all * e.encoding_seconds : 0);
       of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
       result = std::move(of_rule);
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,15 @@ struct EstimateRun {
 };
 
 struct Estimate {
-  double max_error = 0;       ///< as `encode` keeps it; negative: none
-  double asked_error = 0;     ///< of which that is the bound; the same if no bounds were given
-  double transform_step = 0;  ///< of the samples; 0: none
+  std::optional<ErrorRule> rule = {};  ///< that was asked for; none for a bound
+  double max_error = 0;                ///< as `encode` keeps it; negative: none
+  double asked_error = 0;              ///< of which that is the bound; the same if no bounds were given
+  double transform_step = 0;           ///< of the samples; 0: none
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
   double encoding_seconds = 0, decoding_seconds = 0;  ///< with the threads of the run, without I/O
+  double search_seconds = 0;  ///< that `encode` takes besides, to find what the rule needs
 };
 
 struct EstimateResult {

@@ -193,6 +193,9 @@ struct Subject {
   Statistics range;  ///< low, high and finite alone
   double peak;
   Trials trials;
+  double times_read_besides = 1;  ///< for the range
+
+  double times_read() const { return trials.times_read() + times_read_besides; }
 
   Subject(const ResolvedOptions& given, VolumeSource& volume, const Setting& setting,
           const Progress& progress)
@@ -225,7 +228,7 @@ struct Subject {
 };
 
 // Bits a sample that a file takes besides the blocks of its bricks.
-double bits_besides(const Subject& subject, double max_error, double step, const Progress& progress) {
+double bits_besides(Subject& subject, double max_error, double step, const Progress& progress) {
   constexpr double bytes_of_index_entry = 12;
   constexpr std::int64_t most_means = sampled_voxels / 64;
   const ResolvedOptions options = with_bound(subject.options, max_error, step);
@@ -239,6 +242,7 @@ double bits_besides(const Subject& subject, double max_error, double step, const
     Trials trials(means, p, p.brick_edge, subject.peak, most_means, progress);
     const double finest =
         trials.of(p.max_error, step, true).bits / 8 * static_cast<double>(p.domain().volume().count());
+    subject.times_read_besides += trials.times_read();
     for (const int factor : options.overviews) bytes += around + share_of_level(factor) * finest;
   }
   return 8 * bytes / static_cast<double>(options.parameters.domain().volume().count());
@@ -250,12 +254,10 @@ double power_of_error(double part) {
   return root * std::sqrt(std::sqrt(root));
 }
 
-FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, double psnr, bool sampled,
-                         const Progress& progress) {
-  Subject subject(options, source, setting::psnr, progress);
+FoundBound bound_of_psnr(Subject& subject, double psnr, bool sampled) {
   Trials& trials = subject.trials;
   const double rmse = subject.peak * std::pow(10, -psnr / 20);
-  const std::optional<double>& given = options.options.max_error;
+  const std::optional<double>& given = subject.options.options.max_error;
   FoundBound found;
   found.reason = fmt::format("which reaches {} dB", psnr);
   // Below a step of samples, a bound is 0. No type has so many digits.
@@ -288,11 +290,9 @@ FoundBound bound_of_psnr(const ResolvedOptions& options, VolumeSource& source, d
   return found;
 }
 
-FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, double bits, bool sampled,
-                         const Progress& progress) {
-  const ErrorRule& rule = options.options.error_rule.value();
+FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Progress& progress) {
+  const ErrorRule& rule = subject.options.options.error_rule.value();
   const Setting& setting = setting_of(rule.kind);
-  Subject subject(options, source, setting, progress);
   Trials& trials = subject.trials;
   const SampleType type = subject.type();
   const double max_error = bound_of_trials({}, type);
@@ -335,12 +335,14 @@ FoundBound bound_of_size(const ResolvedOptions& options, VolumeSource& source, d
   const double least = trials.of(found.max_error, 0, sampled).bits + besides;
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
   require(least <= bits, {"{}: {} {} cannot be reached; the file takes about {} bits a voxel, a ratio of {}",
-                          {source.name(), setting, rule.value, fmt::format("{:.3g}", least),
+                          {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
                            fmt::format("{:.4g}", bits_of_sample / least)}});
   return found;
 }
 
 }  // namespace
+
+bool is_sampled(const Index3& dims) { return Box::of_size(dims).count() > sampled_voxels; }
 
 FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
                            const Progress& progress) {
@@ -348,8 +350,17 @@ FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source,
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
   const double bits = kind == ErrorRule::Kind::ratio ? bits_of_sample / value : value;
   source.rewind();
-  FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(options, source, value, sampled, progress)
-                                                   : bound_of_size(options, source, bits, sampled, progress);
+  Subject subject(options, source, setting_of(kind), progress);
+  FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(subject, value, sampled)
+                                                   : bound_of_size(subject, bits, sampled, progress);
+  if (sampled && found.max_error > 0) {
+    const double tried_error =
+        found.step > 0 ? bound_of_trials(options.options.max_error, subject.type()) : found.max_error;
+    const Tried& tried = subject.trials.of(tried_error, found.step, true);
+    found.psnr = tried.psnr;
+    found.rmse = tried.rmse;
+  }
+  found.times_read = subject.times_read();
   source.rewind();
   return found;
 }

@@ -14,7 +14,13 @@ struct FoundBound {
   std::string reason;      ///< how it follows from the samples
   std::string doubt = {};  ///< why it may not be what is wanted; "" if nothing says that
   double step = 0;         ///< of a transform; 0: none
+  double times_read = 0;   ///< how often a sample was read to find it, on average
+  /// Of the voxels that were tried last, if only a sample of them was: in dB, and of samples; 0 if nothing is lost.
+  double psnr = 0, rmse = 0;
 };
+
+/// True for volumes of which a sample is tried first.
+bool is_sampled(const Index3& dims);
 
 /// The bound of a rule that is tried:
 /// - for a PSNR, in dB, what takes the fewest bits and reaches it;

@@ -21,15 +21,17 @@ double width(const std::optional<std::pair<double, double>>& range) {
 
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
   throw UsageError(Sentence{
-      "{}: {} {}, which is not possible here; give {} a number, or {} for a copy",
-      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a directory"}}});
+      "{}: {} {}, but a pipe or a compressed file can only be read from its beginning; give {}, for a copy "
+      "of its "
+      "samples in a temporary file, or {} a number",
+      {source.name(), setting, std::string(reads), Setting{"spool DIR", "a directory"}, setting::max_error}});
 }
 
 FoundBound by_noise(VolumeSource& source, double times) {
   if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
   const Noise noise = noise_of(source);
   return {times * noise.deviation, fmt::format("the noise is {:.4g} (standard deviation)", noise.deviation),
-          noise.doubt};
+          noise.doubt, 0, noise.times_read};
 }
 
 FoundBound by_range(VolumeSource& source, double part) {
@@ -37,7 +39,8 @@ FoundBound by_range(VolumeSource& source, double part) {
   const auto range = range_of_data(source);
   return {part * width(range),
           range ? fmt::format("the samples lie between {} and {}", range->first, range->second)
-                : "no sample is finite"};
+                : "no sample is finite",
+          "", 0, 1};
 }
 
 FoundBound by_trials(const ResolvedOptions& options, VolumeSource& source, const Progress& progress) {
@@ -101,11 +104,12 @@ EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeS
     settled = with_bound(options, found.max_error, found.step);
     job.reason_of_bound = found.reason;
     job.doubt_of_bound = found.doubt;
+    job.times_read = found.times_read;
   }
   if (!source.traits().again) require_known_range(options);
   job.header.parameters = settled.parameters;
   if (settled.range_from_data) {
-    job.times_read = earlier.range ? 0 : 1;
+    job.times_read += earlier.range ? 0 : 1;
     job.header.parameters = with_range(settled, earlier.range ? *earlier.range : range_for(source));
   }
   return job;

@@ -44,10 +44,12 @@ Noise noise_of(VolumeSource& source) {
                      wanted = std::clamp<std::int64_t>(most_blocks / blocks, 1, bands);
   const Box volume = Box::of_size(dims);
   std::vector<double> deviations;
+  std::int64_t samples_read = 0;
   for (std::int64_t i = 0; i < wanted; ++i) {
     const std::int64_t chosen = spread_row(i, wanted, bands);
     const Index3 low = {0, chosen % of_slice * dims.y / of_slice, chosen / of_slice};
     const Box box = intersection({low, low + Index3{dims.x - 1, band - 1, 0}}, volume);
+    samples_read += box.count();
     const BrickSamples samples = gather(slices_of_box(source, volume, box), volume, source.info().type, box);
     with_sample_type(source.info().type, [&](auto type) {
       using T = decltype(type);
@@ -56,10 +58,12 @@ Noise noise_of(VolumeSource& source) {
   }
   source.rewind();
   const double usual = usual_deviation(deviations);
-  if (!is_doubtful(usual, deviations)) return {usual, ""};
+  const double times_read = static_cast<double>(samples_read) / static_cast<double>(volume.count());
+  if (!is_doubtful(usual, deviations)) return {usual, "", times_read};
   return {usual,
           "the noise is probably far too large: few regions are uniform, and many of them vary by less than "
-          "half of it; measure the noise in a uniform region, and give the bound as a number"};
+          "half of it; measure the noise in a uniform region, and give the bound as a number",
+          times_read};
 }
 
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {

@@ -21,8 +21,9 @@ SliceSamples read_input_slice(VolumeSource& source, const Box& rows,
                               const std::function<void(std::byte* samples)>& read = {});
 
 struct Noise {
-  double deviation = 0;  ///< standard deviation, in units of samples
-  std::string doubt;     ///< why it is probably wrong, and what to do; "" if nothing says that
+  double deviation = 0;   ///< standard deviation, in units of samples
+  std::string doubt;      ///< why it is probably wrong, and what to do; "" if nothing says that
+  double times_read = 0;  ///< how often a sample was read, on average
 };
 
 /// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks,

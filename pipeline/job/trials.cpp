@@ -67,6 +67,7 @@ Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
     for (const Statistics& s : of_brick) all.add(s);
     watch.done(bytes_per_row);
   }
+  times_read_ += static_cast<double>(wanted) / static_cast<double>(all_rows);
   Tried tried{INFINITY, 0, all.max_error, 8 * static_cast<double>(bytes) / static_cast<double>(all.samples)};
   if (all.finite == 0 || all.max_error == 0) return tried;
   tried.rmse = achieved_of(all).rmse;

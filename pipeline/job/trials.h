@@ -30,6 +30,9 @@ class Trials {
   /// `step`: of a transform; 0: none. `sampled`: whether a part is enough.
   const Tried& of(double max_error, double step, bool sampled);
 
+  /// How often a sample of the volume was read, on average.
+  double times_read() const { return times_read_; }
+
  private:
   Tried encode(const CodingParameters& parameters, bool sampled);
 
@@ -40,6 +43,7 @@ class Trials {
   std::int64_t most_sampled_;
   const Progress& progress_;
   std::map<std::tuple<double, double, bool>, Tried> earlier_;
+  double times_read_ = 0;
 };
 
 }  // namespace tagrid

@@ -92,9 +92,10 @@ DecodeLoad smallest_verifying(const CodingParameters& p, bool strips) {
 }
 
 [[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,
-                         std::uint64_t needed, std::optional<std::uint64_t> with_spool) {
+                         std::uint64_t needed, std::optional<std::uint64_t> with_spool,
+                         std::optional<SmallerBrick> brick = {}) {
   throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
-                    limit, needed, with_spool);
+                    limit, needed, with_spool, brick);
 }
 
 }  // namespace
@@ -131,11 +132,14 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const std::uint64_t memory = memory_of_encoding(p, load) + needs.besides, limit = allowed_memory(resources);
   // Without an explicit limit, what follows is never refused.
   const bool then_verified = needs.verified && resources.memory;
-  const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
+  const auto with_the_rest_of = [&](const CodingParameters& of, std::uint64_t encoding, bool spooled) {
     if (resources.memory) encoding = std::max(encoding, needs.afterwards);
     if (!then_verified) return encoding;
-    return std::max(encoding, smallest_memory_of_verifying(p, needs.verified->any_rows || spooled,
+    return std::max(encoding, smallest_memory_of_verifying(of, needs.verified->any_rows || spooled,
                                                            needs.verified->memory));
+  };
+  const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
+    return with_the_rest_of(p, encoding, spooled);
   };
   if (const std::uint64_t needed = with_the_rest(memory, !resources.spool.empty()); needed > limit) {
     const bool can_spool = !random_access || (then_verified && !needs.verified->any_rows);
@@ -143,11 +147,18 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
     if (can_spool && resources.spool.empty() && all > 1)
       with_spool = with_the_rest(smallest_memory_of_encoding(p, true, needs.besides, needs.sums), true);
     if (with_spool && *with_spool >= needed) with_spool.reset();
+    std::optional<SmallerBrick> brick;
+    constexpr int modest = 64;  // samples: of bricks that are not transformed
+    if (CodingParameters smaller = p; p.brick_edge > 1 && p.brick_edge * p.cube_size > modest) {
+      smaller.brick_edge = std::max(1, modest / p.cube_size);
+      const std::uint64_t encoding = smallest_memory_of_encoding(smaller, strips, needs.besides, needs.sums);
+      brick = {smaller.brick_edge, with_the_rest_of(smaller, encoding, !resources.spool.empty())};
+    }
     refuse(p,
            then_verified ? "encoding and verifying"
            : strips      ? "encoding"
                          : "encoding, slice by slice,",
-           limit, needed, with_spool);
+           limit, needed, with_spool, brick);
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};

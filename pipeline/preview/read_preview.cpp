@@ -253,10 +253,10 @@ Overviews choose_panels(const TagBricks& file, const PreviewWishes& wishes, Prev
   Overviews overviews;
   const Index3& dims = file.parameters().dims;
   const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
+  const int largest = file.parameters().counts_points() ? wishes.largest : wishes.largest_of_three;
   for (int axis = 0; axis < 3; ++axis) {
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
-    panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), wishes.largest,
-                     wishes.least);
+    panel = panel_of(dims, geometry.spacing, axis, chosen_slice(wishes, dims, axis), largest, wishes.least);
     const std::vector<Member>& members = file.index().members;
     const auto shown = std::find_if(members.rbegin(), members.rend(), [&](const Member& member) {
       return member.is_overview() && fits(member.factor, panel) && can_open(file, member, overviews);

@@ -18,8 +18,9 @@ struct PreviewWishes {
   /// The slice across each axis (x, y, z); by default the middle one. If samples are left out, the default of
   /// z is the first slice of a brick, which decodes fastest, if it is near the middle (within a twentieth).
   std::array<std::optional<std::int64_t>, 3> slices;
-  int largest = 780;  ///< pixels of the longer side of a panel
-  int least = 24;     ///< pixels that the shorter side has at least
+  int largest = 780;           ///< pixels of the longer side of a panel
+  int largest_of_three = 512;  ///< the same if there are no levels
+  int least = 24;              ///< pixels that the shorter side has at least
 };
 
 /// The samples of a panel, or their means, in the type of the volume and the machine's byte order. The first

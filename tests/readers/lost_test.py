@@ -4,6 +4,7 @@
 """
 
 import itertools
+import json
 import unittest
 
 from other_readers import ReaderTest, h5py, main, nibabel, numpy, tifffile, vtk_image, vtk_numpy, vtk_xml
@@ -108,7 +109,7 @@ class Lost(ReaderTest):
                 ("rescale_units:=HU\n", "values are in \"HU\"", everywhere - {"b.tif"}),
                 ("owner:=me\nyear:=1999\n", 'no place for 2 key/value pairs ("owner", "year")', everywhere),
                 ("a:=1\nb:=2\nc:=3\nd:=4\n", '4 key/value pairs ("a", "b", "c", ...)', everywhere),
-                ("lossy source:=TIFF, JPEG\n", '1 key/value pair ("lossy source")', everywhere),
+                ("lossy source:=TIFF, JPEG\n", '1 key/value pair ("lossy source")', {"b.vti"}),
                 ("# by hand\n", "no place for comments", everywhere),
                 ("content: a scan\n", 'the field "content"', everywhere),
                 ("labels: \"a\" \"b\" \"c\"\n", 'the field "labels"', everywhere),
@@ -140,6 +141,58 @@ class Lost(ReaderTest):
                          [b"a scan", b"other", 2.5, 1, 3, 2, 1])
         self.decode("b.nii", "--region", ":,:,0:2")
         self.assertEqual(int(nibabel.load(self.folder / "b.nii").header["slice_end"]), 0)
+
+    def loss_of(self, name):
+        self.ok("encode", name, "-o", "again.tag", "-f", "--range", "auto")
+        return json.loads(self.ok("info", "again.tag", "--json").stdout)["source"]["pairs"].get("lossy source")
+
+    def test_a_loss_is_remembered_by_every_format_that_is_read(self):
+        said = "tagrid, maximum error 5"
+
+        def other_reader_of(name):
+            if name == "b.nii":
+                return nibabel.load(self.folder / name).header["descrip"].item().decode()
+            if name == "b.tif":
+                with tifffile.TiffFile(self.folder / name) as file:
+                    return "lossy source: " + file.imagej_metadata["lossy source"]
+            with h5py.File(self.folder / name) as file:
+                return "lossy source: " + file["volume"].attrs["lossy source"]
+
+        names = set(WITHOUT + WITH_HEADER) - {"b.vti"} | {"b.h5", "b.ome.zarr", "b.nrrd"}
+        for fields, before in (("spacings: 1 1 1\n", ""), ("nifti_descrip:=a scan\nlossy source:=TIFF, JPEG\n", "TIFF, JPEG; ")):
+            self.encode(fields)
+            for name in names:
+                self.decode(name)
+                self.assertEqual(self.loss_of(name), before[:-2] or None, name)
+            self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5")
+            for name in names:
+                # It says nothing of what is lost: no format loses more than of a lossless file.
+                self.assertNotIn("lossy source", self.decode(name))
+                self.assertEqual(self.loss_of(name), before + said, name)
+                if name in ("b.nii", "b.tif", "b.h5"):
+                    self.assertIn("lossy source: " + before + said, other_reader_of(name), name)
+            self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5", "--strip")
+            self.decode("b.nrrd")
+            self.assertEqual(self.loss_of("b.nrrd"), before + said)
+        # Bounds are in values, and each loss adds to those before.
+        self.encode("rescale_slope:=2.5\nrescale_intercept:=-3\n")
+        self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5")
+        self.decode("b.nii")
+        self.assertEqual(self.loss_of("b.nii"), said)
+        self.ok("encode", "b.nii", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "10")
+        self.decode("b.mha", "--samples")
+        self.assertEqual(self.loss_of("b.mha"), said + "; tagrid, maximum error 10")
+        self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--grid-only")
+        self.decode("b.nrrd")
+        self.assertEqual(self.loss_of("b.nrrd"), "tagrid, without a bound")
+
+    def test_a_loss_takes_the_place_of_the_end_of_a_long_text(self):
+        self.encode(f"nifti_descrip:={'a long text ' * 8}\n")
+        self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5")
+        self.decode("b.nii")
+        text = nibabel.load(self.folder / "b.nii").header["descrip"].item().decode()
+        self.assertEqual(len(text), 79)
+        self.assertTrue(text.startswith("a long text a") and text.endswith("; lossy source: tagrid, maximum error 5"), text)
 
     def lengths(self, name):
         """Spacings as programs take them, in millimetres: they have a unit of their own, or that of the file."""

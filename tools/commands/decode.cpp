@@ -19,7 +19,7 @@
 #include "tools/archive/input_removal.h"
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
-#include "tools/report/failure.h"
+#include "tools/report/damage.h"
 #include "tools/report/lost_bricks.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -198,11 +198,11 @@ struct DecodeCommand {
     try {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
-      if (salvage || overview || !is_regular_input(input) || !has_whole_bricks()) throw;
+      const std::string words = words_with_repair(input, broken);
+      if (salvage || overview || !is_regular_input(input) || !has_whole_bricks()) throw BrokenInput(words);
       const bool chosen_one = volume || count_of_volumes(input) == 1;
-      throw BrokenInput(words_of(broken) +
-                        (chosen_one ? "; --salvage decodes the intact bricks"
-                                    : "; --salvage with --volume decodes the intact bricks of one"));
+      throw BrokenInput(words + (chosen_one ? "; --salvage decodes the intact bricks"
+                                            : "; --salvage with --volume decodes the intact bricks of one"));
     }
   }
 

@@ -25,7 +25,8 @@ std::vector<double> numbers_option(const char* option, const std::string& text) 
   if (text.empty()) return numbers;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    const auto number = finite_number(std::string_view(text).substr(begin, end - begin));
+    const std::string part = text.substr(begin, end - begin);
+    const auto number = finite_number(option == std::string_view("--ratio") ? plain_ratio(part) : part);
     if (!number || *number < 0)
       throw usage_error("{} {}: must be numbers, with commas between them", option, text);
     numbers.push_back(*number);
@@ -75,7 +76,7 @@ struct EstimateCommand {
     return estimate_encoding(request);
   }
 
-  static nlohmann::ordered_json figures_of(const EstimateResult& result) {
+  nlohmann::ordered_json figures_of(const EstimateResult& result) const {
     nlohmann::ordered_json json = settings_json(result.parameters);
     json.erase("max_error");
     json["noise"] = result.noise;
@@ -86,7 +87,8 @@ struct EstimateCommand {
     json["estimates"] = nlohmann::ordered_json::array();
     for (const Estimate& e : result.estimates)
       json["estimates"].push_back(
-          {{"max_error",
+          {{"asked", json_of_request(e)},
+           {"max_error",
             e.max_error < 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.max_error)},
            {"transform_step", e.transform_step > 0 ? nlohmann::ordered_json(e.transform_step)
                                                    : nlohmann::ordered_json(nullptr)},
@@ -96,10 +98,24 @@ struct EstimateCommand {
            {"rmse", e.rmse},
            {"psnr", std::isnan(e.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.psnr)},
            {"encoding_seconds", e.encoding_seconds},
+           {"search_seconds", e.search_seconds},
            {"decoding_seconds", e.decoding_seconds}});
     json["out_of_reach"] = nlohmann::ordered_json::array();
     for (const UsageError& error : result.out_of_reach) json["out_of_reach"].push_back(words_of(error));
     return json;
+  }
+
+  /// {"psnr": 40}; null for the list of usual bounds.
+  nlohmann::ordered_json json_of_request(const Estimate& e) const {
+    if (e.rule) return {{std::string(setting_of(e.rule->kind).name), e.rule->value}};
+    return errors.empty() ? nlohmann::ordered_json(nullptr)
+                          : nlohmann::ordered_json{{"max_error", e.asked_error}};
+  }
+
+  /// "psnr 40", or the bound that was asked for.
+  static std::string request_text(const Estimate& e) {
+    if (e.rule) return fmt::format("{} {}", setting_of(e.rule->kind).name, e.rule->value);
+    return e.max_error < 0 ? "none" : fmt::format("error {}", e.asked_error);
   }
 
   static double bytes_of(const EstimateResult& result) {
@@ -111,23 +127,33 @@ struct EstimateCommand {
 
   std::string text_of(const EstimateResult& result) const {
     const CodingParameters& p = result.parameters;
+    const auto has_rule = [](const Estimate& e) { return e.rule.has_value(); };
+    // What a bound was asked for is what it is.
+    const bool names_requests = std::ranges::any_of(result.estimates, has_rule);
+    const auto request = [&](const std::string& words) {
+      return names_requests ? fmt::format("{:<12}", words) : std::string();
+    };
     std::string text = fmt::format(
         "{}: {} x {} x {} {}, {}\nnoise: {:.4g} (standard deviation)\n{} of {} bricks were encoded\n\n"
-        "{:>10} {:>10} {:>8} {:>11} {:>9} {:>10} {:>10}\n",
+        "{}{:>10} {:>10} {:>8} {:>11} {:>9} {:>10} {:>10}\n",
         printable(input), p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
         human_bytes(static_cast<std::uint64_t>(bytes_of(result))), result.noise, result.encoded,
-        result.bricks, "error", "size", "ratio", "bits/voxel", "PSNR", "encoding", "decoding");
+        result.bricks, request("asked"), "error", "size", "ratio", "bits/voxel", "PSNR", "encoding",
+        "decoding");
     for (const Estimate& e : result.estimates)
-      text += fmt::format("{:>10} {:>10} {:>8.2f} {:>11.4f} {:>9} {:>8.2g} s {:>8.2g} s\n",
-                          e.max_error < 0        ? "none"
-                          : e.transform_step > 0 ? fmt::format("{:.4g} w", e.max_error)
-                                                 : fmt::format("{}", e.max_error),
-                          human_bytes(static_cast<std::uint64_t>(e.file_bytes)),
-                          bytes_of(result) / e.file_bytes, bits_per_voxel(result, e),
-                          std::isnan(e.psnr) ? "lossless" : fmt::format("{:.2f} dB", e.psnr),
-                          e.encoding_seconds, e.decoding_seconds);
+      text += fmt::format(
+          "{}{:>10} {:>10} {:>8.2f} {:>11.4f} {:>9} {:>8.2g} s {:>8.2g} s\n", request(request_text(e)),
+          e.max_error < 0        ? "none"
+          : e.transform_step > 0 ? fmt::format("{:.4g} w", e.max_error)
+                                 : fmt::format("{}", e.max_error),
+          human_bytes(static_cast<std::uint64_t>(e.file_bytes)), bytes_of(result) / e.file_bytes,
+          bits_per_voxel(result, e), std::isnan(e.psnr) ? "lossless" : fmt::format("{:.2f} dB", e.psnr),
+          e.encoding_seconds + e.search_seconds, e.decoding_seconds);
     if (std::ranges::any_of(result.estimates, [](const Estimate& e) { return e.transform_step > 0; }))
       text += "w: coded by a wavelet; most errors are far smaller\n";
+    const auto is_psnr = [](const Estimate& e) { return e.rule && e.rule->kind == ErrorRule::Kind::psnr; };
+    if (std::ranges::any_of(result.estimates, is_psnr)) text += "psnr D: the file has at least D dB\n";
+    if (names_requests) text += "encoding: includes the search for what was asked\n";
     return text;
   }
 };

@@ -6,6 +6,7 @@
 #include "pipeline/verify/verify.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
+#include "tools/report/damage.h"
 #include "tools/report/info.h"
 
 namespace tagrid {
@@ -34,11 +35,13 @@ Action add_info_command(CLI::App& app) {
   return [state](Ranks& ranks) {
     state->run.obey_memory_limit();
     require_tag_input(state->input);
-    const TagSummary file = state->summary(ranks);
-    if (state->json)
-      fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));
-    else
-      fmt::print("{}", info_text(file, !state->no_levels));
+    with_repair_advice(state->input, [&] {
+      const TagSummary file = state->summary(ranks);
+      if (state->json)
+        fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));
+      else
+        fmt::print("{}", info_text(file, !state->no_levels));
+    });
   };
 }
 

@@ -11,6 +11,7 @@
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
+#include "tools/report/damage.h"
 
 namespace tagrid {
 namespace {
@@ -64,7 +65,7 @@ Action add_mesh_command(CLI::App& app) {
   command->add_flag("--padded", state->options.padded,
                     "Fill complete root cubes instead of ending at the first and last samples");
   add_job_options(*command, state->run, false);
-  return [state](Ranks& ranks) { state->execute(ranks); };
+  return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }
 
 }  // namespace tagrid

@@ -14,6 +14,7 @@
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/preview/sheet.h"
+#include "tools/report/damage.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -137,7 +138,7 @@ Action add_preview_command(CLI::App& app) {
                   "Display window: lo is black, hi is white; in HU if the scan has HU "
                   "(default: all except the lowest and highest 0.5 %)");
   add_job_options(*command, state->run, false);
-  return [state](Ranks& ranks) { state->execute(ranks); };
+  return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }
 
 }  // namespace tagrid

@@ -12,6 +12,7 @@
 #include "tools/archive/removed_originals.h"
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
+#include "tools/report/damage.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -71,7 +72,7 @@ struct RestoreCommand {
       one.records.clear();
       try {
         if (!original.error.empty()) throw BrokenInput(original.error);
-        one.execute(ranks);
+        with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
       } catch (const std::exception&) {
         ++failed;
@@ -145,7 +146,7 @@ Action add_restore_command(CLI::App& app) {
                   "Directory for the files, created if it does not exist");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_job_options(*command, state->run, false);
-  return [state](Ranks& ranks) { state->execute(ranks); };
+  return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }
 
 }  // namespace tagrid

@@ -18,6 +18,7 @@
 #include "tools/commands/local_site.h"
 #include "tools/options/output_options.h"
 #include "tools/options/shared_options.h"
+#include "tools/report/damage.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -74,24 +75,26 @@ struct ServeCommand {
 
   std::vector<Image> open_images(const std::string& root) const {
     std::vector<Image> images;
-    for (const std::string& input : inputs) {
-      require_tag_input(input);
-      if (input == "-") throw UsageError("standard input: only a file can be served; save it as one first");
-      const std::int64_t number = chosen_volume(input, volume, run);
-      const auto file = std::make_shared<const TagBricks>(volume_in(open_source(input), number));
-      std::string name = name_of_input(input);
-      if (name.ends_with(".tag")) name.resize(name.size() - 4);
-      const std::string path = root + percent_encoded(name) + ".zarr/";
-      for (const Image& other : images)
-        if (other.path == path)
-          throw usage_error("{}: another file of this name is served, too; serve one of them at a time",
-                            input);
-      images.push_back({name, path, std::make_unique<ServedZarr>(file, name, available_threads())});
-      tell_of_losses(input, images.back().zarr->info());
-      for (const std::string& why : images.back().zarr->left_out())
-        warn(run, "{}: an overview is not served: {}", input, why);
-    }
+    for (const std::string& input : inputs)
+      with_repair_advice(input, [&] { open_image(input, root, images); });
     return images;
+  }
+
+  void open_image(const std::string& input, const std::string& root, std::vector<Image>& images) const {
+    require_tag_input(input);
+    if (input == "-") throw UsageError("standard input: only a file can be served; save it as one first");
+    const std::int64_t number = chosen_volume(input, volume, run);
+    const auto file = std::make_shared<const TagBricks>(volume_in(open_source(input), number));
+    std::string name = name_of_input(input);
+    if (name.ends_with(".tag")) name.resize(name.size() - 4);
+    const std::string path = root + percent_encoded(name) + ".zarr/";
+    for (const Image& other : images)
+      if (other.path == path)
+        throw usage_error("{}: another file of this name is served, too; serve one of them at a time", input);
+    images.push_back({name, path, std::make_unique<ServedZarr>(file, name, available_threads())});
+    tell_of_losses(input, images.back().zarr->info());
+    for (const std::string& why : images.back().zarr->left_out())
+      warn(run, "{}: an overview is not served: {}", input, why);
   }
 
   void tell_of_losses(const std::string& input, const VolumeInfo& info) const {

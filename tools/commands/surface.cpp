@@ -10,6 +10,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
+#include "tools/report/damage.h"
 
 namespace tagrid {
 namespace {
@@ -68,7 +69,7 @@ Action add_surface_command(CLI::App& app) {
   command->add_flag("--close", state->options.close,
                     "Close the surface at the border of the volume, as if values outside were lower");
   add_job_options(*command, state->run, false);
-  return [state](Ranks& ranks) { state->execute(ranks); };
+  return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }
 
 }  // namespace tagrid

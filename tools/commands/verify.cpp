@@ -20,7 +20,7 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
-#include "tools/report/failure.h"
+#include "tools/report/damage.h"
 #include "tools/report/info.h"
 #include "tools/report/lost_bricks.h"
 #include "tools/report/report.h"
@@ -45,6 +45,7 @@ struct VerifyCommand {
       throw UsageError("--against -: standard input is already the .tag file; give a file");
     require_tag_input(input);
     refuse_terminal_input(original);
+    refuse_tag_original();
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, 0);
@@ -81,6 +82,17 @@ struct VerifyCommand {
       throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
   }
 
+  void refuse_tag_original() const {
+    if (original.empty() || !is_regular_input(original)) return;
+    const auto file = open_source(original);
+    if (begins_as_tag(bytes_at(*file, 0, std::min<std::uint64_t>(file->size(), tag_preamble_size))))
+      throw broken_input_error(
+          "{0}: is a .tag file, which cannot be the original; decode it first: tagrid decode {0} --samples "
+          "-o "
+          "original.nrrd",
+          printable(original));
+  }
+
   /// Only where parity is seen without a search.
   std::optional<SurveyedParity> parity_of_intact() const {
     const bool is_in_file = parity_at_end(*open_source(input)).has_value();
@@ -97,7 +109,7 @@ struct VerifyCommand {
     const ParityCondition& condition = parity.condition;
     if (condition.is_intact()) return "intact";
     if (!condition.is_repairable()) return why_not_repairable(parity, input);
-    return fmt::format("repairable ({}): tagrid repair {} -o OUT", damage_text(condition), printable(input));
+    return fmt::format("repairable ({}): {}", damage_text(condition), repair_command(input));
   }
 
   static nlohmann::ordered_json json_of(const ParityCondition& condition) {
@@ -186,10 +198,11 @@ struct VerifyCommand {
       const bool is_newer = is_newer_format(broken);
       if (!is_newer) tell_of_damage(report, parity);
       if (parity && !run.quiet && run.json != "-") tell_of_parity(*parity, is_newer);
-      if (parity && !parity->file.is_beside() && !parity->condition.is_file_intact() &&
-          parity->condition.is_repairable())
-        throw BrokenInput(tagrid::words_of(broken) + "; tagrid repair rebuilds what is damaged");
-      throw;
+      if (is_newer) throw;
+      const std::string words = words_of_damage(input, broken);
+      if (parity && !parity->condition.is_file_intact() && parity->condition.is_repairable())
+        throw BrokenInput(fmt::format("{}; {} rebuilds what is damaged", words, repair_command(input)));
+      throw BrokenInput(words);
     }
   }
 

@@ -18,6 +18,7 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
 #include "tools/options/shared_options.h"
+#include "tools/report/damage.h"
 #include "tools/report/process.h"
 
 extern char** environ;
@@ -107,7 +108,7 @@ Action add_view_command(CLI::App& app) {
   add_port_option(*command, state->port);
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
-  return [state](Ranks&) { state->execute(); };
+  return [state](Ranks&) { with_repair_advice(state->input, [&] { state->execute(); }); };
 }
 
 }  // namespace tagrid

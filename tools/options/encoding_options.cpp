@@ -126,6 +126,10 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
 
 }  // namespace
 
+std::string plain_ratio(const std::string& text) {
+  return text.ends_with(":1") ? text.substr(0, text.size() - 2) : text;
+}
+
 std::optional<std::uint32_t> parity_option(const std::string& option, const std::string& text) {
   if (text == "none") return std::nullopt;
   const auto number = finite_number(text.ends_with('%') ? text.substr(0, text.size() - 1) : text);

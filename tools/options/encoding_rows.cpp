@@ -42,7 +42,7 @@ Set to(Value SourceOptions::*member) {
 
 Set to(ErrorRule::Kind kind) {
   return [kind](EncodingOptions& o, const std::string& option, const std::string& text) {
-    read_number(option, text, o.rules[kind]);
+    read_number(option, kind == ErrorRule::Kind::ratio ? plain_ratio(text) : text, o.rules[kind]);
   };
 }
 
@@ -104,7 +104,7 @@ std::vector<OptionRow> all_rows() {
       row(setting::psnr.name, kept, "D",
           "Smallest file that reaches D dB; with a number as --max-error, both hold",
           to(ErrorRule::Kind::psnr)),
-      row(setting::ratio.name, kept, "R", "Best PSNR in a file R times smaller than the samples",
+      row(setting::ratio.name, kept, "R", "Best PSNR in a file R times smaller than the samples: 40, or 40:1",
           to(ErrorRule::Kind::ratio)),
       row(setting::bits.name, kept, "B", "Best PSNR in a file of B bits a voxel", to(ErrorRule::Kind::bits)),
       row(setting::surface_error.name, kept, "F", "Tighter bound at the active points of the grid",
@@ -128,7 +128,8 @@ std::vector<OptionRow> all_rows() {
           "Refine until the mesh is within E of every sample; at least the bound on active voxels",
           to(&E::mesh_error)),
       row(setting::parity.name, kept, "P%|none",
-          "Add parity of P per cent, from which repair rebuilds damaged stretches (default: none)",
+          "Add parity, P % of the size of the file, from which repair rebuilds damaged stretches (default: "
+          "none)",
           set_parity),
       row(setting::accuracy.name, grid, "m",
           "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",

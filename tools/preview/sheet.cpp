@@ -14,18 +14,17 @@ namespace tagrid {
 namespace {
 
 constexpr Colour background = {18, 20, 24}, bright = {236, 238, 242}, dim = {160, 166, 176};
-constexpr Colour no_grid = {34, 37, 43};
 // Slices across x, y and z, and the marks where they cut the others.
 constexpr std::array<Colour, 3> axis_colours = {{{238, 105, 96}, {110, 200, 110}, {104, 160, 245}}};
 
-constexpr int margin = 16, cell = (sheet_width - 3 * margin) / 2;
+constexpr int margin = 16, widest_cell = (sheet_width - 3 * margin) / 2;
 constexpr int small = 2, large = 3;
 constexpr int line_height = text_height * small + 8;
 constexpr int header_height = margin + text_height * large + 2 * line_height + 22;
 constexpr int tick = 8;  // room for a mark
 constexpr int mark = 6;  // so that those of panels beside each other do not touch
 constexpr int caption_height = tick + 6 + 2 * line_height + 24;
-constexpr int highest_sheet = header_height + 2 * (cell + caption_height) + margin;
+constexpr int highest_sheet = header_height + 2 * (widest_cell + caption_height) + margin;
 
 /// A rectangle of the sheet that shows a slice.
 struct Placed {
@@ -46,25 +45,38 @@ std::string fitted(std::string text, int width) {
   return text + "...";
 }
 
+bool has_levels(const PreviewContent& content) { return !content.leaves.empty(); }
+
+/// Two places beside each other, or three.
+int cell_width(const PreviewContent& content) {
+  return has_levels(content) ? widest_cell : (sheet_width - 4 * margin) / 3;
+}
+
 class Drawing {
  public:
   explicit Drawing(const Sheet& sheet)
       : sheet_(sheet),
         places_(places_on_sheet(sheet.content)),
-        image_(sheet_width,
-               places_.slices[0].y + std::max(panel(1).down.pixels, panel(0).down.pixels) + caption_height,
-               background) {}
+        cell_(cell_width(sheet.content)),
+        image_(sheet_width, lowest_row() + caption_height, background) {}
 
   Image draw() && {
     header();
     for (const std::size_t axis : {0, 1, 2}) grey_panel(placed(axis, places_.slices[axis]));
     frame_of_detail(places_.slices[2]);
-    levels_panel({sheet_.content.levels, places_.levels.x, places_.levels.y});
+    if (has_levels(sheet_.content)) levels_panel({sheet_.content.levels, places_.levels.x, places_.levels.y});
     return std::move(image_);
   }
 
  private:
   const Panel& panel(std::size_t axis) const { return sheet_.content.slices[axis].panel; }
+
+  int lowest_row() const {
+    int lowest = 0;
+    for (const std::size_t axis : {0, 1, 2})
+      lowest = std::max(lowest, places_.slices[axis].y + panel(axis).down.pixels);
+    return lowest;
+  }
 
   Placed placed(std::size_t axis, const SheetPlaces::Corner& at) const {
     return {sheet_.content.slices[axis], at.x, at.y};
@@ -109,22 +121,11 @@ class Drawing {
     marks_of_other_slices(at);
     const int y = caption(at, slice_caption(at.slice.panel, sheet_.lengths));
     scale_bar(at.slice.panel, at.x, y);
-    grey_ramp(at.x + cell, y);
+    grey_ramp(at.x + cell_, y);
   }
 
   void levels_panel(const Placed& at) {
     const Panel& p = at.slice.panel;
-    if (sheet_.content.leaves.empty()) {
-      image_.fill(at.x, at.y, p.across.pixels, p.down.pixels, no_grid);
-      marks_of_other_slices(at);
-      const std::string_view text = "no grid is stored";
-      const int left = (p.across.pixels - text_width(text, small)) / 2,
-                above = (p.down.pixels - text_height * small) / 2;
-      if (left > 0 && above > 0) draw_text(image_, at.x + left, at.y + above, text, small, dim);
-      const int y = caption(at, "no levels: the file stores no grid");
-      draw_text(image_, at.x, y, "It is derived from the voxels on demand.", small, dim);
-      return;
-    }
     const int deepest = max_level(sheet_.cube_size);
     const auto leaf = [&](int u, int v) -> const LeafPixel& {
       return sheet_.content.leaves[static_cast<std::size_t>(v) * static_cast<std::size_t>(p.across.pixels) +
@@ -198,15 +199,15 @@ class Drawing {
     image_.fill(at.x, y, 6, text_height * small - 2, axis_colours[axis]);
     draw_text(image_, at.x + 14, y, text, small, bright);
     const std::string directions = direction_caption(at.slice.panel);
-    const int left = at.x + cell - text_width(directions, small);
+    const int left = at.x + cell_ - text_width(directions, small);
     if (left > at.x + 14 + text_width(text, small) + 16) draw_text(image_, left, y, directions, small, dim);
     return y + line_height + 4;
   }
 
   void scale_bar(const Panel& p, int x, int y) {
     const double spacing = sheet_.lengths.spacing(p.across.axis);
-    const double longest =
-        std::min(p.across.pixels, 260) * spacing * static_cast<double>(p.across.samples) / p.across.pixels;
+    const double longest = std::min(p.across.pixels, cell_ == widest_cell ? 260 : 150) * spacing *
+                           static_cast<double>(p.across.samples) / p.across.pixels;
     if (!(longest >= 1e-300 && longest <= 1e300)) return;
     const double length = round_length(longest);
     const int pixels = std::max(
@@ -225,7 +226,7 @@ class Drawing {
     if (!sheet_.rescale.units.empty()) high += " " + printable(sheet_.rescale.units).substr(0, 12);
     int x = right - text_width(high, small);
     draw_text(image_, x, y, high, small, bright);
-    constexpr int width = 128;
+    const int width = cell_ == widest_cell ? 128 : 64;
     x -= width + 12;
     for (int i = 0; i < width; ++i) {
       const auto grey = static_cast<std::uint8_t>(i * 255 / (width - 1));
@@ -239,7 +240,7 @@ class Drawing {
     const std::string coarse = "coarse", fine = "fine";
     draw_text(image_, x, y + 4, coarse, small, bright);
     const int first = x + text_width(coarse, small) + 12,
-              width = (x + cell - text_width(fine, small) - 12 - first) / (deepest + 1);
+              width = (x + cell_ - text_width(fine, small) - 12 - first) / (deepest + 1);
     for (int level = 0; level <= deepest; ++level) {
       const Colour colour = colour_of_level(level, deepest);
       image_.fill(first + level * width, y, width - 2, 22, colour);
@@ -257,6 +258,7 @@ class Drawing {
 
   const Sheet& sheet_;
   SheetPlaces places_;
+  int cell_;
   Image image_;
 };
 
@@ -268,7 +270,9 @@ std::uint64_t memory_of_sheet() {
 }
 
 SheetPlaces places_on_sheet(const PreviewContent& content) {
-  constexpr int left = margin, right = 2 * margin + cell, upper = header_height;
+  constexpr int left = margin, upper = header_height;
+  const int cell = cell_width(content), right = 2 * margin + cell;
+  if (!has_levels(content)) return {{{{right + cell + margin, upper}, {right, upper}, {left, upper}}}, {}};
   const int lower = upper + content.slices[2].panel.down.pixels + caption_height;
   return {{{{right, lower}, {left, lower}, {left, upper}}}, {right, upper}};
 }

@@ -1,4 +1,4 @@
-// The picture of a preview: two panels beside two, with captions.
+// The picture of a preview: two panels above two or, without levels, three beside each other; with captions.
 #pragma once
 
 #include <array>
@@ -43,11 +43,12 @@ struct SheetPlaces {
     int x, y;
   };
   std::array<Corner, 3> slices;  ///< across x, y and z
-  Corner levels;
+  Corner levels;                 ///< if the content has leaves
 };
 SheetPlaces places_on_sheet(const PreviewContent& content);
 
-/// Draws the sheet: above, the slice of z and the same slice with levels; below, the slices of y and x.
+/// Draws the sheet: above, the slice of z and the same slice with levels; below, the slices of y and x. Without levels,
+/// the slices of z, y and x are one row.
 Image sheet_of(const Sheet& sheet);
 
 }  // namespace tagrid

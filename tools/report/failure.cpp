@@ -11,12 +11,16 @@
 namespace tagrid {
 namespace {
 
-std::string memory_advice(const std::vector<std::uint64_t>& needed) {
-  const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
-  const std::string limit = fmt::format("; give -M {}M", mebibytes(needed[0]));
-  if (needed.size() < 3) return limit;
-  return fmt::format("{}, or --spool DIR, a directory for the samples, and -M {}M", limit,
-                     mebibytes(needed[2]));
+/// `numbers`: those of a MemoryLimit, or the first of them.
+std::string memory_advice(std::vector<std::uint64_t> numbers) {
+  numbers.resize(5);
+  const auto limit = [](std::uint64_t bytes) { return fmt::format("-M {}M", (bytes + (1 << 20) - 1) >> 20); };
+  std::string advice = "; give " + limit(numbers[0]);
+  if (numbers[2] > 0) advice += ", or --spool DIR, a directory for the samples, and " + limit(numbers[2]);
+  if (numbers[3] > 0)
+    advice += fmt::format(", or smaller bricks: --brick {}{}", numbers[3],
+                          numbers[4] > numbers[1] ? " and " + limit(numbers[4]) : "");
+  return advice;
 }
 
 /// `terms`: the name of the file and how it is compressed, if they are known.
@@ -48,6 +52,8 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::cancelled:
     case Problem::newer_format:
       return "";
+    case Problem::unknown_beginning:
+      return "; if it is a volume, encode it first";
     case Problem::output_exists:
       return "; give -f to overwrite it";
     case Problem::memory_limit:

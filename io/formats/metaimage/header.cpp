@@ -272,7 +272,9 @@ Fields take_fields(std::string_view& text, KeyValues& pairs) {
     const std::string name = lower_case(line->name);
     if (!fields.emplace(name, line->value).second) refuse(line->name, line->value, "is given twice");
     if (name == "elementdatafile") return fields;
-    if (std::ranges::find(read_fields, name) == read_fields.end())
+    if (line->name == meta_image_loss)
+      pairs.emplace_back(lossy_source_key, line->value);
+    else if (std::ranges::find(read_fields, name) == read_fields.end())
       pairs.emplace_back(fmt::format("metaimage_{}", line->name), line->value);
   }
   throw BrokenInput("MetaImage header: ElementDataFile is missing");

@@ -31,6 +31,9 @@ struct MetaImageHeader {
   std::string scale_doubt;
 };
 
+/// The field, which only tagrid has, that says that samples were coded with a loss before.
+inline constexpr std::string_view meta_image_loss = "LossySource";
+
 /// Headers longer than this are refused.
 inline constexpr std::size_t max_meta_image_header_bytes = std::size_t{1} << 20;
 /// A volume of more files is refused.

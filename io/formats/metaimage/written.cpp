@@ -69,6 +69,8 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
     has_slopes_of_slices = has_slopes_of_slices || key == "slice_slopes";
     if (key == "rescale_slope") slope = value;
     if (key == "rescale_intercept") intercept = value;
+    if (key == lossy_source_key && value.find('\n') == value.npos)
+      text += fmt::format("{} = {}\n", meta_image_loss, value);
     // A value is the rest of its line.
     if (!key.starts_with(ours) || value.find('\n') != value.npos) continue;
     const std::string name = key.substr(ours.size());

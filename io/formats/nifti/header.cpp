@@ -11,6 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/formats/nifti/fields.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/loss.h"
 #include "io/text/foreign_number.h"
 
 namespace tagrid {
@@ -176,9 +177,12 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
     throw BrokenInput(
         fmt::format("NIfTI header: {} volumes of {} are beyond all memory", volumes, described(dims, type)));
   KeyValues pairs;
-  for (const Field& field : kept)
-    if (std::string text = fields.text(field); !text.empty())
-      pairs.emplace_back(fmt::format("nifti_{}", field.name), std::move(text));
+  for (const Field& field : kept) {
+    auto [text, loss] = field.name == descrip.name ? text_with_loss(fields.text(field))
+                                                   : TextWithLoss{fields.text(field), ""};
+    if (!text.empty()) pairs.emplace_back(fmt::format("nifti_{}", field.name), std::move(text));
+    if (!loss.empty()) pairs.emplace_back(lossy_source_key, std::move(loss));
+  }
   add_rescale(header.rescale, pairs);
   header.info =
       volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, dims, header.warnings), pairs));

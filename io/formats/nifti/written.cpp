@@ -13,6 +13,7 @@
 #include "io/formats/nifti/header.h"
 #include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/loss.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
@@ -284,7 +285,11 @@ std::string lost_by_rounding(const VolumeInfo& info) {
 
 std::string nifti_header_bytes(const VolumeInfo& info) {
   const auto listed = key_values_of(info.nrrd_fields);
-  const Pairs pairs(listed.begin(), listed.end());
+  Pairs pairs(listed.begin(), listed.end());
+  if (const auto loss = pairs.find(std::string(lossy_source_key)); loss != pairs.end()) {
+    std::string& text = pairs[fmt::format("nifti_{}", descrip.name)];
+    text = TextWithLoss{text, loss->second}.joined(descrip.count - 1);
+  }
   const Index3 dims = {info.dims.x, info.dims.y, info.dims.z / info.volumes};
   const bool is_second = is_second_version(dims);
   HeaderBytes header(is_second);

@@ -101,6 +101,7 @@ struct Format {
   bool applies_rescale = false;
   /// A file has every line of the header, or everything that follows from them.
   bool keeps_header = false;
+  bool keeps_loss = false;  ///< Without the header, a file has the text of lossy_source_key.
   /// Without the header, a file of this volume has the unit of values.
   bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
   /// The prefix of key-value pairs that this format stores in its own fields; "" if there are none.

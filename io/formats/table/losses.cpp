@@ -33,6 +33,7 @@ bool is_said_otherwise(std::string_view key, std::string_view value, const Forma
                                                      "nifti_qform_",
                                                      "nifti_sform_",
                                                      "nifti_srow_"};
+  if (key == lossy_source_key) return format.keeps_loss;
   const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
   // ITK writes it into every file.
   if (key == "metaimage_CenterOfRotation" &&

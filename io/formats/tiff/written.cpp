@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "io/bytes/little_endian.h"
+#include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/volume/lengths.h"
 
@@ -105,6 +106,9 @@ std::string description_of(const VolumeInfo& info) {
     text += fmt::format("unit={}\n", geometry.units[0]);
   }
   if (keeps_values_in_tiff(info)) text += calibration_of(info);
+  if (const std::string loss = text_of_key(info.nrrd_fields, lossy_source_key);
+      !loss.empty() && fits_line(loss))
+    text += fmt::format("{}={}\n", lossy_source_key, loss);
   return text + '\0';
 }
 

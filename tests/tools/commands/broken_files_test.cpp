@@ -54,7 +54,7 @@ TEST_F(BrokenFiles, NotAVolumeAndNotATag) {
   expect_error(tagrid({"encode", "text"}), broken_input, "--dims");
   for (const char* command : {"decode", "info", "verify"})
     expect_error(tagrid({command, "text"}), broken_input,
-                 "not a .tag file; if it is a volume, encode it first");
+                 "not a .tag file, or its beginning is damaged; if it is a volume, encode it first");
   file("header.nrrd", "NRRD0004\ntype: short\ndimension: 2\nsizes: 4 4\nencoding: raw\nendian: little\n\n");
   expect_error(tagrid({"encode", "header.nrrd"}), broken_input, "header.nrrd: ");
   expect_only({"header.nrrd", "text"});

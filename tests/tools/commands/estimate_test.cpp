@@ -102,6 +102,16 @@ TEST_F(EstimateCommand, BoundsAreRoundedAsEncodeRoundsThemAndThatIsSaid) {
   EXPECT_EQ(info()["max_error"], 2);
 }
 
+// The bricks that are encoded show less of the range than the volume has, and those of the search are others.
+TEST_F(EstimateCommand, ALargeVolumeReachesAPsnrInTheEstimateAsInTheFile) {
+  if (program_is_sanitized()) GTEST_SKIP() << "takes minutes";
+  phantom("volume.nrrd", {"--dims", "400,300,200"});
+  const Json e = estimates({"--psnr", "42"})["estimates"][0];
+  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--psnr", "42"}));
+  EXPECT_GE(e["psnr"].get<double>(), 42);
+  EXPECT_NEAR(e["psnr"].get<double>(), info()["achieved"]["psnr"].get<double>(), 0.2);
+}
+
 // What is coded by a wavelet is marked: its bound says little of most errors.
 TEST_F(EstimateCommand, TriesPsnrsAndSizes) {
   phantom("volume.nrrd");
@@ -110,7 +120,15 @@ TEST_F(EstimateCommand, TriesPsnrsAndSizes) {
   EXPECT_TRUE(json["estimates"][0]["transform_step"].is_null());
   EXPECT_GE(json["estimates"][2]["psnr"].get<double>(), 45);
   EXPECT_NEAR(json["estimates"][3]["ratio"].get<double>(), 40, 1.5);
-  EXPECT_TRUE(has(tagrid({"estimate", "volume.nrrd", "--psnr", "40"}).out, " w "));
+  // Every row says what was asked for.
+  EXPECT_EQ(json["estimates"][0]["asked"], (Json{{"max_error", 3}}));
+  EXPECT_EQ(json["estimates"][2]["asked"], (Json{{"psnr", 45}}));
+  EXPECT_EQ(json["estimates"][0]["search_seconds"], 0);
+  EXPECT_GT(json["estimates"][2]["search_seconds"].get<double>(), 0);
+  const std::string text = tagrid({"estimate", "volume.nrrd", "--psnr", "40", "--ratio", "40:1"}).out;
+  for (const char* words : {" w ", "\npsnr 40 ", "\nratio 40 ", "at least D dB"})
+    EXPECT_TRUE(has(text, words));
+  EXPECT_TRUE(estimates({})["estimates"][0]["asked"].is_null());
 }
 
 TEST_F(EstimateCommand, SizesThatAreOutOfReachHideNoOthers) {
@@ -171,7 +189,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   for (const Arguments& rule :
        {Arguments{"--max-error", "noise:2"}, {"--psnr", "50"}, {"--relative-error", "0.1"}})
     expect_error(tagrid(with({"encode", "-", "-o", "c.tag"}, rule), content("volume.nrrd")), usage,
-                 "give --max-error a number, or --spool");
+                 "give --spool DIR, for a copy of its samples in a temporary file, or --max-error a number");
 }
 
 TEST_F(EstimateCommand, RulesWorkInListsAndInRunsThatGoOn) {

@@ -305,5 +305,14 @@ TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
     expect_error(tagrid({"encode", "a.nrrd", "-M", size}), usage, size.empty() ? "" : size);
 }
 
+TEST_F(MemoryLimit, WhereBricksOfATransformAreTooLargeTheSmallerOnesOfTheRefusalAreEnough) {
+  expect_ok(tagrid({"phantom", "--dims", "300,280,130", "-o", "volume.nrrd", "-q"}));
+  const Arguments encode = {"encode", "volume.nrrd", "-q", "-f", "-o", "x.tag", "--psnr", "40", "-T", "1"};
+  const std::size_t limit = smallest(encode) - 1;
+  const Ending refusal = tagrid(with(encode, {"-M", std::to_string(limit) + "M"}));
+  expect_error(refusal, usage, ", or smaller bricks: --brick 2\n");
+  expect_ok(tagrid(with(encode, {"-M", std::to_string(limit) + "M", "--brick", "2"})));
+}
+
 }  // namespace
 }  // namespace tagrid

@@ -37,18 +37,20 @@ class PreviewCommand : public CommandLine {
   }
 
   // The panels of a volume of which each sample has 1 mm.
-  static PreviewContent panels(Index3 dims, std::array<std::int64_t, 3> slices) {
+  static PreviewContent panels(Index3 dims, std::array<std::int64_t, 3> slices, bool has_levels = true) {
     PreviewContent content;
+    content.leaves.resize(has_levels ? 1 : 0);
     const PreviewWishes wishes;
+    const int largest = has_levels ? wishes.largest : wishes.largest_of_three;
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      content.slices[a].panel = panel_of(dims, {1, 1, 1}, axis, slices[a], wishes.largest, wishes.least);
+      content.slices[a].panel = panel_of(dims, {1, 1, 1}, axis, slices[a], largest, wishes.least);
     }
     return content;
   }
   static void expect_grey(const PngPicture& picture, const Volume& volume, std::array<std::int64_t, 3> slices,
-                          const GreyWindow& window) {
-    const PreviewContent content = panels(volume.dims, slices);
+                          const GreyWindow& window, bool has_levels = true) {
+    const PreviewContent content = panels(volume.dims, slices, has_levels);
     const SheetPlaces places = places_on_sheet(content);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Panel& p = content.slices[axis].panel;
@@ -78,6 +80,14 @@ TEST_F(PreviewCommand, PixelsAreTheSamplesOfTheVolumeUnderTheWindow) {
   expect_grey(picture, volume, {26, 20, 18}, {-900, 600});
   picture = preview("volume.tag", {"--window=-900:600", "--slice", "z=35", "--slice=x=0", "--slice", "z=7"});
   expect_grey(picture, volume, {0, 20, 7}, {-900, 600});
+}
+
+TEST_F(PreviewCommand, WithoutAStoredGridThreeSlicesFillTheSheet) {
+  make_tag({"--grid", "derived"});
+  const PngPicture picture = preview("volume.tag", {"--window", "-900:600"});
+  EXPECT_EQ(picture.width, 1600);
+  EXPECT_LT(picture.height, 800);
+  expect_grey(picture, decoded("volume.tag", {52, 40, 36}), {26, 20, 18}, {-900, 600}, false);
 }
 
 TEST_F(PreviewCommand, WithoutAWindowItIsThatOfTheSamplesShown) {

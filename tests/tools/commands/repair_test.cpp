@@ -161,6 +161,49 @@ TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideIt
   }
 }
 
+// Without the word that it is one, a user might replace the file.
+TEST_F(RepairCommands, AFileWhoseBeginningIsDamagedIsKnownByItsEndOrItsParity) {
+  const std::string beginning = "c.tag: the beginning of this .tag file is damaged";
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
+  std::filesystem::rename(path("a.tag.parity"), path("c.tag.parity"));
+  for (const bool is_protected : {true, false}) {
+    file("c.tag", damaged(plain_, 0, 20));
+    for (const char* command : {"verify", "info", "decode", "mesh", "preview"}) {
+      const Ending ending = tagrid({command, "c.tag"});
+      expect_error(ending, broken_input, beginning);
+      EXPECT_EQ(has(ending.err, "tagrid repair c.tag -o OUT rebuilds what is damaged"), is_protected);
+      EXPECT_FALSE(has(ending.err, "encode it first")) << ending.err;
+    }
+    // Only the parity shows what it was.
+    file("c.tag", damaged(damaged(plain_, 0, 20), plain_.size() - 20, 20));
+    expect_error(tagrid({"info", "c.tag"}), broken_input,
+                 is_protected ? beginning : "not a .tag file, or its");
+    std::filesystem::remove(path("c.tag.parity"));
+  }
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  file("c.tag", damaged(content("a.tag"), 0, 20));
+  expect_error(tagrid({"info", "c.tag"}), broken_input, beginning);
+  // Parity of the file that was there before does not make one of another format.
+  file("a.tag.parity", "TAG PAR\n");
+  file("a.tag", "NRRD0004\n");
+  expect_error(tagrid({"info", "a.tag"}), broken_input,
+               "not a .tag file, but an NRRD volume; encode it first");
+}
+
+TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
+  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  file("c.tag", damaged(content("a.tag"), plain_.size() / 2, 30));
+  const std::string advice = "; tagrid repair c.tag -o OUT rebuilds what is damaged";
+  for (const Arguments& command :
+       {Arguments{"decode", "c.tag"}, Arguments{"mesh", "c.tag"}, Arguments{"surface", "c.tag", "--iso", "9"},
+        Arguments{"restore", "c.tag", "-o", "files"}, Arguments{"verify", "c.tag"}})
+    expect_error(tagrid(command), broken_input, advice);
+  const std::string message = tagrid({"decode", "c.tag"}).err;
+  EXPECT_LT(message.find(advice), message.find("; --salvage decodes the intact bricks")) << message;
+  file("c.tag", damaged(plain_, plain_.size() / 2, 30));
+  EXPECT_FALSE(has(tagrid({"decode", "c.tag"}).err, "repair"));
+}
+
 TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
   for (const std::string& other : {std::string(), std::string(30000, 'x')}) {
     file("a.tag.parity", other);

@@ -55,7 +55,9 @@ TEST(EncodingRows, AMultipleOfTheNoiseReplacesANumberAndTheOtherWayRound) {
   EXPECT_EQ(encoding_of({{"max-error", "noise:2.5"}}).options.error_rule,
             (ErrorRule{ErrorRule::Kind::noise, 2.5}));
   EXPECT_EQ(encoding_of({{"psnr", "50"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::psnr, 50}));
-  EXPECT_EQ(encoding_of({{"ratio", "40"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::ratio, 40}));
+  for (const char* ratio : {"40", "40:1"})
+    EXPECT_EQ(encoding_of({{"ratio", ratio}}).options.error_rule, (ErrorRule{ErrorRule::Kind::ratio, 40}));
+  EXPECT_THROW(encoding_of({{"ratio", "40:2"}}), UsageError);
   EXPECT_EQ(encoding_of({{"bits", "0.5"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::bits, 0.5}));
   EXPECT_EQ(encoding_of({{"relative-error", "0.5"}}).options.error_rule,
             (ErrorRule{ErrorRule::Kind::relative, 0.5}));

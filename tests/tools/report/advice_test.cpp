@@ -50,6 +50,16 @@ TEST(Advice, NamesTheSmallestLimitOnMemory) {
             "decoding needs at least 1 MiB of memory, but the limit is 17 B; give -M 1M");
 }
 
+TEST(Advice, NamesSmallerBricksAndTheLimitThatTheyNeed) {
+  const auto advice = [](std::uint64_t needed) {
+    return words_of(MemoryLimit("encoding", 4 << 20, 9 << 20, {}, SmallerBrick{2, needed}));
+  };
+  const std::string refusal = "encoding needs at least 9 MiB of memory, but the limit is 4 MiB; give -M 9M";
+  EXPECT_EQ(advice(4 << 20), refusal + ", or smaller bricks: --brick 2");
+  EXPECT_EQ(advice(5 << 20), refusal + ", or smaller bricks: --brick 2 and -M 5M");
+  EXPECT_EQ(advice(9 << 20), refusal);
+}
+
 TEST(Advice, NamesNoFolderForSamplesWhereThatGainsNothing) {
   EXPECT_EQ(words_of(MemoryLimit("encoding", 1 << 20, (9 << 20) + 1, (9 << 20) + 1)),
             "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M");

@@ -226,6 +226,16 @@ TEST_F(Reports, HowOftenSamplesAreReadCountsAllReadings) {
   }
   const Ending pipe = tagrid({"encode", "-", "-vfo", "x.tag"}, content("volume.nrrd"));
   EXPECT_TRUE(has(pipe.err, "every sample read 1.00 times"));
+  // A search reads the volume for its range and for each try, here all of it.
+  const auto times = [&](const Arguments& rule) {
+    const std::string text = tagrid(with({"encode", "volume.nrrd", "-vfo", "x.tag"}, rule)).err;
+    const std::size_t at = text.find("every sample read ");
+    return at == text.npos ? 0 : std::stod(text.substr(at + 18));
+  };
+  EXPECT_GE(times({"--psnr", "40"}), 4);
+  EXPECT_GE(times({"--ratio", "30"}), 4);
+  EXPECT_EQ(times({"--relative-error", "0.1"}), 2);
+  EXPECT_EQ(times({"--max-error", "noise:1"}), 2);
 }
 
 TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {

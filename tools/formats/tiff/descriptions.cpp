@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/formats/nrrd/line.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 
@@ -178,6 +179,15 @@ std::optional<ImageJCalibration> calibration_of(std::string_view description) {
   constexpr const char* none = "20";
   if (!has_function || found.function == none) return std::nullopt;
   return found;
+}
+
+std::string loss_in(std::string_view description) {
+  std::string loss;
+  if (description.starts_with("ImageJ="))
+    for_each_field(description, [&](std::string_view key, std::string_view value) {
+      if (key == lossy_source_key) loss = value;
+    });
+  return loss;
 }
 
 CalibratedSamples calibrated(const ImageJCalibration& calibration, SampleType type) {

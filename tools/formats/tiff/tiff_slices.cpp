@@ -6,6 +6,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
+#include "io/formats/nrrd/loss.h"
 #include "io/samples/stored_bits.h"
 #include "tools/formats/stored_samples.h"
 
@@ -61,8 +62,10 @@ class TiffSlices final : public ServedVolume {
     for (SliceRun& run : places) run.stored = stored_;
     has_plain_form = places.empty();
     // A loss is not undone by a lossless copy.
-    if (std::ranges::any_of(planes_, [](const TiffPlane& plane) { return plane.page.is_lossy; }))
-      pairs.emplace_back(lossy_source_key, "TIFF, JPEG");
+    const bool is_lossy =
+        std::ranges::any_of(planes_, [](const TiffPlane& plane) { return plane.page.is_lossy; });
+    if (const std::string loss = loss_after(volumes.loss, is_lossy ? "TIFF, JPEG" : ""); !loss.empty())
+      pairs.emplace_back(lossy_source_key, loss);
   }
 
   ReaderPlainFile plain_file(std::size_t number) override {

@@ -162,6 +162,7 @@ TiffVolumes described_volumes(const std::string& path, bool gaps_ok) {
   const std::string description = pages.front().description;
   for (TiffPage& page : pages) page.description = {};
   volumes.calibration = calibration_of(description);
+  volumes.loss = loss_in(description);
   try {
     if (const auto image_j = image_j_of(description))
       add_image_j(file, std::move(pages), *image_j, volumes);
@@ -263,6 +264,7 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
           paths[i], paths.size()));
     const auto calibration = calibration_of(description);
     if (i == 0) volumes.calibration = calibration;
+    if (volumes.loss.empty()) volumes.loss = loss_in(description);
     if (calibration != volumes.calibration)
       throw BrokenInput(fmt::format(
           "{}: TIFF file: has another calibration of ImageJ than {}, so their values cannot be one volume",

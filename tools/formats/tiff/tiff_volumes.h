@@ -35,6 +35,7 @@ struct TiffVolumes {
   std::vector<std::string> files;
   std::vector<TiffVolume> list;
   std::optional<ImageJCalibration> calibration;  ///< of all samples
+  std::string loss;  ///< before the files were written; "" if they say nothing of it
   KeyValues pairs;
   TiffRemarks remarks;
   std::vector<std::string> warnings;  ///< sentences that begin with the name of a file

@@ -1,0 +1,72 @@
+#include "tools/report/damage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
+#include "io/parity/parity.h"
+#include "io/tag/blocks.h"
+#include "io/tag/header.h"
+#include "io/tag/pages.h"
+#include "io/text/addresses.h"
+#include "io/text/text.h"
+#include "tools/report/failure.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+/// False for a file in which another volume begins wrongly.
+bool begins_wrongly(const ByteSource& file) {
+  return !begins_as_tag(bytes_at(file, 0, std::min<std::uint64_t>(file.size(), tag_preamble_size)));
+}
+
+bool has_footer(const ByteSource& file) {
+  std::uint64_t start = 0;
+  return file.size() >= footer_size &&
+         find_file_end(bytes_at(file, file.size() - footer_size, footer_size), start).ok() &&
+         start < file.size();
+}
+
+/// Parity that `repair` can read. That it cannot be read is less important than the damage.
+bool is_protected(const std::string& input) {
+  try {
+    return input != "-" && !is_address(input) && has_parity(input);
+  } catch (const WorldError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string words_of_damage(const std::string& input, const BrokenInput& broken) {
+  if (broken.detail().problem != Problem::unknown_beginning || !is_regular_input(input))
+    return words_of(broken);
+  const auto file = open_source(input);
+  if (!begins_wrongly(*file) || !(is_protected(input) || has_footer(*file))) return words_of(broken);
+  return fmt::format("{}: the beginning of this .tag file is damaged, without which nothing can be decoded",
+                     shown_input(input));
+}
+
+std::string repair_command(const std::string& input) {
+  return fmt::format("tagrid repair {} -o OUT", printable(input));
+}
+
+std::string words_with_repair(const std::string& input, const BrokenInput& broken) {
+  const std::string words = words_of_damage(input, broken);
+  if (is_newer_format(broken) || !is_regular_input(input) || !is_protected(input)) return words;
+  return fmt::format("{}; {} rebuilds what is damaged, if its parity is sufficient", words,
+                     repair_command(input));
+}
+
+void with_repair_advice(const std::string& input, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(words_with_repair(input, broken));
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,24 @@
+// What to do about a damaged .tag file, in words.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "io/errors/errors.h"
+
+namespace tagrid {
+
+/// The message of an error of a .tag file. Where a file begins like no .tag file, but ends like one or has
+/// parity, it says that the beginning is damaged.
+std::string words_of_damage(const std::string& input, const BrokenInput& broken);
+
+/// "tagrid repair scan.tag -o OUT".
+std::string repair_command(const std::string& input);
+
+/// The same, and how to repair a file that has parity.
+std::string words_with_repair(const std::string& input, const BrokenInput& broken);
+
+/// Does `work`, which reads a .tag file. Errors of damage have the words above.
+void with_repair_advice(const std::string& input, const std::function<void()>& work);
+
+}  // namespace tagrid
