@@ -48,6 +48,24 @@ void change_each(std::span<std::byte> bytes, Change change) {
   }
 }
 
+/// Which of both forms all integers have.
+struct SpareBitsSeen {
+  bool zero = true, sign = true;
+};
+
+/// Notes in `seen` what bits of integers hold that do not count. REQUIRES: an integer type of at most 32 bits.
+inline void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
+                   SpareBitsSeen& seen) {
+  with_bits_of(size, [&]<class Bits>(Bits) {
+    const BitsThatCount<Bits> bits(stored);
+    change_each<Bits>(samples, [&](Bits integer) {
+      seen.zero = seen.zero && integer == bits.low(integer);
+      seen.sign = seen.sign && integer == bits.with_sign(integer);
+      return integer;
+    });
+  });
+}
+
 /// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the
 /// type wraps around. REQUIRES: an integer type of at most 32 bits.
 inline void apply(const StoredBits& stored, SampleType type, std::byte* samples, std::size_t count) {
