@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 
 #include "io/volume/sample_places.h"
 #include "stages/sample/sample_type.h"
@@ -55,7 +56,7 @@ struct SpareBitsSeen {
 
 /// Notes in `seen` what bits of integers hold that do not count. REQUIRES: an integer type of at most 32 bits.
 inline void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
-                   SpareBitsSeen& seen) {
+                          SpareBitsSeen& seen) {
   with_bits_of(size, [&]<class Bits>(Bits) {
     const BitsThatCount<Bits> bits(stored);
     change_each<Bits>(samples, [&](Bits integer) {
@@ -64,6 +65,13 @@ inline void look_at_spare(const StoredBits& stored, std::size_t size, std::span<
       return integer;
     });
   });
+}
+
+/// What users should know of a file if other bits than the lowest `bits` are set in its samples.
+inline std::string about_spare_bits(const std::string& file, int bits) {
+  return file + ": only the lowest " + std::to_string(bits) +
+         " bits of its samples count, but higher ones are set, too; they are no part of the numbers, "
+         "although some programs read them as such";
 }
 
 /// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the
