@@ -54,7 +54,7 @@ struct SpareBitsSeen {
   bool zero = true, sign = true;
 };
 
-/// Notes in `seen` what bits of integers hold that do not count. REQUIRES: an integer type of at most 32 bits.
+/// Notes in `seen` what bits of integers hold that do not count. REQUIRES: integers of at most 32 bits.
 inline void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
                           SpareBitsSeen& seen) {
   with_bits_of(size, [&]<class Bits>(Bits) {
