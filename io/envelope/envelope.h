@@ -79,7 +79,8 @@ struct SourceFiles {
   SampleShape shape;
   /// How the samples are compressed: their plain form is kept. "" if the files are kept as they are.
   std::string compression;
-  std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
+  std::string why_not;                ///< "" if an envelope can be made; otherwise a sentence for users
+  std::vector<std::string> warnings;  ///< of the plain form
 
   /// Why the files cannot be given back byte for byte, if their samples are kept exactly; "" if they can.
   std::string why_not_restorable() const;

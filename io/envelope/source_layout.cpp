@@ -211,6 +211,7 @@ std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
   source.names = names_in_common_folder(facts.files);
   if (facts.places.empty() && !facts.plain_form) return "its samples are compressed, or stored in pieces";
   PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts);
+  source.warnings = form.warnings;
   if (!form.why_not.empty()) return form.why_not;
   if (std::string why = take_files(facts, form, source); !why.empty()) return why;
   note_compression(facts, form, source);

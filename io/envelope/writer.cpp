@@ -22,23 +22,6 @@ void read_stretch(PlainBytes& source, std::uint64_t begin, std::uint64_t end, Us
   }
 }
 
-/// Which of both forms all integers have.
-struct SpareBitsSeen {
-  bool zero = true, sign = true;
-};
-
-void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
-                   SpareBitsSeen& seen) {
-  with_bits_of(size, [&]<class Bits>(Bits) {
-    const BitsThatCount<Bits> bits(stored);
-    change_each<Bits>(samples, [&](Bits integer) {
-      seen.zero = seen.zero && integer == bits.low(integer);
-      seen.sign = seen.sign && integer == bits.with_sign(integer);
-      return integer;
-    });
-  });
-}
-
 void leave_only_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples) {
   with_bits_of(size, [&]<class Bits>(Bits) {
     const BitsThatCount<Bits> bits(stored);

@@ -110,6 +110,7 @@ ReaderPlainFile plain_file_in(const Json& answer, std::size_t file, std::size_t 
                               const VolumeInfo& info) {
   ReaderPlainFile plain;
   plain.why_not = text_in(answer, "why_not");
+  plain.warnings = texts_in(answer, "warnings");
   if (!plain.why_not.empty()) return plain;
   plain.compression = text_in(answer, "compression");
   for (const Json& piece : list_in(answer, "pieces")) plain.pieces.push_back(piece_in(piece, file, files));
@@ -156,6 +157,7 @@ nlohmann::ordered_json json_of(const SliceRun& run) {
 
 nlohmann::ordered_json json_of(const ReaderPlainFile& file) {
   nlohmann::ordered_json json = {{"answer", "plain file"}};
+  if (!file.warnings.empty()) json["warnings"] = file.warnings;
   if (!file.why_not.empty()) {
     json["why_not"] = file.why_not;
     return json;

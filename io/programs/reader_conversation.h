@@ -36,6 +36,7 @@ struct ReaderPlainFile {
   std::vector<PlainPiece> pieces;
   std::vector<NumberedRun> places;  ///< of its slices among these pieces
   std::string why_not;              ///< a sentence if there is no plain form
+  std::vector<std::string> warnings;
 };
 
 /// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader

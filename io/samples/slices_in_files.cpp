@@ -117,6 +117,7 @@ PlainForm joined_plain_form(PlainForm form, const std::vector<std::string>& file
     const SourceFacts facts = open(i)->facts();
     if (!facts.plain_form) return {"", {}, {}, "some of its files are stored in another way than others"};
     PlainForm part = facts.plain_form();
+    form.warnings.insert(form.warnings.end(), part.warnings.begin(), part.warnings.end());
     for (SliceRun run : part.places) {
       run.file += form.files.size();
       form.places.push_back(run);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 
 #include "io/volume/sample_places.h"
 #include "stages/sample/sample_type.h"
@@ -46,6 +47,31 @@ void change_each(std::span<std::byte> bytes, Change change) {
     integer = change(integer);
     std::memcpy(bytes.data() + i, &integer, sizeof(Bits));
   }
+}
+
+/// Which of both forms all integers have.
+struct SpareBitsSeen {
+  bool zero = true, sign = true;
+};
+
+/// Notes in `seen` what bits of integers hold that do not count. REQUIRES: integers of at most 32 bits.
+inline void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
+                          SpareBitsSeen& seen) {
+  with_bits_of(size, [&]<class Bits>(Bits) {
+    const BitsThatCount<Bits> bits(stored);
+    change_each<Bits>(samples, [&](Bits integer) {
+      seen.zero = seen.zero && integer == bits.low(integer);
+      seen.sign = seen.sign && integer == bits.with_sign(integer);
+      return integer;
+    });
+  });
+}
+
+/// What users should know of a file if other bits than the lowest `bits` are set in its samples.
+inline std::string about_spare_bits(const std::string& file, int bits) {
+  return file + ": only the lowest " + std::to_string(bits) +
+         " bits of its samples count, but higher ones are set, too; they are no part of the numbers, "
+         "although some programs read them as such";
 }
 
 /// Turns `count` integers of the size of `type` into samples of that type, where they are. What is beyond the

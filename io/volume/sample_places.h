@@ -95,6 +95,8 @@ struct PlainForm {
   std::vector<PlainFile> files;
   std::vector<SliceRun> places;  ///< of all samples in `files`, from front to back
   std::string why_not;           ///< a sentence if there is no plain form; "" if there is one
+  /// What users should know of the samples, and is known only after they are decoded.
+  std::vector<std::string> warnings = {};
 };
 
 /// The name of a file without the ending of a compressed one: "a.nii" for "a.nii.gz", "a.raw" for "a.zraw".

@@ -21,7 +21,7 @@ TAGRID_MEMBERS(ValueRule, from, to, slopes, intercepts)
 TAGRID_MEMBERS(VerifyOrder, input, original, source, resources)
 
 TAGRID_MEMBERS(ContentOrder, source, exact, resources)
-TAGRID_MEMBERS(SourceFiles, files, names, pieces, paths, shape, compression, why_not)
+TAGRID_MEMBERS(SourceFiles, files, names, pieces, paths, shape, compression, why_not, warnings)
 TAGRID_MEMBERS(SampleShape, dims, type)
 TAGRID_MEMBERS(EnvelopeFile, name, size, is_changed, checksum, slices)
 TAGRID_MEMBERS(SlicesInFile, first_slice, run, spare)

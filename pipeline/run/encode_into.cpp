@@ -11,6 +11,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
+#include "io/samples/stored_bits.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
 #include "io/volume/one_of_volumes.h"
@@ -163,13 +164,10 @@ class StreamStore : public BrickStore {
 };
 
 /// What users should know about bits that do not belong to samples; "" if that is nothing.
-std::string about_spare_bits(const SourceFiles& files) {
+std::string about_spare_bits_of(const SourceFiles& files) {
   for (const EnvelopeFile& file : files.files)
     for (const SlicesInFile& slices : file.slices)
-      if (slices.spare == SpareBits::kept)
-        return file.name + ": only the lowest " + std::to_string(slices.run.stored.bits) +
-               " bits of its samples count, but higher ones are set, too; they are no part of the numbers, "
-               "although some programs read them as such";
+      if (slices.spare == SpareBits::kept) return about_spare_bits(file.name, slices.run.stored.bits);
   return "";
 }
 
@@ -179,9 +177,10 @@ void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickS
   result.why_not_restorable = "only the samples were wanted";
   if (!keep) return;
   SourceFiles files = source_files(source.facts());
+  result.warnings.insert(result.warnings.end(), files.warnings.begin(), files.warnings.end());
   if (files.why_not.empty()) {
     store.look_at(files, exact);
-    if (std::string about = about_spare_bits(files); !about.empty())
+    if (std::string about = about_spare_bits_of(files); !about.empty())
       result.warnings.push_back(std::move(about));
     write_envelope(files, [&](std::span<const std::byte> bytes) { store.write_envelope(bytes); });
     result.times_read += times_read_for_envelope(files, exact);

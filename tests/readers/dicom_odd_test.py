@@ -305,6 +305,22 @@ class DicomOdd(ReaderTest):
             self.assertEqual(self.encoded("a.dcm")[0][0, 3, 4], value)
             self.assertEqual(said in self.messages, is_said, sample)
 
+    @unittest.skipIf(None in map(shutil.which, ("gdcmconv", "dcmcjpls")), "there are no gdcmconv and dcmcjpls on this machine (libgdcm-tools, dcmtk)")
+    def test_bits_above_those_that_count_are_said_of_compressed_files(self):
+        """Compressed as samples of 16 bits, of which the file then says that 12 count."""
+        truth = volume(shape=(3, 20, 31)) // 8
+        for tool in (["gdcmconv", "--rle"], ["gdcmconv", "--jpeg"], ["dcmcjpls"], ["gdcmconv", "--jpegls"], ["dcmconv", "+td"]):
+            for sample, is_said in ((0x0fff, False), (5000, True)):
+                truth[1, 3, 4] = sample
+                self.save("a.dcm", data_set(truth, BitsStored=16, HighBit=15, RescaleIntercept=0))
+                subprocess.run([*tool, self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
+                file = pydicom.dcmread(self.folder / "b.dcm")
+                file.BitsStored, file.HighBit = 12, 11
+                file.save_as(self.folder / "b.dcm")
+                run = self.tagrid("encode", "b.dcm", "-o", "b.tag", "-f")
+                self.assertEqual((run.returncode, "b.dcm: only the lowest 12 bits of its samples count" in run.stderr), (0, is_said), (tool, run.stderr))
+                numpy.testing.assert_array_equal(self.encoded("b.dcm")[0][1, 3, 4], sample & 0xfff)
+
     def test_slices_that_may_be_of_several_scans_are_said(self):
         truth = volume()
         for attribute, one, other in (("PatientID", "a", "b"), ("StudyInstanceUID", "1.2", "1.3"), ("FrameOfReferenceUID", "1.2", "1.3"),

@@ -151,6 +151,14 @@ class Nexus(ReaderTest):
             file["second"].attrs["signal"] = "counts"
         self.assert_refused(64, "holds 3 volumes", "encode", "a.nxs")
 
+    def test_indices_that_contradict_axes_are_said(self):
+        for indices, is_said in ((0, False), ([0], False), (2, True), ([0, 1], True)):
+            self.write(z=numpy.arange(7) * 3, y=numpy.arange(20) * 2, x=numpy.arange(31))
+            with h5py.File(self.folder / "a.nxs", "a") as file:
+                file["entry/data"].attrs.update({"z_indices": indices, "y_indices": 1})
+            self.assertEqual(self.geometry()["spacing"], [1, 2, None if is_said else 3])
+            self.assertEqual("z_indices is" in self.messages and "the places of samples along z are not known" in self.messages, is_said, indices)
+
     def test_axes_in_front_and_slices_alone(self):
         truth = self.write(axes=("time", "z", "y", "x"), shape=(1,) + SHAPE, time=[17.], z=numpy.arange(7.) * 3, y=numpy.arange(20.), x=numpy.arange(31.))
         self.assertEqual(self.geometry(truth[0])["spacing"], [1, 1, 3])

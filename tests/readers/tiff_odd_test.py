@@ -3,12 +3,15 @@
     tiff_odd_test.py PROGRAM
 """
 
+import shutil
 import struct
+import subprocess
 import unittest
 import zlib
 
 from other_readers import ReaderTest, main, numpy, tifffile
 
+tiffcp = shutil.which("tiffcp")  # libtiff-tools
 SHORT, LONG, RATIONAL, ASCII, LONG8 = 3, 4, 5, 2, 16
 FORMS = {SHORT: "H", LONG: "I", LONG8: "Q"}
 
@@ -102,6 +105,52 @@ class OddTiff(ReaderTest):
         truth = tifffile.imread(self.folder / name)
         self.assert_same(samples, truth.reshape(samples.shape))
         return samples, info
+
+    # Compressed strips and tiles
+
+    def test_damaged_streams_are_refused(self):
+        """libtiff stops when a strip is full, and does not see what comes then: the rest of a stream, and its checksum."""
+        truth = self.volume(shape=(2, 24, 16))
+        random = numpy.random.default_rng(3)
+        for scheme in (8, 32946):
+            whole = [page(slice, {259: (SHORT, [scheme])}, rows=8, compress=zlib.compress) for slice in truth]
+            self.assert_same(self.encoded(self.write(whole))[0], truth)
+            for kind in ("flip", "zeros", "checksum", "longer", "end"):
+                for _ in range(4):
+                    pages = [(tags, list(strips)) for tags, strips in whole]
+                    stream = bytearray(pages[1][1][1])
+                    if kind == "flip":
+                        stream[random.integers(len(stream))] ^= 1 << random.integers(8)
+                    elif kind == "zeros":
+                        at = random.integers(2, len(stream) - 20)
+                        stream[at:at + 20] = bytes(20)
+                    elif kind == "checksum":
+                        stream[-1] ^= 1
+                    elif kind == "longer":
+                        stream = zlib.compress(zlib.decompress(stream) + bytes(2))
+                    else:
+                        stream = stream[:-4]
+                    pages[1][1][1] = bytes(stream)
+                    self.assert_refused(65, "a.tif: TIFF file: ", "encode", self.write(pages))
+        # The same with tools of libtiff: there, LZW and PackBits have no checksum, but streams have the bytes that are needed.
+        if tiffcp is None:
+            return
+        for scheme in ("zip", "lzw", "packbits", "zip:2", "lzw:2", "zip -f lsb2msb", "lzw -f lsb2msb"):
+            for shape in ((2, 24, 16), (1, 70, 300)):
+                truth = self.volume(shape=shape) // 3
+                tifffile.imwrite(self.folder / "b.tif", truth, photometric="minisblack", metadata=None)
+                for layout in (["-r", "8"], ["-r", "50"], ["-t", "-w", "32", "-l", "16"]):
+                    subprocess.run(["tiffcp", "-c", *scheme.split(), *layout, self.folder / "b.tif", self.folder / "a.tif"], check=True)
+                    self.assert_same(self.encoded("a.tif")[0], truth, (scheme, layout))
+
+    def test_streams_with_bytes_behind_them_and_full_last_strips_are_read(self):
+        """Programs write both; tifffile reads both."""
+        truth = self.volume(shape=(2, 12, 16))
+        pages = self.pages(truth, {259: (SHORT, [8])}, rows=8, compress=zlib.compress)
+        for tags, strips in pages:
+            strips[0] += b"more"
+            strips[1] = zlib.compress(zlib.decompress(strips[1]) + bytes(4 * 32))
+        self.assert_same(self.assert_as_tifffile(self.write(pages))[0], truth)
 
     # Strips and tiles that nobody wrote
 

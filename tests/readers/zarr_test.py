@@ -223,6 +223,20 @@ class OmeZarr(Version3Test):
         os.rename(self.folder / "a.ozx", self.folder / "a.dat")
         self.encodes(truth, "a.dat")
 
+    def test_a_first_level_that_is_not_the_finest_is_refused(self):
+        truth = volume()
+        attributes = multiscales([[4, 1, .5], [2, .5, .25]])
+        self.write_levels(truth, attributes)
+        folder = self.folder / "a.ome.zarr"
+        for old, new in (("0", "x"), ("1", "0"), ("x", "1")):
+            (folder / old).rename(folder / new)
+        self.assert_refused(65, 'the first level, "0", should be the finest one, but "1" has more samples', "encode", "a.ome.zarr")
+        for level, step in (("0", 2), ("1", 1)):
+            info = self.encodes(truth[::step, ::step, ::step], "a.ome.zarr", "--dataset", level)
+            self.assertEqual(info["geometry"]["spacing"], [.25 * step, .5 * step, 2 * step])
+        (folder / "1" / "zarr.json").write_text("{")
+        self.encodes(truth[::2, ::2, ::2], "a.ome.zarr")
+
     def test_transformations_of_all_levels_come_after_those_of_one(self):
         truth = volume()
         for more, spacing, origin in (

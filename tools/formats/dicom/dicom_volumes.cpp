@@ -49,7 +49,7 @@ class DicomVolume final : public ServedVolume {
     if (const auto lossy = std::ranges::find_if(files_, is_lossy); lossy != files_.end())
       pairs.emplace_back(lossy_source_key, lossy->pixels.lossy);
     add_places();
-    fits_.resize(slices_.size());
+    decoded_.resize(slices_.size());
     has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
                        return file.pixels.offset || file.pixels.encapsulated || file.pixels.inflated;
                      });
@@ -62,10 +62,12 @@ class DicomVolume final : public ServedVolume {
     ReaderPlainFile plain = plain_dicom_file(file, number, samples_at);
     if (by_file_.empty())
       for (std::size_t z = 0; z < slices_.size(); ++z) by_file_.emplace(slices_[z].file, z);
+    if (number == 0) plain.warnings = about_lost_bits();
     const auto [begin, end] = by_file_.equal_range(number);
     if (file.pixels.encapsulated && may_have_wider_streams(file))
       for (auto slice = begin; slice != end && plain.why_not.empty(); ++slice)
-        if (!fits_now(slice->second)) plain.why_not = "its code stream has larger numbers than it says";
+        if (!decoded_now(slice->second).fits)
+          plain.why_not = "its code stream has larger numbers than it says";
     for (auto slice = begin; slice != end; ++slice) {
       const std::size_t z = slice->second;
       const std::uint64_t bytes = file.pixels.offset ? file.pixels.step : file.pixels.frame_bytes();
@@ -84,18 +86,39 @@ class DicomVolume final : public ServedVolume {
     const DicomFile& file = files_[slice.file];
     if (!file.pixels.stretches.empty()) {
       read_from_stretches(file, slice.frame, out);
-      apply(stored_bits(static_cast<std::size_t>(z), file.pixels.stored), type, out,
-            static_cast<std::size_t>(dims.x * dims.y));
+      take(static_cast<std::size_t>(z), file.pixels.stored, out);
       return;
     }
     if (!decoder_ || &decoder_->file() != &files_[slice.file]) decoder_.emplace(files_[slice.file]);
     const int bits = decoder_->read_frame(slice.frame, out);
-    fits_[static_cast<std::size_t>(z)] = fits(static_cast<std::size_t>(z), bits, out);
-    apply(stored_bits(static_cast<std::size_t>(z), bits), type, out,
-          static_cast<std::size_t>(dims.x * dims.y));
+    take(static_cast<std::size_t>(z), bits, out);
   }
 
  private:
+  /// What is known of a slice that was decoded.
+  struct Decoded {
+    bool fits;       ///< into the bits that its file says
+    bool has_spare;  ///< Bits that do not count are set, and are not the sign.
+  };
+
+  /// Makes samples of the decoded numbers of a slice, of which `bits` bits count.
+  void take(std::size_t z, int bits, std::byte* numbers) {
+    const auto count = static_cast<std::size_t>(dims.x * dims.y);
+    const StoredBits stored = stored_bits(z, bits);
+    SpareBitsSeen seen;
+    if (stored.bits != 0) look_at_spare(stored, size_of(type), {numbers, count * size_of(type)}, seen);
+    decoded_[z] = {.fits = fits(z, bits, numbers), .has_spare = !seen.zero && !seen.sign};
+    apply(stored, type, numbers, count);
+  }
+  /// Says that bits are lost which do not count.
+  std::vector<std::string> about_lost_bits() {
+    for (std::size_t z = 0; z < slices_.size(); ++z) {
+      const DicomFile& file = files_[slices_[z].file];
+      if (!file.pixels.offset && file.pixels.stored < file.pixels.allocated && decoded_now(z).has_spare)
+        return {about_spare_bits(file.path, file.pixels.stored)};
+    }
+    return {};
+  }
   /// True if all decoded numbers of a slice are among those of the bits that its file says.
   bool fits(std::size_t z, int bits, const std::byte* numbers) const {
     const DicomPixels& pixels = files_[slices_[z].file].pixels;
@@ -113,14 +136,14 @@ class DicomVolume final : public ServedVolume {
     });
     return do_fit;
   }
-  /// The same of a slice that may have to be decoded first.
-  bool fits_now(std::size_t z) {
-    if (!fits_[z]) {
+  /// Of a slice that may have to be decoded first.
+  const Decoded& decoded_now(std::size_t z) {
+    if (!decoded_[z]) {
       std::vector<std::byte> samples(memory_size(*sample_bytes({dims.x, dims.y, 1}, type)));
       read_slice(static_cast<std::int64_t>(z), samples.data());
       say_working();
     }
-    return *fits_[z];
+    return *decoded_[z];
   }
 
   /// Notes about the files. In doubt, samples stay as they are.
@@ -193,7 +216,7 @@ class DicomVolume final : public ServedVolume {
   std::vector<DicomSlice> slices_;
   std::vector<std::int32_t> added_;
   std::multimap<std::size_t, std::size_t> by_file_;  ///< numbers of slices
-  std::vector<std::optional<bool>> fits_;            ///< of slices that were decoded
+  std::vector<std::optional<Decoded>> decoded_;
   std::optional<DicomDecoder> decoder_;
 };
 

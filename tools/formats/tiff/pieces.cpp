@@ -9,6 +9,7 @@
 #include "io/bytes/memory_size.h"
 #include "tools/formats/tiff/directories.h"
 #include "tools/formats/tiff/libtiff.h"
+#include "tools/formats/tiff/streams.h"
 #include "tools/formats/tiff/tiff_file.h"
 
 namespace tagrid {
@@ -146,6 +147,22 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
   if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
 }
 
+/// Checks the stream of a strip or tile, of which from `least` to `most` bytes are expected.
+void TiffFile::check_stream(std::uint32_t piece, std::uint64_t least, std::uint64_t most) {
+  TIFF* tiff = tiff_.get();
+  const auto scheme = value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+  if (scheme == COMPRESSION_NONE) return;
+  const bool is_tiled = TIFFIsTiled(tiff) != 0;
+  stream_.resize(memory_size(std::min(TIFFGetStrileByteCount(tiff, piece), size_)));
+  const auto size = static_cast<tmsize_t>(stream_.size());
+  if ((is_tiled ? TIFFReadRawTile : TIFFReadRawStrip)(tiff, piece, stream_.data(), size) != size)
+    fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+  if (value_of<std::uint16_t>(tiff, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) == FILLORDER_LSB2MSB)
+    TIFFReverseBits(reinterpret_cast<std::uint8_t*>(stream_.data()), size);
+  if (const std::string doubt = doubt_of_stream(scheme, stream_, least, most); !doubt.empty())
+    fail(fmt::format("{} {} of an image cannot be read: {}", is_tiled ? "tile" : "strip", piece + 1, doubt));
+}
+
 void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
   TIFF* tiff = tiff_.get();
   const std::uint32_t strips = TIFFNumberOfStrips(tiff);
@@ -163,6 +180,8 @@ void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
       left -= wanted;
       continue;
     }
+    // The last one may have rows below the image.
+    check_stream(strip, wanted, static_cast<std::uint64_t>(TIFFStripSize64(tiff)));
     if (TIFFReadEncodedStrip(tiff, strip, packed.empty() ? out : packed.data(),
                              static_cast<tmsize_t>(wanted)) != static_cast<tmsize_t>(wanted))
       fail(last_reason.empty() ? "its samples end too soon" : last_reason);
@@ -193,6 +212,7 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
       const std::uint32_t number = TIFFComputeTile(tiff, x, y, 0, 0);
       const auto size = static_cast<tmsize_t>(tile.size());
       const bool is_there = !is_unwritten(number);
+      if (is_there) check_stream(number, tile.size(), tile.size());
       if (is_there && TIFFReadEncodedTile(tiff, number, tile.data(), size) != size)
         fail(last_reason.empty() ? "its samples end too soon" : last_reason);
       const std::size_t columns = std::min(width, page.width - x);
@@ -211,14 +231,15 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
 
 std::uint64_t TiffFile::memory_for_page() const {
   TIFF* tiff = tiff_.get();
-  // libtiff keeps the compressed bytes, and those of which a predictor makes samples; a tile is copied from.
+  // libtiff keeps the compressed bytes, which are checked in another copy, and those of which a predictor
+  // makes samples; a tile is copied from.
   const bool is_tiled = TIFFIsTiled(tiff) != 0;
   const std::uint32_t count = is_tiled ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
   std::uint64_t compressed = 0;
   for (std::uint32_t i = 0; i < count; ++i)
     compressed = std::max<std::uint64_t>(compressed, TIFFGetStrileByteCount(tiff, i));
   const std::uint64_t samples = is_tiled ? TIFFTileSize64(tiff) : TIFFStripSize64(tiff);
-  return 2 * std::min(compressed, size_) + 2 * samples + 16 * std::uint64_t{count};
+  return 3 * std::min(compressed, size_) + (std::uint64_t{1} << 20) + 2 * samples + 16 * std::uint64_t{count};
 }
 
 }  // namespace tagrid

@@ -56,6 +56,7 @@ class TiffFile {
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
   std::uint64_t memory_for_page() const;
   bool is_unwritten(std::uint32_t piece) const;
+  void check_stream(std::uint32_t piece, std::uint64_t least, std::uint64_t most);
   void read_strips(const TiffPage& page, std::byte* out);
   void read_tiles(const TiffPage& page, std::byte* out);
   [[noreturn]] void fail(const std::string& why) const;
@@ -67,6 +68,7 @@ class TiffFile {
   std::uint64_t size_ = 0;
   TiffRemarks remarks_;
   std::unique_ptr<TIFF, Close> tiff_;
+  std::vector<std::byte> stream_;  ///< of a strip or tile
 };
 
 /// The plain form of the file at `path`, which is number `number` among those of its volume; `pages` are

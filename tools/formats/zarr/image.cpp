@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "io/programs/serve.h"
@@ -135,6 +137,11 @@ std::string in_words(const ZarrArray& array) {
   return fmt::format("{} {}", fmt::join(sizes, " x "), array.type_name);
 }
 
+double samples_of(const ZarrArray& array) {
+  return std::accumulate(array.shape.begin(), array.shape.end(), 1.0,
+                         [](double product, auto size) { return product * static_cast<double>(size); });
+}
+
 /// Everything below a group that could be meant.
 class Candidates {
  public:
@@ -185,12 +192,35 @@ class Candidates {
         throw broken_zarr(store_.path(),
                           fmt::format("the finest level is {}, which is missing", tagrid::quoted(path)));
       const ZarrArray array = zarr_array(store_, *node);
+      require_finest(group, levels, array);
       if (array.type)
         choices.push_back({path, in_words(array)});
       else
         others.push_back(fmt::format("{} is {}", tagrid::quoted(path), in_words(array)));
     }
     return has_any;
+  }
+
+  /// OME-Zarr: the finest level comes first. Other levels need not be readable.
+  void require_finest(const ZarrNode& group, const std::vector<std::string>& levels,
+                      const ZarrArray& first) const {
+    for (const std::string& level : levels) {
+      const std::string path = joined(group.path, level);
+      std::optional<ZarrArray> other;
+      try {
+        if (const auto node = zarr_node(store_, path); node && node->is_array)
+          other = zarr_array(store_, *node);
+      } catch (const BrokenInput&) {
+        continue;
+      }
+      if (other && samples_of(*other) > samples_of(first))
+        throw broken_zarr(
+            store_.path(),
+            fmt::format("the first level, {}, should be the finest one, but {} has more samples "
+                        "({}, not {}); choose one with --dataset",
+                        tagrid::quoted(levels.front()), tagrid::quoted(level), in_words(*other),
+                        in_words(first)));
+    }
   }
 
   const ZarrStore& store_;

@@ -224,6 +224,14 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
       if (samples == 1) places.add_none(axis);
       continue;
     }
+    const std::string indices = axis_name + "_indices";
+    if (const auto given = number_attribute(group.get(), indices);
+        !given.empty() && given != std::vector{static_cast<double>(from_front)}) {
+      places.add_missing(axis, axis_name, samples,
+                         fmt::format("{} is {}, but axes names it for index {}", indices,
+                                     fmt::join(given, ", "), from_front));
+      continue;
+    }
     const std::string axis_path = inside(group_path, axis_name);
     const Hdf5Handle axis_dataset = opened_dataset(file, axis_path);
     AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path)
