@@ -146,7 +146,8 @@ class Odd(ReaderTest):
                 ({"axistags": tags("xyz")}, "its axes are called x, y, z (axistags)"), ({"axistags": tags("zyx")}, ""), ({"axistags": "abc"}, ""),
                 ({"axes": "x:y:z"}, "its axes are called x, y, z (axes)"),
                 ({"IMAGE_SUBCLASS": "IMAGE_GRAYSCALE", "IMAGE_WHITE_IS_ZERO": numpy.uint8(0)}, ""), ({"IMAGE_WHITE_IS_ZERO": numpy.uint8(1)}, "small numbers mean white"),
-                ({"IMAGE_SUBCLASS": "IMAGE_INDEXED"}, "its samples are numbers of colors"), ({"RescaleSlope": 2.0}, 'RescaleSlope is "2", which is not applied')):
+                ({"IMAGE_SUBCLASS": "IMAGE_INDEXED"}, "its samples are numbers of colors"), ({"RescaleSlope": 2.0}, 'RescaleSlope is "2", which is not applied'),
+                ({"RescaleSlope": 1.0, "RescaleIntercept": 0}, ""), ({"RescaleIntercept": -1024}, 'RescaleIntercept is "-1024"')):
             def write(file):
                 file["data"] = volume()
                 for name, value in attributes.items():
@@ -157,6 +158,10 @@ class Odd(ReaderTest):
                 self.assertIn(said, self.messages)
             else:
                 self.assertEqual(self.messages, "", attributes)
+        for names, said in (("czyx", ""), ("tzyx", ""), ("txyz", "its axes are called x, y, z (axistags)")):
+            self.with_attributes(volume()[None], axistags=tags(names))
+            self.described()
+            self.assertTrue(said in self.messages if said else self.messages == "", self.messages)
         def colors(file):
             file["data"] = numpy.zeros((20, 31, 3), "u1")
             file["data"].attrs["IMAGE_SUBCLASS"] = "IMAGE_TRUECOLOR"

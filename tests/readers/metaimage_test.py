@@ -142,6 +142,10 @@ class MetaImage(ReaderTest):
         self.assert_refused(65, "a.mha: ", "encode", "a.mha")
         self.write("a.mha", truth, "MET_SHORT", truth.tobytes() + b"xyz")
         self.encodes(truth, "a.mha", says="3 bytes follow the samples")
+        # Single bytes have no order.
+        truth = volume("uint8", (5, 7, 9))
+        self.write("a.mha", truth, "MET_UCHAR", truth.tobytes(), BinaryDataByteOrderMSB="False", ElementByteOrderMSB="True")
+        self.encodes(truth, "a.mha")
 
     @unittest.skipIf(shutil.which("plastimatch") is None, "there is no plastimatch on this machine")
     def test_odd_headers_are_refused_or_read_as_itk_does(self):

@@ -63,7 +63,9 @@ struct ServeCommand {
   static std::string origin_of(const std::string& given) {
     static const std::regex form(R"((https?)://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[1-9][0-9]{0,4})?)");
     std::smatch parts;
-    if (!std::regex_match(given, parts, form) ||
+    // Names of hosts have 253 letters. The stack of a match grows with the text.
+    constexpr std::size_t longest = 300;
+    if (given.size() > longest || !std::regex_match(given, parts, form) ||
         (parts[3].matched && std::stoi(parts.str(3).substr(1)) > 65535))
       throw usage_error(
           "--origin {}: must be http:// or https://, a host in small letters and perhaps a port, such as "

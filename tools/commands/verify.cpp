@@ -87,10 +87,9 @@ struct VerifyCommand {
     const auto file = open_source(original);
     if (begins_as_tag(bytes_at(*file, 0, std::min<std::uint64_t>(file->size(), tag_preamble_size))))
       throw broken_input_error(
-          "{0}: is a .tag file, which cannot be the original; decode it first: tagrid decode {0} --samples "
-          "-o "
+          "{}: is a .tag file, which cannot be the original; decode it first: tagrid decode {} --samples -o "
           "original.nrrd",
-          printable(original));
+          printable(original), word_of_command(original));
   }
 
   /// Only where parity is seen without a search.

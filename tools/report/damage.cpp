@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <string_view>
 
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
@@ -50,8 +52,29 @@ std::string words_of_damage(const std::string& input, const BrokenInput& broken)
                      shown_input(input));
 }
 
+std::string word_of_command(std::string_view path) {
+  const std::string word = (path.starts_with('-') ? "./" : "") + std::string(path);
+  const auto is_plain = [](char c) {
+    return static_cast<unsigned char>(c) > 0x7F || std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_@%+=:,./-").find(c) != std::string_view::npos;
+  };
+  // Within $'...', shells read the escapes of printable().
+  const bool is_printable = printable(word) == word;
+  if (is_printable && !word.empty() && std::ranges::all_of(word, is_plain)) return word;
+  std::string quoted;
+  for (const char c : word) {
+    if (c == '\'')
+      quoted += is_printable ? R"('\'')" : R"(\')";
+    else if (c == '\\' && !is_printable)
+      quoted += R"(\\)";
+    else
+      quoted += c;
+  }
+  return fmt::format("{}'{}'", is_printable ? "" : "$", printable(quoted));
+}
+
 std::string repair_command(const std::string& input) {
-  return fmt::format("tagrid repair {} -o OUT", printable(input));
+  return fmt::format("tagrid repair {} -o OUT", word_of_command(input));
 }
 
 std::string words_with_repair(const std::string& input, const BrokenInput& broken) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "io/errors/errors.h"
 
@@ -11,6 +12,9 @@ namespace tagrid {
 /// The message of an error of a .tag file. Where a file begins like no .tag file, but ends like one or has
 /// parity, it says that the beginning is damaged.
 std::string words_of_damage(const std::string& input, const BrokenInput& broken);
+
+/// A path as it is written in a command of a shell: 'my scan.tag', in quotes only if it needs them.
+std::string word_of_command(std::string_view path);
 
 /// "tagrid repair scan.tag -o OUT".
 std::string repair_command(const std::string& input);

@@ -348,7 +348,7 @@ MetaImageHeader parse_meta_image_header(std::string_view text) {
   const auto order = value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}),
              other = value_of_one(fields, {"binarydatabyteordermsb", "elementbyteordermsb"});
   header.big_endian = is_true("ElementByteOrderMSB", order);
-  if (is_true("BinaryDataByteOrderMSB", other) != header.big_endian)
+  if (is_true("BinaryDataByteOrderMSB", other) != header.big_endian && size_of(type) > 1)
     refuse("ElementByteOrderMSB", order, "contradicts BinaryDataByteOrderMSB");
   header.is_compressed = is_true("CompressedData", value_of(fields, "compresseddata"));
   if (const auto size = value_of(fields, "headersize"); !size.empty())

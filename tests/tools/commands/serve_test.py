@@ -225,7 +225,7 @@ class Serve(ProgramTest):
         self.assertEqual(server.raw((twice + "\r\n").encode())[:12], "HTTP/1.1 400")
         for origin in ("*", "null", "", "https://", "ftp://a", "https://a/", "https://a/b", "https://a b", "https://A", "https://a\r\nb: c",
                        "https://a?b", "https://user@a", "https://a:", "https://a:b", "https://a:0",
-                       "https://a:0443", "https://a:65536", "https://a:1:2", "https://[::1", "https://:1"):
+                       "https://a:0443", "https://a:65536", "https://a:1:2", "https://[::1", "https://:1", "https://" + 120000 * "a"):
             self.tagrid("serve", "a.tag", "--origin", origin, code=64)
 
     def test_an_origin_with_the_port_that_it_has_anyway(self):

@@ -1,10 +1,13 @@
 // What the program says while it runs and where it fails: advice, progress, printable output.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "pipeline/job/options.h"
 #include "tests/support/command_line.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line.h"
+#include "tools/report/damage.h"
 #include "tools/report/failure.h"
 #include "tools/report/progress.h"
 
@@ -30,6 +33,21 @@ TEST(Advice, FollowsWhatHappened) {
   EXPECT_EQ(words_of(UsageError("a.tag: already exists", Problem::output_exists)),
             "a.tag: already exists; give -f to overwrite it");
   EXPECT_EQ(words_of(UsageError("a.tag: is gone")), "a.tag: is gone");
+}
+
+TEST(Advice, IsACommandThatAShellReads) {
+  EXPECT_EQ(repair_command("a/b-1.tag"), "tagrid repair a/b-1.tag -o OUT");
+  EXPECT_EQ(word_of_command("my scan.tag"), "'my scan.tag'");
+  EXPECT_EQ(word_of_command("-x.tag"), "./-x.tag");
+  EXPECT_EQ(word_of_command("~/\u00e4.tag"), "'~/\u00e4.tag'");
+  for (const std::string path : {"it's a scan.tag", "$(x)`y`\\.tag", "a\nb\\'c.tag", "\x1b\xff.tag", "-"}) {
+    const std::string command = "bash -c " + word_of_command("printf %s " + word_of_command(path));
+    FILE* shell = popen(command.c_str(), "r");
+    std::string read;
+    for (int c = 0; (c = std::fgetc(shell)) != EOF;) read += static_cast<char>(c);
+    pclose(shell);
+    EXPECT_EQ(read, (path.starts_with('-') ? "./" : "") + path) << command;
+  }
 }
 
 TEST(Advice, IsThereForEveryProblem) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "io/errors/errors.h"
 #include "io/text/foreign_number.h"
@@ -69,7 +70,14 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   const std::string group_name = ("/" + name).substr(0, std::max<std::size_t>(1, name.rfind('/') + 1));
   const Hdf5Handle group(H5Oopen(file, group_name.c_str(), H5P_DEFAULT), H5Oclose);
   std::string attribute;
-  if (const auto names = names_of_axes(group.get(), dataset.get(), attribute); are_in_another_order(names))
+  auto names = names_of_axes(group.get(), dataset.get(), attribute);
+  // Axes in front with one sample are left out.
+  const auto lengths = dims_of(dataset.get());
+  if (names.size() == lengths.size())
+    names.erase(
+        names.begin(),
+        names.begin() + (std::ranges::find_if(lengths, [](hsize_t n) { return n > 1; }) - lengths.begin()));
+  if (are_in_another_order(names))
     say(fmt::format("its axes are called {} ({}), the slowest one first, but are read as z, y, x",
                     fmt::join(names, ", "), attribute));
   const std::string subclass = text_attribute(dataset.get(), "IMAGE_SUBCLASS").value_or("");
@@ -84,8 +92,9 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   if (const auto white = number_attribute(dataset.get(), "IMAGE_WHITE_IS_ZERO");
       !white.empty() && white[0] == 1)
     say("small numbers mean white (IMAGE_WHITE_IS_ZERO); numbers are kept as they are");
-  for (const char* scale : {"RescaleSlope", "RescaleIntercept"})
-    if (H5Aexists(dataset.get(), scale) > 0)
+  for (const auto& [scale, neutral] : {std::pair("RescaleSlope", 1.0), std::pair("RescaleIntercept", 0.0)})
+    if (H5Aexists(dataset.get(), scale) > 0 &&
+        number_attribute(dataset.get(), scale) != std::vector<double>{neutral})
       say(fmt::format("{} is {}, which is not applied; numbers are kept as they are", scale,
                       tagrid::quoted(attribute_in_words(dataset.get(), scale))));
   const std::array sizes = {dims.x, dims.y, dims.z};
