@@ -267,6 +267,9 @@ class DicomOdd(ReaderTest):
             file.PixelData = pydicom.encaps.encapsulate([frames[0], frames[1][:length]])
             self.save("d.dcm", file)
             self.assert_refused(65, "d.dcm: DICOM file: frame 2: the RLE stream", "encode", "d.dcm", "-o", "d.tag")
+        file.PixelData = pydicom.encaps.encapsulate([frames[0], frames[1] + bytes(20)])  # some programs fill up more than others
+        self.save("d.dcm", file)
+        self.encodes((truth - 1024).astype("int16"), "d.dcm")
         self.save("a.dcm", data_set(truth[0] // 8, BitsAllocated=8, BitsStored=8, HighBit=7))
         subprocess.run(["gdcmconv", "--jpeg", self.folder / "a.dcm", self.folder / "b.dcm"], check=True)
         file = pydicom.dcmread(self.folder / "b.dcm")
@@ -328,6 +331,8 @@ class DicomOdd(ReaderTest):
             for z in range(4):
                 self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z), **{attribute: other if z == 2 else one}))
             self.encoded("s", says=f's: its slices may be of several scans: {attribute} is "{one}" in 0.dcm, and "{other}" in 2.dcm')
+            self.save("s/2.dcm", data_set(truth[2], instance="1.2.3.2", position=(0, 0, 2), **{attribute: ""}))
+            self.encodes((truth[:4] - 1024).astype("int16"), "s", what=f"without {attribute}")
 
     def test_images_whose_samples_are_no_slice_are_said(self):
         self.save("a.dcm", data_set(volume()[0], ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"]))

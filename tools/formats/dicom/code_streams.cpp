@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -12,14 +13,16 @@ namespace tagrid {
 namespace {
 
 /// The number of bytes in a segment of RLE when it is unpacked; those below `count` become the bytes at
-/// `out`, `step` bytes apart.
+/// `out`, `step` bytes apart. Zeros that fill up the segment do not count.
 std::size_t unpack(std::span<const std::byte> segment, std::size_t count, std::size_t step, std::byte* out) {
   std::size_t done = 0;
   const auto put = [&](std::byte byte) {
     if (done < count) out[done * step] = byte;
     ++done;
   };
+  const auto is_zero = [](std::byte byte) { return byte == std::byte{0}; };
   for (std::size_t i = 0; i < segment.size();) {
+    if (done == count && std::ranges::all_of(segment.subspan(i), is_zero)) break;
     const auto control = static_cast<int>(static_cast<std::int8_t>(segment[i++]));
     if (control >= 0) {
       for (int n = 0; n <= control && i < segment.size(); ++n) put(segment[i++]);

@@ -116,13 +116,17 @@ std::vector<std::string> about_several_scans(const std::vector<DicomFile>& files
       const auto found = file.texts.find(attribute);
       return found == file.texts.end() ? std::string_view() : std::string_view(found->second);
     };
-    const auto other = std::ranges::find_if(
-        files, [&](const DicomFile& file) { return value(file) != value(files.front()); });
-    if (other != files.end())
+    // A file that lacks the attribute says nothing: it may have been taken out.
+    const DicomFile* first = nullptr;
+    for (const DicomFile& file : files) {
+      if (value(file).empty()) continue;
+      if (first == nullptr) first = &file;
+      if (value(file) == value(*first)) continue;
       texts.push_back(fmt::format("{}: its slices may be of several scans: {} is {} in {}, and {} in {}",
-                                  name, attribute, tagrid::quoted(value(files.front())),
-                                  file_name(files.front().path), tagrid::quoted(value(*other)),
-                                  file_name(other->path)));
+                                  name, attribute, tagrid::quoted(value(*first)), file_name(first->path),
+                                  tagrid::quoted(value(file)), file_name(file.path)));
+      break;
+    }
   }
   return texts;
 }
