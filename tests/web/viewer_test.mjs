@@ -446,13 +446,16 @@ test("memory stays the same over hundreds of slices", async () => {
           await new Promise((resolve) => setTimeout(resolve, 5));
       }
     })()`);
-  // All places at which it waits, twice: after that, all that the caches take is there.
-  await look(520);
-  const before = await page.memory();
-  await look(520);
-  const after = await page.memory();
-  assert.ok(after < 1.05 * before, `${before} bytes, and ${after} after 520 more slices`);
-  console.log(`# ${before} bytes, and ${after} after 520 more slices`);
+  // All places at which it waits, twice: after that, all that the caches take is there, unless the machine is too busy.
+  // A leak grows in every round.
+  const seen = [];
+  do {
+    await look(520);
+    await page.until("tagridViewer.sliceViews.every((view) => !view.isShown || view.isComplete)", 120);
+    seen.push(await page.memory());
+  } while (seen.length < 5 && !(seen.at(-1) < 1.05 * seen.at(-2)));
+  console.log(`# bytes after each 520 slices: ${seen.join(", ")}`);
+  assert.ok(seen.at(-1) < 1.05 * seen.at(-2), seen.join(", "));
   assert.deepEqual(page.errors, []);
   await page.close();
 });
