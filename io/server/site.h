@@ -42,8 +42,8 @@ struct WebSite {
   };
   /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
   std::map<std::string, Item> items;
-  /// What is made when it is asked for, of paths that are not in `items`: without bytes if there is none.
-  /// Called by several threads; each reads what it got. May be empty.
+  /// Makes the item of a path that is not in `items`; one without bytes if there is none. Several threads call
+  /// it, and each reads what it got. May be empty.
   std::function<Item(std::string_view path)> made;
   /// Pages of other sites that may read this one: "https://example.org".
   std::vector<std::string> origins;

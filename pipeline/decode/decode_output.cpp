@@ -20,11 +20,13 @@ std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
   return run.overview == 0 ? file : overview_in(TagBricks(std::move(file)), run.overview);
 }
 
-std::string with_loss_of(const std::string& nrrd_fields, const CodingParameters& parameters) {
-  if (parameters.is_exact()) return nrrd_fields;
-  if (parameters.max_error < 0) return with_loss(nrrd_fields, "tagrid, without a bound");
-  const double error = parameters.max_error * std::abs(rescale_of_bounds(nrrd_fields).slope);
-  return with_loss(nrrd_fields, fmt::format("tagrid, maximum error {:.6g}", error));
+VolumeInfo with_loss_of(VolumeInfo samples, const CodingParameters& parameters) {
+  std::string& fields = samples.nrrd_fields;
+  if (parameters.is_exact()) return samples;
+  const double error = parameters.max_error * std::abs(rescale_of_bounds(fields).slope);
+  fields = with_loss(fields, parameters.max_error < 0 ? "tagrid, without a bound"
+                                                      : fmt::format("tagrid, maximum error {:.6g}", error));
+  return samples;
 }
 
 KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers) {
@@ -56,8 +58,7 @@ KnownFacts known_facts(const DecodeRun& run, const WrittenNumbers& numbers,
 
 DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
                            const CodingParameters& parameters, bool others_write)
-    : run_(run), info_(numbers.info(of_samples)) {
-  info_.nrrd_fields = numbers.fields(with_loss_of(of_samples.nrrd_fields, parameters));
+    : run_(run), info_(numbers.info(with_loss_of(of_samples, parameters))) {
   options_.files = {.overwrite = run.overwrite,
                     .like = attributes_of(run.input),
                     .spool = run.resources.spool,

@@ -66,8 +66,8 @@ struct DecodeRun {
 /// regular file. Throws as volume_in() and overview_in() do.
 std::shared_ptr<const ByteSource> source_of(const DecodeRun& run);
 
-/// The header lines of samples that were decoded, with the loss of these parameters.
-std::string with_loss_of(const std::string& nrrd_fields, const CodingParameters& parameters);
+/// The description of samples that were decoded, with the loss of these parameters.
+VolumeInfo with_loss_of(VolumeInfo samples, const CodingParameters& parameters);
 
 /// What a file says of its volume, decoded as a whole.
 KnownFacts known_facts(const TagBricks& file, const WrittenNumbers& numbers);

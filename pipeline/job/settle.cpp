@@ -22,8 +22,7 @@ double width(const std::optional<std::pair<double, double>>& range) {
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
   throw UsageError(Sentence{
       "{}: {} {}, but a pipe or a compressed file can only be read from its beginning; give {}, for a copy "
-      "of its "
-      "samples in a temporary file, or {} a number",
+      "of its samples in a temporary file, or {} a number",
       {source.name(), setting, std::string(reads), Setting{"spool DIR", "a directory"}, setting::max_error}});
 }
 

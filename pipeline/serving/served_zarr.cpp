@@ -43,12 +43,6 @@ class Turn {
   std::counting_semaphore<>& turns_;
 };
 
-VolumeInfo decoded_info(const TagHeader& header) {
-  VolumeInfo info = volume_info_of(header);
-  info.nrrd_fields = with_loss_of(info.nrrd_fields, header.parameters);
-  return info;
-}
-
 bool take(std::string_view& text, std::string_view begin) {
   if (!text.starts_with(begin)) return false;
   text.remove_prefix(begin.size());
@@ -78,7 +72,7 @@ class ServedChunk final : public ByteSource {
 
 ServedZarr::ServedZarr(std::shared_ptr<const TagBricks> file, const std::string& name, int decoders)
     : numbers_(written_numbers(format_named("zarr"), Numbers::automatic, file->header(), &file->index())),
-      info_(numbers_.info(decoded_info(file->header()))),
+      info_(numbers_.info(with_loss_of(volume_info_of(file->header()), file->parameters()))),
       facts_(known_facts(*file, numbers_)),
       decoders_(decoders) {
   const auto add = [&](std::shared_ptr<const TagBricks> of_level) {

@@ -310,7 +310,7 @@ class DicomOdd(ReaderTest):
 
     @unittest.skipIf(None in map(shutil.which, ("gdcmconv", "dcmcjpls")), "there are no gdcmconv and dcmcjpls on this machine (libgdcm-tools, dcmtk)")
     def test_bits_above_those_that_count_are_said_of_compressed_files(self):
-        """Compressed as samples of 16 bits, of which the file then says that 12 count."""
+        """The streams have samples of 16 bits, and the files say that 12 of them count."""
         truth = volume(shape=(3, 20, 31)) // 8
         for tool in (["gdcmconv", "--rle"], ["gdcmconv", "--jpeg"], ["dcmcjpls"], ["gdcmconv", "--jpegls"], ["dcmconv", "+td"]):
             for sample, is_said in ((0x0fff, False), (5000, True)):

@@ -84,8 +84,7 @@ struct VerifyCommand {
 
   void refuse_tag_original() const {
     if (original.empty() || !is_regular_input(original)) return;
-    const auto file = open_source(original);
-    if (begins_as_tag(bytes_at(*file, 0, std::min<std::uint64_t>(file->size(), tag_preamble_size))))
+    if (file_begins_as_tag(*open_source(original)))
       throw broken_input_error(
           "{}: is a .tag file, which cannot be the original; decode it first: tagrid decode {} --samples -o "
           "original.nrrd",

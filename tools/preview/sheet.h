@@ -47,8 +47,8 @@ struct SheetPlaces {
 };
 SheetPlaces places_on_sheet(const PreviewContent& content);
 
-/// Draws the sheet: above, the slice of z and the same slice with levels; below, the slices of y and x. Without levels,
-/// the slices of z, y and x are one row.
+/// Draws the sheet: above, the slice of z and the same slice with levels; below, the slices of y and x.
+/// Without levels, the slices of z, y and x are one row.
 Image sheet_of(const Sheet& sheet);
 
 }  // namespace tagrid

@@ -20,11 +20,6 @@
 namespace tagrid {
 namespace {
 
-/// False for a file in which another volume begins wrongly.
-bool begins_wrongly(const ByteSource& file) {
-  return !begins_as_tag(bytes_at(file, 0, std::min<std::uint64_t>(file.size(), tag_preamble_size)));
-}
-
 bool has_footer(const ByteSource& file) {
   std::uint64_t start = 0;
   return file.size() >= footer_size &&
@@ -43,11 +38,16 @@ bool is_protected(const std::string& input) {
 
 }  // namespace
 
+bool file_begins_as_tag(const ByteSource& file) {
+  return begins_as_tag(bytes_at(file, 0, std::min<std::uint64_t>(file.size(), tag_preamble_size)));
+}
+
 std::string words_of_damage(const std::string& input, const BrokenInput& broken) {
   if (broken.detail().problem != Problem::unknown_beginning || !is_regular_input(input))
     return words_of(broken);
   const auto file = open_source(input);
-  if (!begins_wrongly(*file) || !(is_protected(input) || has_footer(*file))) return words_of(broken);
+  // Otherwise another volume in it begins wrongly.
+  if (file_begins_as_tag(*file) || !(is_protected(input) || has_footer(*file))) return words_of(broken);
   return fmt::format("{}: the beginning of this .tag file is damaged, without which nothing can be decoded",
                      shown_input(input));
 }

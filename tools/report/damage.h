@@ -6,8 +6,12 @@
 #include <string_view>
 
 #include "io/errors/errors.h"
+#include "io/files/byte_source.h"
 
 namespace tagrid {
+
+/// True if the first bytes of a file are those of a .tag file, of any version.
+bool file_begins_as_tag(const ByteSource& file);
 
 /// The message of an error of a .tag file. Where a file begins like no .tag file, but ends like one or has
 /// parity, it says that the beginning is damaged.

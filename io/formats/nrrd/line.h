@@ -72,8 +72,8 @@ inline constexpr std::string_view lossy_source_key = "lossy source";
 std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
 
 /// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes,
-/// intercepts and positions of slices stay, what OpenVDB grids need, doubts, and that samples have a loss; comments and the
-/// content go.
+/// intercepts and positions of slices stay, what OpenVDB grids need, doubts, and that samples have a loss;
+/// comments and the content go.
 std::string stripped(std::string_view nrrd_fields);
 
 }  // namespace tagrid

@@ -6,7 +6,7 @@
 
 namespace tagrid {
 
-/// The text of lossy_source_key for a loss that follows an earlier one. "" if there is none.
+/// The text of lossy_source_key after two losses, the earlier one first. Either may be "".
 std::string loss_after(std::string_view earlier, std::string_view later);
 
 /// NRRD header lines that also have this loss, after those that they have; the same lines if it is "".

@@ -150,8 +150,8 @@ class LabelPass {
     return same + 1;
   }
 
-  // The contexts of eight voxels whose expected label is the one above, but for the neighbors in their row. Bits are in
-  // the order of `around`. One loop for each neighbor, so that they become vector code.
+  // Contexts of eight voxels whose expected label is the one above, without what the neighbors in their row
+  // add. Bits are in the order of `around`. Each neighbor has a loop, which becomes vector code.
   void find_like_above(const std::uint16_t* a, const std::uint16_t* aa, const std::uint16_t* b,
                        const std::uint16_t* ba, const std::uint16_t* d) {
     std::array<std::uint16_t, 8> usual, like;

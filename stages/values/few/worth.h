@@ -1,5 +1,5 @@
-// Whether samples of few values take fewer bits as labels, as numbers of a table, or as multiples of a step. The estimates
-// come from some rows of a brick.
+// Whether samples of few values take fewer bits as labels, as numbers of a table, or as multiples of a step.
+// The estimates come from some rows of a brick.
 #pragma once
 
 #include <algorithm>

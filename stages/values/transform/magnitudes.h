@@ -46,7 +46,7 @@ struct Surroundings {
   std::array<const BandPlace*, 3> siblings{};
 };
 
-/// What is known of each coefficient of a group, but for what those of the group say of each other.
+/// What the coefficients around a group say about each of its own.
 struct GroupContext {
   using Sums = std::array<std::int32_t, coefficient_block>;
   alignas(16) Sums expected;  ///< weighted sum of all

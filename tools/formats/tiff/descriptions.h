@@ -58,7 +58,8 @@ struct ImageJCalibration {
 /// Nothing if the description of an image is not ImageJ's, or has no calibration.
 std::optional<ImageJCalibration> calibration_of(std::string_view description);
 
-/// What a description in the form of ImageJ's says of an earlier loss, as files that tagrid writes do; "" if nothing.
+/// What a description in the form of ImageJ's says of an earlier loss, as files that tagrid writes do; "" if
+/// nothing.
 std::string loss_in(std::string_view description);
 
 /// The effect of a calibration on samples.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -29,15 +30,12 @@ std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, std::string& 
   attribute = "axes";
   if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
   attribute = "axistags";
-  const std::string tags = text_attribute(dataset, attribute).value_or("");
+  const auto tags = nlohmann::json::parse(text_attribute(dataset, attribute).value_or(""), nullptr, false);
+  if (!tags.is_object() || !tags.contains("axes")) return {};
   std::vector<std::string> names;
-  constexpr std::string_view key = "\"key\"";
-  for (std::size_t at = tags.find(key); at != tags.npos; at = tags.find(key, at)) {
-    const std::size_t begin = tags.find('"', at + key.size());
-    at = begin == tags.npos ? begin : tags.find('"', begin + 1);
-    if (at == tags.npos) break;
-    names.push_back(tags.substr(begin + 1, at - begin - 1));
-  }
+  for (const auto& axis : tags["axes"])
+    if (axis.is_object() && axis.contains("key") && axis["key"].is_string())
+      names.push_back(axis["key"].get<std::string>());
   return names;
 }
 
