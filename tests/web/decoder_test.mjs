@@ -1,7 +1,7 @@
 // The decoder gives the samples of the program, and the right code for what it cannot decode.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync } from "node:fs";
+import { copyFileSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -114,7 +114,6 @@ test("descriptions", async () => {
     "patient:=nobody\\nat all", "volume_name:=thorax", "volume_name:=second", "Space Units:\"um\" \"um\" \"um\"", "Patient:=other",
     "rescale_intercept:=5", "rescale_intercept:=6",
     "a: b:=c"];
-  const { writeFileSync } = await import("node:fs");
   writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), samples]));
   const path = join(folder, "described.tag");
   tagrid("encode", source, "-q", "-o", path, "--max-error", "2", "--overviews", "4");
@@ -151,6 +150,19 @@ test("descriptions", async () => {
   const plain = await open(blobOf(join(golden, "voxels_lossless_float32.tag")), { workers: 0 });
   assert.equal(plain.bounds.maxError, 0);
   plain.close();
+});
+
+test("a number of many digits", async () => {
+  const source = join(folder, "digits.nrrd");
+  const spacing = `1.5${"0".repeat(300000)}`;
+  const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nspacings: ${spacing} 1 1\n\n`;
+  writeFileSync(source, Buffer.concat([Buffer.from(head), Buffer.alloc(64, 3)]));
+  const path = join(folder, "digits.tag");
+  tagrid("encode", source, "-q", "-o", path);
+  const volume = await open(blobOf(path), { workers: 1 });
+  assert.deepEqual(volume.geometry.spacing, [1.5, 1, 1]);
+  assert.ok(bytesOf(await volume.read()).equals(Buffer.alloc(64, 3)));
+  volume.close();
 });
 
 test("the grid in slices, and its vertices", async () => {
