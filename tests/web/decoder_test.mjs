@@ -286,8 +286,10 @@ test("mistakes of a caller", async () => {
 test("without the code of the workers, all reads fail, also those that wait for a worker", async () => {
   const base = join(folder, "no-worker");
   mkdirSync(base);
-  for (const name of ["tagrid_simd.wasm", "tagrid_scalar.wasm"]) copyFileSync(join(process.env.TAGRID_DIST, name), join(base, name));
-  const volume = await open(blobOf(join(golden, "pages_lossless_uint8.tag")), { workers: 1, base: pathToFileURL(`${base}/`) });
+  for (const name of ["tagrid_simd.wasm", "tagrid_scalar.wasm"])
+    copyFileSync(join(process.env.TAGRID_DIST, name), join(base, name));
+  const file = blobOf(join(golden, "pages_lossless_uint8.tag"));
+  const volume = await open(file, { workers: 1, base: pathToFileURL(`${base}/`) });
   const { brickEdge } = volume;
   const read = (i) => code(volume.read({ box: { low: [i * brickEdge + 1, 0, 0], high: [i * brickEdge + 2, 1, 1] } }));
   assert.deepEqual(await Promise.all([read(0), read(1), read(2)]), Array(3).fill("not-supported"));
