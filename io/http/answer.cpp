@@ -80,10 +80,13 @@ void Answer::take_header(std::string_view line) {
     etag_ = modified_ = encoding_ = type_ = region_ = text_ = "";
     seconds_ = 0;
     const std::size_t blank = line.find(' ');
-    const auto status = blank == line.npos ? std::nullopt : whole_number_of(line.substr(blank + 1, 3));
+    const auto status =
+        blank == line.npos ? std::nullopt : whole_number_of(trimmed(line.substr(blank)).substr(0, 3));
     status_ = static_cast<int>(status.value_or(0));
     return;
   }
+  // What follows the body, in a trailer, was not checked.
+  if (are_headers_checked_) return;
   const std::size_t colon = line.find(':');
   if (colon == line.npos) return;
   const std::string name = lower_case(line.substr(0, colon));
@@ -170,7 +173,7 @@ bool Answer::take_body(std::span<const std::byte> bytes) {
 }
 
 std::optional<Wrong> Answer::wrong() {
-  if (status_ == 0) return std::nullopt;
+  if (status_ == 0) return Wrong{"the server answers with something else than HTTP"};
   if (!are_headers_checked_ || (wrong_ && status_ >= 300)) wrong_ = wrong_headers();
   are_headers_checked_ = true;
   if (!wrong_ && taken_ < expected_)

@@ -40,6 +40,8 @@ class Answer {
   /// After all of it. Nothing if the answer is right.
   std::optional<Wrong> wrong();
 
+  /// True if the last headers were those of a redirection.
+  bool is_redirected() const { return status_ >= 300 && status_ < 400; }
   std::size_t taken() const { return taken_; }
   /// The version of the file. REQUIRES: the answer is right.
   ObjectVersion version() const { return {*range_->size, etag_, modified_}; }

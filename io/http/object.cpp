@@ -83,13 +83,16 @@ void add_lines(RequestLines& lines, const Address& address, const std::optional<
 }
 
 /// What libcurl says of a failure, without the texts that may contain a part of a wrongly written address.
-Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, const Address& address) {
+Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, const Address& address,
+                 bool is_redirected) {
+  const std::string said = printable(*details != '\0' ? details : curl.easy_strerror(code));
   switch (code) {
     case CURLE_TOO_MANY_REDIRECTS:
       return {"is redirected again and again"};
     case CURLE_UNSUPPORTED_PROTOCOL:
+      if (!is_redirected) return {said};  // such as an answer of another protocol
       return {address.url.starts_with("https")
-                  ? "is redirected to an address that is not https, or libcurl lacks https"
+                  ? "is redirected to an address that is not https"
                   : "is redirected to an address that is neither http nor https"};
     case CURLE_URL_MALFORMAT:
       return {"is no valid address; characters such as blanks are written as %20"};
@@ -102,9 +105,9 @@ Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, co
       return {"the connection ended before all of the answer", true};
     case CURLE_PEER_FAILED_VERIFICATION:
     case CURLE_LOGIN_DENIED:
-      return {printable(*details != '\0' ? details : curl.easy_strerror(code))};
+      return {said};
     default:
-      return {printable(*details != '\0' ? details : curl.easy_strerror(code)), true};
+      return {said, true};
   }
 }
 
@@ -187,7 +190,7 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
     curl.easy_setopt(handle.get(), CURLOPT_ERRORBUFFER, static_cast<char*>(nullptr));
     std::optional<Wrong> wrong;
     if (code == CURLE_OK || code == CURLE_WRITE_ERROR) wrong = answer.wrong();
-    if (!wrong && code != CURLE_OK) wrong = failure_of(code, details, curl, address_);
+    if (!wrong && code != CURLE_OK) wrong = failure_of(code, details, curl, address_, answer.is_redirected());
     if (!wrong) {
       if (!version) version = answer.version();
       return answer.taken();

@@ -65,7 +65,8 @@ void ReadAhead::while_others_wait(std::unique_lock<std::mutex>& lock, Work work)
     work();
   } catch (...) {
     finish();
-    if (!failed_) failed_ = std::current_exception();
+    ++failures_;
+    failure_ = std::current_exception();
     throw;
   }
   finish();
@@ -97,8 +98,9 @@ void ReadAhead::fetch_all(std::unique_lock<std::mutex>& lock, std::uint64_t posi
 void ReadAhead::read_at(std::uint64_t position, std::span<std::byte> to) const {
   assert(position <= size_ && to.size() <= size_ - position);
   std::unique_lock lock(mutex_);
+  const std::size_t failures_before = failures_;
   while (!to.empty()) {
-    if (failed_) std::rethrow_exception(failed_);
+    if (failures_ != failures_before) std::rethrow_exception(failure_);
     const auto part = part_at(position);
     if (part == parts_.end()) {
       if (fetching_ >= most_at_once) {

@@ -129,6 +129,8 @@ std::vector<std::byte> ServedZarr::decoded(const Level& level, const Index3& chu
   }
   region.box = parameters.domain().points_of(region.box);
   const auto size = static_cast<std::int64_t>(size_of(info_.type));
+  // Whoever waits holds no memory.
+  const Turn turn(decoders_);
   // As other writers of Zarr do, what is beyond the volume is the fill value, 0.
   std::vector<std::byte> samples(memory_size(sample_bytes(level.chunk, info_.type).value()));
   const BrickGrid bricks = parameters.bricks();
@@ -137,11 +139,8 @@ std::vector<std::byte> ServedZarr::decoded(const Level& level, const Index3& chu
     blocks.type = info_.type;
     blocks.change_samples = [&](DecodedBrick& brick) { change_brick(numbers_, bricks, file.name(), brick); };
   }
-  {
-    const Turn turn(decoders_);
-    decode_bricks(blocks, parameters, region, samples.data(),
-                  {size, size * level.chunk.x, size * level.chunk.x * level.chunk.y}, 1);
-  }
+  decode_bricks(blocks, parameters, region, samples.data(),
+                {size, size * level.chunk.x, size * level.chunk.x * level.chunk.y}, 1);
   std::vector<std::byte> swapped;
   const auto ordered = little_endian_samples(samples, size_of(info_.type), swapped);
   return ordered.data() == samples.data() ? samples : swapped;

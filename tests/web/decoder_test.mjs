@@ -1,6 +1,7 @@
 // The decoder gives the samples of the program, and the right code for what it cannot decode.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
+import { copyFileSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -113,7 +114,6 @@ test("descriptions", async () => {
     "patient:=nobody\\nat all", "volume_name:=thorax", "volume_name:=second", "Space Units:\"um\" \"um\" \"um\"", "Patient:=other",
     "rescale_intercept:=5", "rescale_intercept:=6",
     "a: b:=c"];
-  const { writeFileSync } = await import("node:fs");
   writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), samples]));
   const path = join(folder, "described.tag");
   tagrid("encode", source, "-q", "-o", path, "--max-error", "2", "--overviews", "4");
@@ -150,6 +150,19 @@ test("descriptions", async () => {
   const plain = await open(blobOf(join(golden, "voxels_lossless_float32.tag")), { workers: 0 });
   assert.equal(plain.bounds.maxError, 0);
   plain.close();
+});
+
+test("a number of many digits", async () => {
+  const source = join(folder, "digits.nrrd");
+  const spacing = `1.5${"0".repeat(300000)}`;
+  const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nspacings: ${spacing} 1 1\n\n`;
+  writeFileSync(source, Buffer.concat([Buffer.from(head), Buffer.alloc(64, 3)]));
+  const path = join(folder, "digits.tag");
+  tagrid("encode", source, "-q", "-o", path);
+  const volume = await open(blobOf(path), { workers: 1 });
+  assert.deepEqual(volume.geometry.spacing, [1.5, 1, 1]);
+  assert.ok(bytesOf(await volume.read()).equals(Buffer.alloc(64, 3)));
+  volume.close();
 });
 
 test("the grid in slices, and its vertices", async () => {
@@ -260,6 +273,7 @@ test("mistakes of a caller", async () => {
   assert.equal(await code(volume.read({ level: 1 })), "invalid-argument");
   assert.equal(await code(volume.volume(1)), "invalid-argument");
   assert.equal(await code(open({ size: 3 })), "invalid-argument");
+  for (const given of ["a.tag", "http://", "http://a:b:c/"]) assert.equal(await code(open(given)), "invalid-argument");
   for (const size of [NaN, -5, 1.5, "7"]) assert.equal(await code(open("http://127.0.0.1:9/a.tag", { size })), "invalid-argument");
   assert.equal(await code(open(new Blob([]), { connections: 0 })), "invalid-argument");
   assert.equal(await code(open(new Blob([]), { base: pathToFileURL(`${folder}/`) })), "not-supported");
@@ -267,6 +281,63 @@ test("mistakes of a caller", async () => {
   volume.close();
   assert.equal(await reading, "closed");
   assert.equal(await code(volume.read()), "closed");
+});
+
+test("without the code of the workers, all reads fail, also those that wait for a worker", async () => {
+  const base = join(folder, "no-worker");
+  mkdirSync(base);
+  for (const name of ["tagrid_simd.wasm", "tagrid_scalar.wasm"])
+    copyFileSync(join(process.env.TAGRID_DIST, name), join(base, name));
+  const file = blobOf(join(golden, "pages_lossless_uint8.tag"));
+  const volume = await open(file, { workers: 1, base: pathToFileURL(`${base}/`) });
+  const { brickEdge } = volume;
+  const read = (i) => code(volume.read({ box: { low: [i * brickEdge + 1, 0, 0], high: [i * brickEdge + 2, 1, 1] } }));
+  assert.deepEqual(await Promise.all([read(0), read(1), read(2)]), Array(3).fill("not-supported"));
+  assert.equal(await read(3), "not-supported");
+  volume.close();
+});
+
+test("an aborted read leaves no failure that nobody hears of", async () => {
+  const path = made("pages-of-8", [300, 200, 60], "uint8", "--cube", "4", "--brick", "2");
+  const bytes = content(path);
+  const unheard = [];
+  const hear = (error) => unheard.push(error);
+  process.on("unhandledRejection", hear);
+  const later = () => new Promise((resolve) => setTimeout(resolve, 5));
+  try {
+    // The read needs two pages of the index. It is aborted a little after the first one came; the second one fails.
+    for (let steps = 0; steps < 40; ++steps) {
+      let give;
+      let kind = "open";
+      const source = {
+        size: bytes.length,
+        read(offset, length) {
+          const part = new Uint8Array(bytes.subarray(offset, offset + length));
+          if (kind === "open") return part;
+          return new Promise((resolve, reject) => {
+            if (kind === "fail") setTimeout(() => reject(new Error("gone")), 1);
+            else give = () => resolve(part);
+          });
+        },
+      };
+      const volume = await open(source, { workers: 0 });
+      kind = "wait";
+      const controller = new AbortController();
+      const reading = volume.read({ box: { low: [0, 42, 34], high: [300, 120, 35] }, signal: controller.signal });
+      await later();
+      kind = "fail";
+      give();
+      for (let i = 0; i < steps; ++i) await null;
+      controller.abort();
+      await assert.rejects(reading, { name: "AbortError" });
+      await later();
+      volume.close();
+    }
+    await later();
+    assert.deepEqual(unheard, []);
+  } finally {
+    process.off("unhandledRejection", hear);
+  }
 });
 
 test("any source, and reads that share what they fetch", async () => {

@@ -106,6 +106,24 @@ test("NIfTI with the places and values that the program writes", async () => {
   }
 });
 
+test("slopes of slices count, and not that of the volume", async () => {
+  const ones = (number) => Array(20).fill(number).join(" ");
+  const path = withHeader("slices", [`slice_slopes:=${ones(2)}`, `slice_intercepts:=${ones(0)}`, "rescale_slope:=3",
+    "rescale_intercept:=5"]);
+  const volume = await opened(path);
+  const { warn } = console;
+  const said = [];
+  console.warn = (text) => said.push(text);
+  try {
+    const file = new DataView(await (await niftiFile(volume)).arrayBuffer());
+    assert.deepEqual([file.getFloat32(112, true), file.getFloat32(116, true)], [1, 0]);
+    assert.match(String(said), /slope of its own/);
+  } finally {
+    console.warn = warn;
+  }
+  volume.close();
+});
+
 test("spellings of fields and units, and overviews without spacing", async () => {
   const step = (file) => [1, 2, 3].map((i) => file.getFloat32(76 + 4 * i, true));
   const place = (file) => [0, 1, 2].map((row) => file.getFloat32(280 + 16 * row + 12, true));

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { readFileSync, writeFileSync } from "node:fs";
+import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { startChromium } from "./chromium.mjs";
@@ -340,6 +340,51 @@ test("files of every type, and of several volumes", async () => {
     assert.deepEqual(page.errors, []);
     await page.close();
   }
+});
+
+test("the volume that is shown is the one that is chosen last", async () => {
+  const page = await open("golden/volumes_bounded_int16.tag");
+  await page.evaluate(`{
+    globalThis.first = tagridViewer.state.volume;
+    const volume = first.volume.bind(first);
+    first.volume = async (number) => {
+      const found = await volume(number);
+      await new Promise((resolve) => setTimeout(resolve, number === 1 ? 400 : 0));
+      if (globalThis.isDamaged) throw new Error("volume 1 is damaged");
+      return found;
+    };
+    globalThis.choose = (value) => {
+      const choice = document.getElementById("volume");
+      choice.value = value;
+      choice.dispatchEvent(new Event("change"));
+    };
+  }`);
+  const pause = () => page.evaluate("new Promise((done) => setTimeout(done, 800))");
+  const isFirst = () => page.evaluate("tagridViewer.state.volume === first");
+  await page.evaluate(`choose("1"); choose("0")`);
+  await pause();
+  assert.ok(await isFirst());
+  // One that cannot be opened is not what the list names.
+  await page.evaluate(`globalThis.isDamaged = true; choose("1")`);
+  await pause();
+  assert.ok(await isFirst());
+  assert.equal(await page.evaluate(`document.getElementById("volume").value`), "0");
+  await page.evaluate("tagridViewer.actions.step(2, 1)");
+  await pause();
+  assert.match(await page.evaluate(`document.getElementById("status").textContent`), /volume 1 is damaged/);
+  await page.evaluate(`globalThis.isDamaged = false; choose("1")`);
+  await pause();
+  assert.ok(!(await isFirst()));
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("a file whose name is no UTF-8", async () => {
+  copyFileSync(scan().path, join(folder, "caf%E9.tag"));
+  const page = await open("made/caf%25E9.tag");
+  assert.equal(await page.evaluate(`document.getElementById("name").textContent`), "caf%E9.tag");
+  assert.deepEqual(page.errors, []);
+  await page.close();
 });
 
 test("served by `tagrid view`", async (t) => {

@@ -25,7 +25,7 @@ export function chunkedSource(volume: Volume): ChunkedVolumeSource;
 /**
  * A level as a NIfTI file in memory, with position, directions, slope and intercept: `nv.loadVolumes([{ url: file }])`,
  * or `nv.loadFromFile(file)` before NiiVue 1.0. Places in an unknown coordinate system count as right, anterior,
- * superior.
+ * superior. If slices have slopes of their own, it has stored samples, and a warning says so.
  *
  * level: one of `volume.levels`. The default is the coarsest one. Fails with a RangeError if there is no such level, or
  * if an axis has more than 32767 samples, and as `Volume.read()` does.

@@ -58,13 +58,22 @@ export async function niftiFile(volume, { level = volume.levels.length - 1, name
   header.setInt16(72, 8 * sizes[volume.type], true);
   [1, ...spacingOf(volume, chosen)].forEach((step, i) => header.setFloat32(76 + 4 * i, step, true));
   header.setFloat32(108, 352, true);
-  header.setFloat32(112, Number(volume.pair("rescale_slope") ?? 1), true);
-  header.setFloat32(116, Number(volume.pair("rescale_intercept") ?? 0), true);
+  const [slope, intercept] = scaleOf(volume);
+  header.setFloat32(112, slope, true);
+  header.setFloat32(116, intercept, true);
   header.setUint8(123, 2); // millimeters
   header.setInt16(254, 1, true); // the matrix says where the samples are
   matrixOf(volume, chosen).flat().forEach((number, i) => header.setFloat32(280 + 4 * i, number, true));
   [0x6e, 0x2b, 0x31, 0].forEach((letter, i) => header.setUint8(344 + i, letter));
   return new File([header.buffer, await volume.read({ level, signal })], name);
+}
+
+/** Slope and intercept of values. Slopes of single slices count, where there are any, and NIfTI cannot say them. */
+function scaleOf(volume) {
+  if (volume.pair("slice_slopes") === undefined)
+    return [Number(volume.pair("rescale_slope") ?? 1), Number(volume.pair("rescale_intercept") ?? 0)];
+  console.warn("tagrid: each slice has a slope of its own, which NIfTI cannot say; the samples are those of the file");
+  return [1, 0];
 }
 
 /** From numbers of samples to right, anterior, superior, in millimeters: three rows of four. */

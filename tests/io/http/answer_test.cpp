@@ -66,6 +66,39 @@ TEST(Answer, ARightOneIsOfTheLastServerAfterRedirections) {
   EXPECT_EQ(answer.version().size, 9u);
 }
 
+TEST(Answer, NothingAfterTheBodyChangesWhatWasChecked) {
+  for (const char* trailer :
+       {"Content-Range: x\r\n", "Content-Range: bytes 0-0/1\r\n", "ETag: \"new\"\r\n"}) {
+    std::vector<std::byte> to(4);
+    const std::optional<ObjectVersion> none;
+    Answer answer(server, 0, to, none);
+    for (const char* line : {"HTTP/1.1 206 Partial Content\r\n", "ETag: \"old\"\r\n",
+                             "Content-Range: bytes 0-3/9\r\n", "Transfer-Encoding: chunked\r\n", "\r\n"})
+      answer.take_header(line);
+    EXPECT_TRUE(answer.take_body(bytes_of(4, std::byte{1})));
+    answer.take_header(trailer);
+    EXPECT_FALSE(answer.wrong()) << trailer;
+    EXPECT_EQ(answer.version().size, 9u) << trailer;
+    EXPECT_EQ(answer.version().etag, "\"old\"");
+  }
+}
+
+TEST(Answer, AStatusMayFollowSeveralBlanksAndMustBeThere) {
+  for (const auto& [status, is_right] :
+       {std::pair("HTTP/1.1  206 x", true), {"HTTP/1.1 x", false}, {"HTTP/1.1", false}}) {
+    std::vector<std::byte> to(4);
+    const std::optional<ObjectVersion> none;
+    Answer answer(server, 0, to, none);
+    answer.take_header(status);
+    answer.take_header("Content-Range: bytes 0-3/9\r\n");
+    answer.take_body(bytes_of(4, std::byte{1}));
+    EXPECT_EQ(!answer.wrong(), is_right) << status;
+  }
+  std::vector<std::byte> to(4);
+  const std::optional<ObjectVersion> none;
+  EXPECT_TRUE(Answer(server, 0, to, none).wrong());
+}
+
 TEST(Answer, OnlyWhatPassesIsAskedForAgain) {
   std::vector<std::byte> to(4);
   const std::optional<ObjectVersion> none;

@@ -163,7 +163,7 @@ TEST(ReadAhead, ThreadsFetchNothingTwice) {
     EXPECT_LE(far.fetched[i - 1].end, far.fetched[i].begin);
 }
 
-TEST(ReadAhead, AfterAFailureAllReadsFail) {
+TEST(ReadAhead, AFailureIsThatOfAllReadsThatHaveBegunAndOfNoLaterOne) {
   Far far(12 * mebibyte);
   far.fails = true;
   std::atomic<int> failed = 0;
@@ -179,8 +179,10 @@ TEST(ReadAhead, AfterAFailureAllReadsFail) {
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(failed, 8);
   EXPECT_LE(far.fetched.size(), 8u);
-  far.fails = false;
   EXPECT_THROW(far.read(9 * mebibyte, 1000), WorldError);
+  far.fails = false;
+  EXPECT_TRUE(far.is_right(9 * mebibyte, 1000));
+  EXPECT_TRUE(far.is_right(5 * mebibyte, 1000));
 }
 
 }  // namespace

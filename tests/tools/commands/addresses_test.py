@@ -17,8 +17,8 @@ import unittest
 import urllib.parse
 
 from program import ProgramTest, TAGRID, numpy
-from web_server import (WebServer, after, gzipped, page, page_as_part, part_as_200, redirected_to, short, silent,
-                        silent_in_body, until, without_ranges)
+from web_server import (WebServer, after, gzipped, of_another_protocol, page, page_as_part, part_as_200, redirected_to,
+                        short, silent, silent_in_body, until, without_ranges)
 
 IS_SANITIZED = b"__asan_init" in TAGRID.read_bytes()
 # Servers of this machine are not reached through a proxy.
@@ -315,6 +315,7 @@ class Addresses(ProgramTest):
                 ("several parts", several, "does not say which part"),
                 ("more", long, "the server sends more than it announces"),
                 ("short answers", short, "the connection ended before all of the answer (4 requests)"),
+                ("another protocol", of_another_protocol, "HTTP/0.9"),
                 ("silence", silent, "the server does not answer in time"),
                 ("silence in the body", silent_in_body, "the server does not answer in time"),
                 ("a loop", redirected_to("/scan.tag"), "is redirected again and again"),

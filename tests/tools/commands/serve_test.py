@@ -44,6 +44,11 @@ class Server(LocalServer):
         self.test.assertEqual((answer.status, answer.headers["Content-Type"]), (200, "application/json"), key)
         return json.loads(answer.content)
 
+    def peak_memory(self):
+        """Bytes that it has had at most."""
+        lines = Path(f"/proc/{self.process.pid}/status").read_text().splitlines()
+        return 1024 * int(next(line.split()[1] for line in lines if line.startswith("VmHWM:")))
+
     def array(self, level, root=None):
         """All samples of an array, from its chunks, without a library of Zarr."""
         about = self.json(f"{level}/zarr.json", root)
@@ -290,6 +295,29 @@ class Serve(ProgramTest):
         for thread in threads:
             thread.join()
         self.assertEqual(wrong, [])
+
+    @unittest.skipIf(b"__asan_init" in TAGRID.read_bytes(), "a sanitizer takes memory of its own")
+    def test_requests_that_wait_take_no_memory(self):
+        self.make("a.tag", "--brick", "4", "--max-error", "50", "--grid", "derived", dims="130,130,130")
+        processors = os.sched_getaffinity(0)
+        os.sched_setaffinity(0, {min(processors)})
+        try:
+            server = self.serve("a.tag")
+        finally:
+            os.sched_setaffinity(0, processors)
+        path = server.root + "0/c/0/0/0"
+        before = server.peak_memory()
+        chunk = len(server.ask(path).content)
+        self.assertEqual(chunk, 2 * 128 ** 3)
+        statuses = []
+        threads = [threading.Thread(target=lambda: statuses.append(server.ask(path).status)) for _ in range(24)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(statuses, [200] * 24)
+        # One is decoded, and some are being sent.
+        self.assertLess(server.peak_memory() - before, 12 * chunk)
 
     def test_a_damaged_brick_is_an_error_and_the_others_are_not(self):
         self.make("a.tag", dims="130,60,60")

@@ -152,6 +152,12 @@ def silent_in_body(handler, _):
     return True
 
 
+def of_another_protocol(handler, _):
+    handler.wfile.write(b"SSH-2.0-x\r\n")
+    handler.close_connection = True
+    return True
+
+
 def short(handler, _):
     span = handler.wanted()
     handler.answer(body=handler.content()[span[0]:(span[0] + span[1]) // 2], length=span[1] - span[0])

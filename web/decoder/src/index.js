@@ -148,8 +148,9 @@ class File {
       for (const { offset, bytes } of given) this.wasm.give(blocks, offset, bytes);
       const result = work();
       if (result !== undefined) return result;
-      const needed = Promise.all(this.wasm.needs(blocks).map((range) => this.#fetchOnce(range)));
-      given.push(...(await this.run(signal, (until) => unlessAborted(needed, until))));
+      const needed = () => Promise.all(this.wasm.needs(blocks).map((range) => this.#fetchOnce(range)));
+      // A call that has ended asks for nothing: nobody would hear that it failed.
+      given.push(...(await this.run(signal, (until) => unlessAborted(needed(), until))));
     }
     throw new TagridError("bug", "the same bytes are needed again and again");
   }

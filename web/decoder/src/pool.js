@@ -72,12 +72,12 @@ export class Pool {
     const onError = (cause) => {
       this.#workers.delete(worker);
       worker.port?.end();
-      // One that never worked is not replaced: the next one would fail, too.
-      const failed = worker.entry ? [worker.entry] : this.#workers.size === 0 ? this.#waiting.splice(0) : [];
+      const failed = worker.entry ? [worker.entry] : [];
+      // One that never worked is not replaced: the next one would fail, too. So nobody is left for what waits.
+      if (!worker.worked && this.#workers.size === 0) failed.push(...this.#waiting.splice(0));
       const code = worker.worked ? "bug" : "not-supported";
-      for (const entry of failed) {
-          entry.reject(new TagridError(code, `a worker (${this.#url.href}) failed: ${cause.message}`, { cause }));
-      }
+      for (const entry of failed)
+        entry.reject(new TagridError(code, `a worker (${this.#url.href}) failed: ${cause.message}`, { cause }));
       if (worker.worked) this.#work();
     };
     const withMark = (message) => {

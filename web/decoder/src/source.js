@@ -10,13 +10,21 @@ const lastBytes = (size) => Math.min(Math.max(size / 256, 256 << 10), 768 << 10)
 export async function openSource(given, options) {
   if (given instanceof Blob) return new CheckedSource(new BlobSource(given));
   if (typeof given === "string" || given instanceof URL) {
-    const source = new UrlSource(new URL(given, globalThis.location?.href), options);
+    const source = new UrlSource(urlOf(given), options);
     await source.open(options.signal);
     return source;
   }
   require(typeof given?.read === "function" && Number.isSafeInteger(given.size) && given.size >= 0,
     "a source is a URL, a Blob, or an object with a size and read()");
   return new CheckedSource(given);
+}
+
+function urlOf(given) {
+  try {
+    return new URL(given, globalThis.location?.href);
+  } catch (cause) {
+    throw new TagridError("invalid-argument", `${given} is no URL`, { cause });
+  }
 }
 
 class BlobSource {

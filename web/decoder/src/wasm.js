@@ -85,7 +85,7 @@ export class Wasm {
             throw new TagridError("bug", `the module ended with ${code}`);
           },
           number: (pointer, length) =>
-            Number(String.fromCharCode(...new Uint8Array(this.#exports.memory.buffer, pointer >>> 0, length))),
+            Number(new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, pointer >>> 0, length))),
         }[name] ?? (() => 0);
     }
     this.#exports = new WebAssembly.Instance(module, { ...imports }).exports;

@@ -294,6 +294,7 @@ function showReadout() {
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
 let opening;
+let shownVolume; // its number, as the list of volumes has it
 async function openFile(source, name, options = {}) {
   opening?.abort();
   const controller = new AbortController();
@@ -316,6 +317,7 @@ async function openFile(source, name, options = {}) {
     element("volume").replaceChildren(
       ...Array.from({ length: file.volumes }, (_, i) => new Option(String(i), String(i))),
     );
+    shownVolume = "0";
     show(file);
   } catch (error) {
     if (controller.signal.aborted) return;
@@ -359,10 +361,19 @@ function show(volume) {
 }
 
 element("volume").addEventListener("change", async ({ target }) => {
+  const [of, chosen] = [file, target.value];
+  // Another one may have been chosen since, or another file.
+  const isStillChosen = () => file === of && target.value === chosen;
   try {
-    show(await file.volume(Number(target.value)));
+    const volume = await of.volume(Number(chosen));
+    if (!isStillChosen()) return;
+    shownVolume = chosen;
+    show(volume);
   } catch (error) {
-    say(error.message, true);
+    if (!isStillChosen()) return;
+    target.value = shownVolume;
+    failure = error.message;
+    draw();
   }
 });
 element("file").addEventListener("change", ({ target }) => {
@@ -397,7 +408,17 @@ function openAddress(text) {
     element("failure").textContent = "an address begins with http:// or https://";
     return;
   }
-  openFile(url, decodeURIComponent(url.pathname.split("/").at(-1)) || url.host);
+  openFile(url, nameIn(url));
+}
+
+/** The name of the file at an address. Names that are no UTF-8 stay encoded. */
+function nameIn({ pathname, host }) {
+  const name = pathname.split("/").at(-1);
+  try {
+    return decodeURIComponent(name) || host;
+  } catch {
+    return name;
+  }
 }
 
 // ---- Controls ------------------------------------------------------------------------------------------------------
