@@ -379,6 +379,26 @@ test("the volume that is shown is the one that is chosen last", async () => {
   await page.close();
 });
 
+test("what a server did not give is asked for again", async () => {
+  const page = await open("made/scan.tag");
+  await page.evaluate(`{
+    const { volume } = tagridViewer.state;
+    const read = volume.read.bind(volume);
+    globalThis.isDown = true;
+    volume.read = async (wanted) => {
+      if (isDown) throw Object.assign(new Error("no answer"), { code: "io-error" });
+      return read(wanted);
+    };
+    tagridViewer.actions.moveTo([20, 30, 40]);
+  }`);
+  await page.until(`document.getElementById("status").textContent === "no answer"`);
+  await page.evaluate("isDown = false");
+  await page.until("tagridViewer.sliceViews.every((view) => view.isComplete)");
+  await page.until(`document.getElementById("status").textContent === ""`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
 test("a file whose name is no UTF-8", async () => {
   copyFileSync(scan().path, join(folder, "caf%E9.tag"));
   const page = await open("made/caf%25E9.tag");

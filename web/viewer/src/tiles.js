@@ -37,6 +37,11 @@ export class Tiles {
     this.#tiles.clear();
   }
 
+  /** What could not be read is wanted again. */
+  retry() {
+    this.#failed.clear();
+  }
+
   get reads() {
     return this.#flying.size;
   }

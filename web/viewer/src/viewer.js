@@ -52,6 +52,9 @@ const sliceViews = [
 });
 const spaceView = new SpaceView(sections.space, state);
 let file;
+// Milliseconds.
+const retryAfter = 3000;
+let retryTimer;
 
 // For tests, and for whoever looks into the page: milliseconds since the page was opened.
 const times = {};
@@ -327,6 +330,17 @@ async function openFile(source, name, options = {}) {
   }
 }
 
+/** Servers and networks that fail may answer again. */
+function retryLater(volume) {
+  clearTimeout(retryTimer);
+  retryTimer = setTimeout(() => {
+    if (state.volume !== volume) return;
+    failure = undefined;
+    state.tiles.retry();
+    update();
+  }, retryAfter);
+}
+
 function show(volume) {
   state.tiles?.close();
   failure = undefined;
@@ -339,6 +353,7 @@ function show(volume) {
     },
     (error) => {
       failure = error.message;
+      if (error.code === "io-error") retryLater(volume);
     },
   );
   state.scale = scaleOf(volume);
