@@ -126,7 +126,7 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
 
 }  // namespace
 
-std::string plain_ratio(const std::string& text) {
+std::string_view plain_ratio(std::string_view text) {
   return text.ends_with(":1") ? text.substr(0, text.size() - 2) : text;
 }
 
