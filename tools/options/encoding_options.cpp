@@ -212,8 +212,7 @@ std::string lost_structure(const TagHeader& header, const Statistics& total) {
   if (!(total.max_error > 0 && bound >= total.high - total.low)) return "";
   return fmt::format(
       "a maximum error of {} is not below the range of the samples, so structure, such as that of a mask, "
-      "may "
-      "be lost",
+      "may be lost",
       bound);
 }
 
