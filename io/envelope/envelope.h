@@ -165,9 +165,6 @@ void for_each_stretch(
     const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
 
-/// True for names that stay in a folder: relative, without empty parts, ".", ".." and zero bytes.
-bool is_safe_name(const std::string& name);
-
 /// What an envelope may have many of.
 struct EnvelopeSize {
   std::uint64_t files = 0, name_bytes = 0, runs = 0;

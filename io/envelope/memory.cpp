@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "io/envelope/envelope.h"
-#include "io/files/system_call.h"
+#include "io/files/file_attributes.h"
 
 namespace tagrid {
 namespace {
@@ -24,9 +24,7 @@ std::uint64_t other_bytes(const SourceFacts& facts) {
   const SampleShape shape{facts.info.dims, facts.info.type};
   // The files of a plain form are not made for this.
   if (facts.places.empty()) return facts.files.size() << 16;
-  std::uint64_t all = 0;
-  for (const std::string& file : facts.files)
-    if (const auto status = status_of(file)) all += static_cast<std::uint64_t>(status->st_size);
+  const std::uint64_t all = size_of_files(facts.files);
   return std::min(all - std::min(all, shape.bytes()), most_other_bytes(shape, facts.files.size()));
 }
 

@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -64,17 +65,6 @@ Bits nearest(Bits integer, const BitsThatCount<Bits>& bits, bool is_signed) {
 }
 
 }  // namespace
-
-bool is_safe_name(const std::string& name) {
-  if (name.empty() || name.front() == '/' || name.back() == '/' || name.find('\0') != name.npos) return false;
-  for (std::size_t begin = 0; begin <= name.size();) {
-    const std::size_t end = std::min(name.find('/', begin), name.size());
-    const std::string part = name.substr(begin, end - begin);
-    if (part.empty() || part == "." || part == "..") return false;
-    begin = end + 1;
-  }
-  return true;
-}
 
 void for_each_stretch(
     const EnvelopeFile& file, const SampleShape& shape,

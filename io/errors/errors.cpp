@@ -56,10 +56,10 @@ ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint6
       Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed, 0, 0, 0}};
   // A setting is suggested only if it reduces the memory.
   const auto helps = [&](std::uint64_t bytes) { return mebibytes(bytes) < mebibytes(needed); };
-  if (needed_with_spool && helps(*needed_with_spool)) detail.numbers[2] = *needed_with_spool;
+  if (needed_with_spool && helps(*needed_with_spool)) detail.numbers[limit_with_spool] = *needed_with_spool;
   if (brick && helps(brick->needed)) {
-    detail.numbers[3] = static_cast<std::uint64_t>(brick->edge);
-    detail.numbers[4] = brick->needed;
+    detail.numbers[smaller_brick] = static_cast<std::uint64_t>(brick->edge);
+    detail.numbers[limit_with_brick] = brick->needed;
   }
   return detail;
 }
@@ -90,7 +90,8 @@ MemoryLimit MemoryLimit::but_for(std::uint64_t bytes) const {
   const auto less = [bytes](std::uint64_t number) { return number - std::min(number, bytes); };
   std::optional<std::uint64_t> with_spool = needed_with_spool();
   if (with_spool) with_spool = less(*with_spool);
-  return {detail().sentence.terms.at(0).text, less(detail().numbers.at(1)), less(needed()), with_spool};
+  return {detail().sentence.terms.at(0).text, less(detail().numbers.at(allowed_limit)), less(needed()),
+          with_spool};
 }
 
 SortedError sorted_error(const std::exception_ptr& exception) {

@@ -144,6 +144,16 @@ struct SmallerBrick {
   std::uint64_t needed = 0;
 };
 
+/// The numbers of a MemoryLimit, by their places in its detail: limits, and the edge of a brick. Those after
+/// the second one are 0 if they do not help.
+enum MemoryNumber : std::uint8_t {
+  needed_limit,
+  allowed_limit,
+  limit_with_spool,
+  smaller_brick,
+  limit_with_brick
+};
+
 /// The work does not fit into the allowed memory.
 class MemoryLimit : public UsageError {
  public:
@@ -157,9 +167,10 @@ class MemoryLimit : public UsageError {
   MemoryLimit but_for(std::uint64_t bytes) const;
 
   /// The smallest possible limit; and that with samples in a temporary file, if it is smaller.
-  std::uint64_t needed() const { return detail().numbers[0]; }
+  std::uint64_t needed() const { return detail().numbers[needed_limit]; }
   std::optional<std::uint64_t> needed_with_spool() const {
-    return detail().numbers[2] > 0 ? std::optional(detail().numbers[2]) : std::nullopt;
+    const std::uint64_t limit = detail().numbers[limit_with_spool];
+    return limit > 0 ? std::optional(limit) : std::nullopt;
   }
 };
 

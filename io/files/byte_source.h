@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,6 +34,24 @@ class ByteSource {
   virtual bool waits() const { return false; }
   /// What is read next, in any order; replaces what was said before. REQUIRES: the ranges are in the source.
   virtual void will_read(std::vector<ByteRange>) const {}
+};
+
+/// Bytes in memory, which must outlive it.
+class BytesInMemory : public ByteSource {
+ public:
+  explicit BytesInMemory(std::span<const std::byte> bytes, std::string name = "bytes in memory")
+      : bytes_(bytes), name_(std::move(name)) {}
+  explicit BytesInMemory(std::string_view text) : BytesInMemory(std::as_bytes(std::span(text)), "a text") {}
+
+  std::uint64_t size() const override { return bytes_.size(); }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    if (!to.empty()) std::memcpy(to.data(), bytes_.data() + position, to.size());
+  }
+  const std::string& name() const override { return name_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::string name_;
 };
 
 /// A part of a source.

@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <string_view>
 
@@ -27,26 +28,30 @@ namespace {
 
 struct Method {
   const char* name;
-  char first;  ///< the first byte of a stream that follows another one
+  char first;  ///< the first byte of a stream that follows another one; 0: what follows does not count
   std::uint64_t max_ratio;
+  int window_bits = 0;  ///< of zlib, which also say which heads a stream may have
 };
 
 // Deflate expands one byte to at most 1032.
-constexpr Method gzip = {"gzip", '\x1f', 1040};
+constexpr std::uint64_t ratio_of_deflate = 1040;
 // A block of 900000 bytes is what is left of runs of up to 259 equal bytes, each of which takes 5. An empty
 // block has more than 20 bytes.
-constexpr Method bzip2 = {"bzip2", 'B', 900'000 / 5 * 259 / 20};
+constexpr std::uint64_t ratio_of_bzip2 = 900'000 / 5 * 259 / 20;
+constexpr int either_head = 32;
+// In the order of Compression.
+constexpr std::array methods = {
+    Method{"gzip", '\x1f', ratio_of_deflate, MAX_WBITS + either_head}, Method{"bzip2", 'B', ratio_of_bzip2},
+    Method{"zlib", 0, ratio_of_deflate, MAX_WBITS}, Method{"deflate", 0, ratio_of_deflate, -MAX_WBITS}};
 
-const Method& method_of(Compression compression) { return compression == Compression::gzip ? gzip : bzip2; }
+const Method& method_of(Compression compression) { return methods[static_cast<std::size_t>(compression)]; }
 
-constexpr int gzip_or_zlib = 15 + 32;
-
-class GzipDecoder final : public CompressedBytes::Decoder {
+class DeflateDecoder final : public CompressedBytes::Decoder {
  public:
-  explicit GzipDecoder(const std::string& name) : name_(name) {
-    if (inflateInit2(&z_, gzip_or_zlib) != Z_OK) throw std::bad_alloc();
+  DeflateDecoder(const std::string& name, const Method& method) : name_(name), method_(method) {
+    if (inflateInit2(&z_, method.window_bits) != Z_OK) throw std::bad_alloc();
   }
-  ~GzipDecoder() override { inflateEnd(&z_); }
+  ~DeflateDecoder() override { inflateEnd(&z_); }
 
   void restart() override { inflateReset(&z_); }
 
@@ -60,13 +65,14 @@ class GzipDecoder final : public CompressedBytes::Decoder {
     out = out.last(z_.avail_out);
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     if (result != Z_OK && result != Z_BUF_ERROR && result != Z_STREAM_END)
-      throw BrokenInput(
-          fmt::format("{}: the gzip stream is damaged{}{}", name_, z_.msg ? ": " : "", z_.msg ? z_.msg : ""));
+      throw BrokenInput(fmt::format("{}: the {} stream is damaged{}{}", name_, method_.name,
+                                    z_.msg ? ": " : "", z_.msg ? z_.msg : ""));
     return result == Z_STREAM_END;
   }
 
  private:
   const std::string& name_;
+  const Method& method_;
   z_stream z_ = {};
 };
 
@@ -107,12 +113,12 @@ class Bzip2Decoder final : public CompressedBytes::Decoder {
 
 }  // namespace
 
-CompressedBytes::CompressedBytes(FileBytes& file, Compression compression)
+CompressedBytes::CompressedBytes(ByteStream& file, Compression compression)
     : file_(file), compression_(compression), input_(std::size_t{1} << 16) {
   if (compression == Compression::bzip2)
     decoder_ = std::make_unique<Bzip2Decoder>(file.name());
   else
-    decoder_ = std::make_unique<GzipDecoder>(file.name());
+    decoder_ = std::make_unique<DeflateDecoder>(file.name(), method_of(compression));
 }
 
 CompressedBytes::~CompressedBytes() = default;
@@ -126,12 +132,17 @@ void CompressedBytes::restart() {
   at_end_ = false;
 }
 
+/// Reads compressed bytes if none wait. False at the end of the file.
+bool CompressedBytes::has_waiting() {
+  if (waiting_.empty()) waiting_ = std::span(input_).first(file_.read(input_.data(), input_.size()));
+  return !waiting_.empty();
+}
+
 /// At the end of a stream, starts the next one, if there is one: pbzip2 writes many.
 bool CompressedBytes::next_stream() {
-  const std::string_view next =
-      waiting_.empty() ? file_.peek(1) : std::string_view(reinterpret_cast<const char*>(waiting_.data()), 1);
-  if (next.empty()) return false;
-  if (next[0] != method_of(compression_).first)
+  const char first = method_of(compression_).first;
+  if (first == 0 || !has_waiting()) return false;
+  if (static_cast<char>(waiting_[0]) != first)
     throw BrokenInput(
         fmt::format("{}: there are bytes after the end of the {} stream", file_.name(), method()));
   decoder_->restart();
@@ -141,11 +152,8 @@ bool CompressedBytes::next_stream() {
 std::size_t CompressedBytes::read(std::byte* out, std::size_t size) {
   std::size_t done = 0;
   while (done < size && !at_end_) {
-    if (waiting_.empty()) {
-      waiting_ = std::span(input_).first(file_.read(input_.data(), input_.size()));
-      if (waiting_.empty())
-        throw BrokenInput(fmt::format("{}: the {} stream ends too soon", file_.name(), method()));
-    }
+    if (!has_waiting())
+      throw BrokenInput(fmt::format("{}: the {} stream ends too soon", file_.name(), method()));
     const std::size_t most = std::min(size - done, std::size_t{1} << 30);
     std::span<std::byte> room(out + done, most);
     const bool has_ended = decoder_->decode(waiting_, room);
@@ -160,17 +168,15 @@ bool begins_bzip2(FileBytes& file) { return file.peek(3) == "BZh"; }
 
 std::string beginning_of_gzip(FileBytes& file, std::size_t size) {
   // Enough for the tables of a deflate block, and for any name of a file in the header.
-  const std::string_view compressed = file.peek(FileBytes::peek_limit);
+  std::span<const std::byte> compressed = std::as_bytes(std::span(file.peek(FileBytes::peek_limit)));
   std::string beginning(size, '\0');
-  z_stream z = {};
-  if (inflateInit2(&z, gzip_or_zlib) != Z_OK) throw std::bad_alloc();
-  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(compressed.data()));  // zlib does not write there
-  z.avail_in = static_cast<uInt>(compressed.size());
-  z.next_out = reinterpret_cast<Bytef*>(beginning.data());
-  z.avail_out = static_cast<uInt>(size);
-  inflate(&z, Z_SYNC_FLUSH);
-  beginning.resize(size - z.avail_out);
-  inflateEnd(&z);
+  std::span<std::byte> room = std::as_writable_bytes(std::span(beginning));
+  try {
+    DeflateDecoder(file.name(), method_of(Compression::gzip)).decode(compressed, room);
+  } catch (const BrokenInput&) {
+    // What was decoded before is good.
+  }
+  beginning.resize(size - room.size());
   return beginning;
 }
 

@@ -13,19 +13,21 @@
 namespace tagrid {
 
 enum class Compression {
-  gzip,  ///< one or more gzip members (RFC 1952), or a zlib stream (RFC 1950)
-  bzip2  ///< one or more bzip2 streams (https://sourceware.org/bzip2/)
+  gzip,    ///< one or more gzip members (RFC 1952), or a zlib stream (RFC 1950)
+  bzip2,   ///< one or more bzip2 streams (https://sourceware.org/bzip2/)
+  zlib,    ///< a zlib stream (RFC 1950); what follows it does not count
+  deflate  ///< the same without its head and its checksum (RFC 1951)
 };
 
-/// Reads a stream from the position of a file to its end.
+/// Reads a stream from the position of a file, or of other bytes, to its end.
 class CompressedBytes {
  public:
   /// `file` must outlive this.
-  CompressedBytes(FileBytes& file, Compression compression);
+  CompressedBytes(ByteStream& file, Compression compression);
   ~CompressedBytes();
 
   /// Reads `size` bytes, or fewer at the end; returns their number. Throws BrokenInput if the stream is
-  /// damaged, ends too soon, or is followed by something else.
+  /// damaged, ends too soon, or is followed by something that counts.
   std::size_t read(std::byte* out, std::size_t size);
   /// Starts again after the file has been moved back to the beginning of the stream.
   void restart();
@@ -41,9 +43,10 @@ class CompressedBytes {
   class Decoder;
 
  private:
+  bool has_waiting();
   bool next_stream();
 
-  FileBytes& file_;
+  ByteStream& file_;
   Compression compression_;
   std::unique_ptr<Decoder> decoder_;
   std::vector<std::byte> input_;

@@ -60,6 +60,14 @@ bool is_file_or_folder(const std::string& path) {
   return status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode));
 }
 
+std::uint64_t size_of_files(const std::vector<std::string>& files) {
+  std::uint64_t bytes = 0;
+  for (const std::string& file : files)
+    if (const auto status = status_of(file); status && S_ISREG(status->st_mode))
+      bytes += static_cast<std::uint64_t>(status->st_size);
+  return bytes;
+}
+
 bool is_regular_output(const std::string& path) {
   if (path == "-") return false;
   const auto status = status_of(path);

@@ -40,6 +40,9 @@ bool is_folder(const std::string& path);
 /// True if `path` is a regular file or a directory: something that can be opened again and gives the same.
 bool is_file_or_folder(const std::string& path);
 
+/// Bytes of all of these that are regular files; others count as none.
+std::uint64_t size_of_files(const std::vector<std::string>& files);
+
 /// True if `path` is, or would become, a regular file: not "-", a device or a pipe.
 bool is_regular_output(const std::string& path);
 

@@ -63,14 +63,10 @@ std::vector<FoundProgram> all(std::string_view prefix) {
 
 std::vector<std::string> program_folders() {
   std::vector<std::string> folders;
-  if (const char* variable = std::getenv("TAGRID_READER_PATH"); variable != nullptr) {
-    for (std::string_view left = variable; !left.empty();) {
-      const std::size_t colon = std::min(left.find(':'), left.size());
+  if (const char* variable = std::getenv("TAGRID_READER_PATH"); variable != nullptr)
+    for (const std::string_view folder : split(variable, ':'))
       // Otherwise the current folder, which may belong to anybody, would choose programs.
-      if (left.starts_with('/')) folders.emplace_back(left.substr(0, colon));
-      left.remove_prefix(std::min(colon + 1, left.size()));
-    }
-  }
+      if (folder.starts_with('/')) folders.emplace_back(folder);
   std::error_code unknown;
   const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
   if (!unknown) {

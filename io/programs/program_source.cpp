@@ -1,24 +1,15 @@
 #include "io/programs/volumes.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/files/file_attributes.h"
 #include "io/samples/slices_in_files.h"
 
 namespace tagrid {
 namespace {
-
-std::uint64_t size_of_files(const std::vector<std::string>& files) {
-  return std::accumulate(
-      files.begin(), files.end(), std::uint64_t{0}, [](std::uint64_t sum, const std::string& file) {
-        const auto status = status_of(file);
-        return sum + (status && S_ISREG(status->st_mode) ? static_cast<std::uint64_t>(status->st_size) : 0);
-      });
-}
 
 class ProgramSource;
 /// The source, as long as it lives, for facts that outlive it.

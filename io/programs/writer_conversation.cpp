@@ -6,6 +6,7 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/programs/answers.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -38,14 +39,6 @@ Json json_of(const MeshLayout& mesh) {
           {"tetrahedra", mesh.tetrahedra},
           {"point_data", json_of(mesh.point_data)},
           {"cell_data", json_of(mesh.cell_data)}};
-}
-
-bool is_utf8(const std::string& text) {
-  try {
-    return !Json(text).dump().empty();
-  } catch (const Json::exception&) {
-    return false;
-  }
 }
 
 /// Lines of older programs may be in Latin-1. JSON is UTF-8.

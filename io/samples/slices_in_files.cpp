@@ -202,13 +202,7 @@ class Joined final : public VolumeSource {
     while (count > 0) {
       const std::int64_t from = first % in_part, n = std::min(count, in_part - from);
       VolumeSource& source = part(first / in_part);
-      if (source.next_sample() == from) {
-        source.read_samples(out, n);
-      } else {
-        // Only complete rows of one slice are read out of order.
-        const std::int64_t z = from / slice_samples(), y = from % slice_samples() / info().dims.x;
-        source.read_rows(out, {{0, y, z}, {info().dims.x - 1, y + n / info().dims.x - 1, z}});
-      }
+      source.read_from(out, from, n);
       if (source.next_sample() == in_part) source.finish();
       out += static_cast<std::size_t>(n) * size_of(info().type);
       first += n;

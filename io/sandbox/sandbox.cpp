@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/text/text.h"
+
 namespace tagrid {
 namespace {
 
@@ -34,11 +36,8 @@ constexpr std::size_t most_entries = 200'000;
 
 void add_listed(const char* variable, std::vector<std::string>& paths) {
   const char* value = std::getenv(variable);
-  for (std::string_view rest = value == nullptr ? "" : value; !rest.empty();) {
-    const std::size_t end = std::min(rest.find(':'), rest.size());
-    if (end > 0) paths.emplace_back(rest.substr(0, end));
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
+  for (const std::string_view path : split(value == nullptr ? "" : value, ':'))
+    if (!path.empty()) paths.emplace_back(path);
 }
 
 template <class Iterator>

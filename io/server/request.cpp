@@ -4,19 +4,10 @@
 #include <charconv>
 #include <limits>
 
+#include "io/text/text.h"
+
 namespace tagrid {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = std::min(text.find_first_not_of(" \t"), text.size());
-  text.remove_prefix(first);
-  return text.substr(0, text.find_last_not_of(" \t") + 1);
-}
-
-bool same_letters(std::string_view a, std::string_view lower) {
-  return std::ranges::equal(a, lower,
-                            [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
-}
 
 /// Cuts a line off. Nothing if no line is complete.
 std::optional<std::string_view> next_line(std::string_view& text) {
@@ -28,7 +19,7 @@ std::optional<std::string_view> next_line(std::string_view& text) {
 }
 
 /// A number of more than 64 bits counts as the largest: it is beyond the end of everything.
-std::optional<std::uint64_t> number_of(std::string_view text) {
+std::optional<std::uint64_t> place_of(std::string_view text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (end == text.data() || end != text.data() + text.size()) return std::nullopt;
@@ -37,12 +28,8 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
 
 /// Whether a list, such as "a, b", has a word.
 bool has_word(std::string_view list, std::string_view lower) {
-  for (;;) {
-    const auto comma = list.find(',');
-    if (same_letters(trimmed(list.substr(0, comma)), lower)) return true;
-    if (comma == std::string_view::npos) return false;
-    list.remove_prefix(comma + 1);
-  }
+  return std::ranges::any_of(split(list, ','),
+                             [&](std::string_view word) { return lower_case(trimmed(word)) == lower; });
 }
 
 }  // namespace
@@ -68,18 +55,18 @@ std::optional<WebRequest> request_of(std::string_view head) {
     if (colon == std::string_view::npos ||
         line->substr(0, colon).find_first_of(" \t") != std::string_view::npos)
       return std::nullopt;
-    const std::string_view name = line->substr(0, colon), value = trimmed(line->substr(colon + 1));
+    const std::string name = lower_case(line->substr(0, colon));
+    const std::string_view value = trimmed(line->substr(colon + 1));
     const auto take_once = [&](std::optional<std::string>& to) {
       const bool is_first = !to;
       to = value;
       return is_first;
     };
-    if (same_letters(name, "host") && !take_once(request.host)) return std::nullopt;
-    if (same_letters(name, "range") && !take_once(request.range)) return std::nullopt;
-    if (same_letters(name, "origin") && !take_once(request.origin)) return std::nullopt;
-    if (same_letters(name, "connection") && has_word(value, "close")) request.is_last = true;
-    if (same_letters(name, "transfer-encoding") || (same_letters(name, "content-length") && value != "0"))
-      request.has_body = true;
+    if (name == "host" && !take_once(request.host)) return std::nullopt;
+    if (name == "range" && !take_once(request.range)) return std::nullopt;
+    if (name == "origin" && !take_once(request.origin)) return std::nullopt;
+    if (name == "connection" && has_word(value, "close")) request.is_last = true;
+    if (name == "transfer-encoding" || (name == "content-length" && value != "0")) request.has_body = true;
   }
   return std::nullopt;
 }
@@ -88,11 +75,11 @@ AskedPart part_of(std::string_view range, std::uint64_t size) {
   using Kind = AskedPart::Kind;
   const AskedPart all{Kind::all, 0, size};
   constexpr std::string_view unit = "bytes=";
-  if (!same_letters(range.substr(0, unit.size()), unit)) return all;
+  if (lower_case(range.substr(0, unit.size())) != unit) return all;
   range.remove_prefix(unit.size());
   const auto dash = range.find('-');
   if (dash == std::string_view::npos) return all;
-  const auto first = number_of(range.substr(0, dash)), last = number_of(range.substr(dash + 1));
+  const auto first = place_of(range.substr(0, dash)), last = place_of(range.substr(dash + 1));
   if (dash == 0) {
     if (!last) return all;
     if (*last == 0 || size == 0) return {Kind::none, 0, 0};

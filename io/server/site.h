@@ -4,11 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,21 +15,6 @@
 #include "io/files/system_call.h"
 
 namespace tagrid {
-
-/// The bytes of a text, which must outlive it.
-class TextSource : public ByteSource {
- public:
-  explicit TextSource(const std::string& text) : text_(text) {}
-  std::uint64_t size() const override { return text_.size(); }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    std::memcpy(to.data(), text_.data() + position, to.size());
-  }
-  const std::string& name() const override { return name_; }
-
- private:
-  const std::string& text_;
-  std::string name_ = "a text";
-};
 
 /// Bytes for whoever knows their path. Nothing else is given out: paths are compared, never made into names
 /// of files, and pages of other sites read only what they are allowed to.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 
@@ -60,15 +59,6 @@ std::string with_escapes(std::string_view text, bool (*stays)(std::uint32_t code
 
 constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
 
-/// All of `text` as a number.
-template <class Number>
-std::optional<Number> entire(std::string_view text) {
-  Number number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 }  // namespace
 
 std::string_view take_line(std::string_view& text) {
@@ -95,12 +85,28 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
+std::vector<std::string_view> split(std::string_view text, char at) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const std::size_t end = text.find(at);
+    parts.push_back(text.substr(0, end));
+    if (end == text.npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
 std::optional<double> number_of(std::string_view text) {
   if (text.starts_with("+") && !text.starts_with("+-")) text.remove_prefix(1);
   return entire<double>(text);
 }
 
 std::optional<std::int64_t> whole_number_of(std::string_view text) { return entire<std::int64_t>(text); }
+
+bool is_utf8(std::string_view text) {
+  for (Character c; !text.empty(); text.remove_prefix(c.bytes))
+    if (c = first_character(text); !c.good) return false;
+  return true;
+}
 
 std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
@@ -122,6 +128,11 @@ std::string lower_case(std::string_view text) {
   for (char& c : lower)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return lower;
+}
+
+bool is_safe_name(std::string_view name) {
+  const auto is_step = [](std::string_view step) { return !step.empty() && step != "." && step != ".."; };
+  return name.find('\0') == name.npos && std::ranges::all_of(split(name, '/'), is_step);
 }
 
 std::string printable(std::string_view text) {

@@ -1,6 +1,7 @@
 // Lines, words and numbers in texts that come from files; and texts from outside, made safe to print.
 #pragma once
 
+#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,11 +22,25 @@ std::string_view trimmed(std::string_view text);
 /// The parts of `text` between blanks.
 std::vector<std::string_view> words_of(std::string_view text);
 
+/// The parts of `text` between the characters `at`: "a", "" and "b" of "a,,b". At least one.
+std::vector<std::string_view> split(std::string_view text, char at);
+
+/// All of `text` as a number of this type, without a plus sign, independent of the locale.
+template <class Number>
+std::optional<Number> entire(std::string_view text) {
+  Number number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
 /// All of `text` as a number, independent of the locale; "nan" is one.
 std::optional<double> number_of(std::string_view text);
 
 /// All of `text` as a whole number, without a plus sign.
 std::optional<std::int64_t> whole_number_of(std::string_view text);
+
+bool is_utf8(std::string_view text);
 
 /// `text` for a message, as UTF-8: shortened, and without anything on which a terminal would act.
 std::string quoted(std::string_view text);
@@ -34,6 +49,9 @@ std::string quoted(std::string_view text);
 std::string counted(std::uint64_t count, std::string_view noun);
 
 std::string lower_case(std::string_view text);
+
+/// True for a path that stays in a folder: relative, without empty parts, ".", ".." and zero bytes.
+bool is_safe_name(std::string_view name);
 
 /// `text` without anything on which a terminal would act. Control characters (including those of Unicode that
 /// take two bytes, and those that change the direction of writing) and bytes that are not UTF-8 become \n,

@@ -66,6 +66,8 @@ void hand_over(Struct result, Struct* to, std::size_t first_size) {
 
 /// A caller's half-open box within `dims`, with both ends included. Throws UsageError.
 Box box_of(const tagrid_box& box, const Index3& dims);
+/// The reverse.
+tagrid_box half_open(const Box& box);
 /// `strides`; if null, those of `shape` samples without gaps.
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);
 

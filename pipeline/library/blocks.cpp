@@ -99,17 +99,22 @@ void open(tagrid_blocks& blocks) {
   blocks.file = std::move(file);
 }
 
-// Opens a member of the file.
-void open_nested(tagrid_blocks& outer, const Member& member, tagrid_blocks** result) {
+// Opens a file in the whole file, which is `base` bytes from its beginning.
+void open_inner(const tagrid_blocks& outer, std::shared_ptr<const ByteSource> source, std::uint64_t base,
+                tagrid_blocks** result) {
+  auto inner = std::make_unique<tagrid_blocks>();
+  inner->given = outer.given;
+  inner->source = std::move(source);
+  inner->base = base;
+  open(*inner);
+  *result = inner.release();
+}
+
+void open_nested(const tagrid_blocks& outer, const Member& member, tagrid_blocks** result) {
   const std::uint64_t base = outer.base + member.content();
   expect_both_ends(*outer.given, base, member.length);
   outer.file->nested(member);  // checks that it is one of this file
-  auto nested = std::make_unique<tagrid_blocks>();
-  nested->given = outer.given;
-  nested->source = outer.file->bytes_of(member);
-  nested->base = base;
-  open(*nested);
-  *result = nested.release();
+  open_inner(outer, outer.file->bytes_of(member), base, result);
 }
 
 // The bricks along each axis that hold samples of a box of lattice points.
@@ -125,13 +130,10 @@ Box bricks_with(const Box& points, const BrickGrid& bricks) {
 tagrid_block described(const tagrid_blocks& blocks, const Region& region, std::int64_t number) {
   const TagBricks& file = *blocks.file;
   const BrickGrid bricks = file.parameters().bricks();
-  const Box owned = bricks.owned_box(bricks.position(number)), samples = bricks.domain.samples_at(owned);
+  const Box owned = bricks.owned_box(bricks.position(number));
   tagrid_block block = {};
   block.number = number;
-  for (int axis = 0; axis < 3; ++axis) {
-    block.box.low[axis] = samples.low[axis];
-    block.box.high[axis] = samples.high[axis] + 1;
-  }
+  block.box = half_open(bricks.domain.samples_at(owned));
   const TagBricks::Block at = file.block(number);
   block.range = {blocks.base + at.start - 8, at.bytes + 8};
   block.activity_bytes = at.activity;
@@ -256,13 +258,7 @@ tagrid_status tagrid_blocks_volume(tagrid_blocks* blocks, int64_t number, tagrid
   *volume = nullptr;
   return read_open(blocks, [&](const TagBricks& file) {
     if (const Member* member = member_of_volume(file, number)) return open_nested(*blocks, *member, volume);
-    auto same = std::make_unique<tagrid_blocks>();
-    same->given = blocks->given;
-    same->source = blocks->source;
-    same->base = blocks->base;
-    expect_both_ends(*same->given, same->base, same->source->size());
-    open(*same);
-    *volume = same.release();
+    open_inner(*blocks, blocks->source, blocks->base, volume);
   });
 }
 
@@ -361,11 +357,7 @@ tagrid_status tagrid_decoder_activity(tagrid_decoder* decoder, const tagrid_bloc
     decoder->brick.samples = {};
     decoder->brick.points = {};
     const LatticeBits& active = decoder->brick.active;
-    const Box closed = decoder->parameters.domain().samples_at(active.box());
-    for (int axis = 0; axis < 3; ++axis) {
-      box->low[axis] = closed.low[axis];
-      box->high[axis] = closed.high[axis] + 1;
-    }
+    *box = half_open(decoder->parameters.domain().samples_at(active.box()));
     *words = active.words().data();
     *word_count = active.words().size();
   });

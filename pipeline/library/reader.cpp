@@ -87,10 +87,7 @@ tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, t
     const Box owned = bricks.domain.samples_at(bricks.owned_box(bricks.position(number)));
     const IndexEntry entry = file.entry(number);
     tagrid_brick result = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      result.box.low[axis] = owned.low[axis];
-      result.box.high[axis] = owned.high[axis] + 1;
-    }
+    result.box = half_open(owned);
     result.offset = file.start(number);
     result.bytes = file.block_bytes(number);
     result.low = entry.low;

@@ -49,6 +49,13 @@ Box box_of(const tagrid_box& given, const Index3& dims) {
   return box;
 }
 
+tagrid_box half_open(const Box& box) {
+  tagrid_box result;
+  copy(box.low, result.low);
+  copy(box.high + Index3{1, 1, 1}, result.high);
+  return result;
+}
+
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size) {
   if (strides != nullptr) return {strides[0], strides[1], strides[2]};
   const auto size = static_cast<std::int64_t>(sample_size);

@@ -30,9 +30,8 @@ bool any_point_of(const Box& box, Visit visit) {
 
 // Makes the points of both boxes that are active in `from` active in `to`.
 void add_shared(const LatticeBits& from, LatticeBits& to) {
-  any_point_of(intersection(from.box(), to.box()), [&](Index3 p) {
+  for_each_point_of(intersection(from.box(), to.box()), [&](Index3 p) {
     if (from.test(p)) to.set(p);
-    return false;
   });
 }
 

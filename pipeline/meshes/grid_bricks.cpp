@@ -79,13 +79,6 @@ int checked_level(std::optional<int> wanted, int cube_size) {
   return level;
 }
 
-void set_root_corners(LatticeBits& bits, int cube_size) {
-  const Box& box = bits.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) bits.set({x, y, z});
-}
-
 bool is_flat(const CodingParameters& parameters) {
   const Index3& n = parameters.dims;
   return n.x == 1 || n.y == 1 || n.z == 1;

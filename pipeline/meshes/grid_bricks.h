@@ -29,9 +29,6 @@ bool is_flat(const CodingParameters& parameters);
 /// Throws UsageError, with this code, if the volume of the file `name` is flat.
 void refuse_flat(const CodingParameters& parameters, const std::string& name, Problem problem);
 
-/// Makes the corners of root cubes active, as they always are.
-void set_root_corners(LatticeBits& bits, int cube_size);
-
 class GridTaker {
  public:
   virtual ~GridTaker() = default;

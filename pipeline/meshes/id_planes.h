@@ -58,14 +58,6 @@ class IdPlanes {
   std::vector<std::int64_t> planes_[3];  ///< by axis
 };
 
-/// Calls visit(Index3) for the points of a box, x fastest.
-template <class Visit>
-void for_each_point_of(const Box& box, Visit visit) {
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) visit(Index3{x, y, z});
-}
-
 /// The ids of lattice points, for one brick at a time. A point on a face, edge or corner between bricks keeps
 /// the id that it got in the first of them: each brick takes over the ids that are known on its low faces,
 /// and leaves all ids on its high faces. As the brick on the other side of the x face knows most (see

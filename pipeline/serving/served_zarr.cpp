@@ -98,11 +98,11 @@ ServedZarr::ServedZarr(std::shared_ptr<const TagBricks> file, const std::string&
 }
 
 std::shared_ptr<const ByteSource> ServedZarr::file(std::string_view key) const {
-  if (key == "zarr.json") return std::make_shared<TextSource>(metadata_);
+  if (key == "zarr.json") return std::make_shared<BytesInMemory>(metadata_);
   const auto number = take_number(key);
   if (!number || *number >= static_cast<std::int64_t>(levels_.size())) return nullptr;
   const Level& level = levels_[static_cast<std::size_t>(*number)];
-  if (key == "/zarr.json") return std::make_shared<TextSource>(level.metadata);
+  if (key == "/zarr.json") return std::make_shared<BytesInMemory>(level.metadata);
   return take(key, "/c/") ? chunk_of(level, key) : nullptr;
 }
 

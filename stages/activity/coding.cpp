@@ -77,13 +77,6 @@ std::uint64_t model_bytes(Index3 size, bool forecast) {
          3 * LatticeBits::working_bytes({size.x, 1, 1}) + (forecast ? Surprises::working_bytes(size) : 0);
 }
 
-void set_root_corners(LatticeBits& active, int cube_size) {
-  const Box& box = active.box();
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) active.set({x, y, z});
-}
-
 // `known` is null if the coder decodes.
 template <class Contexts, class Coder>
 void code_passes(Coder& coder, LatticeBits& active, const Forecast& forecast, int cube_size, int max_level,

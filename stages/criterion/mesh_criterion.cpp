@@ -54,10 +54,10 @@ class MeshMarker {
   void pass(std::int64_t unit, unsigned axes) {
     const std::int64_t period = 2 * unit;
     list_children(unit, axes);
-    for (std::int64_t z = first_multiple(box_.low.z, unit, axes & 4); z <= box_.high.z; z += period)
-      for (std::int64_t y = first_multiple(box_.low.y, unit, axes & 2); y <= box_.high.y; y += period)
-        for (std::int64_t x = first_multiple(box_.low.x, unit, axes & 1); x <= box_.high.x; x += period)
-          decide({x, y, z}, unit);
+    const Index3 first = {first_multiple(box_.low.x, unit, axes & 1),
+                          first_multiple(box_.low.y, unit, axes & 2),
+                          first_multiple(box_.low.z, unit, axes & 4)};
+    for_each_point_of({first, box_.high}, period, [&](Index3 p) { decide(p, unit); });
   }
 
   // Offsets of the children in the array of bounds, the same for all points of a pass.

@@ -85,9 +85,7 @@ class Closure {
   void run() {
     if (any()) add_parents();
     for (LatticeBits& bits : nested_)
-      for (std::int64_t z = low_.z; z <= high_.z; z += cube_size_)
-        for (std::int64_t y = low_.y; y <= high_.y; y += cube_size_)
-          for (std::int64_t x = low_.x; x <= high_.x; x += cube_size_) bits.set({x, y, z});
+      for_each_point_of({low_, high_}, cube_size_, [&](Index3 p) { bits.set(p); });
   }
 
  private:

@@ -63,4 +63,18 @@ constexpr Box intersection(const Box& a, const Box& b) {
           {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y), std::min(a.high.z, b.high.z)}};
 }
 
+/// Calls visit(Index3) for the points of a box, x fastest, that are a multiple of `step` from the lowest one
+/// along each axis.
+template <class Visit>
+void for_each_point_of(const Box& box, std::int64_t step, Visit visit) {
+  for (std::int64_t z = box.low.z; z <= box.high.z; z += step)
+    for (std::int64_t y = box.low.y; y <= box.high.y; y += step)
+      for (std::int64_t x = box.low.x; x <= box.high.x; x += step) visit(Index3{x, y, z});
+}
+/// For all of them.
+template <class Visit>
+void for_each_point_of(const Box& box, Visit visit) {
+  for_each_point_of(box, 1, visit);
+}
+
 }  // namespace tagrid

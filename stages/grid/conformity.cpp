@@ -45,9 +45,7 @@ LatticeBits region_of_reference(const Box& box, int cube_size) {
   }
   LatticeBits region(box.grown(cube_size));
   std::vector<Index3> open;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) region.set({x, y, z});
+  for_each_point_of(box, [&](Index3 p) { region.set(p); });
   // Only points on the surface can have children outside, but visiting all points keeps the rule simple.
   const auto visit_children = [&](Index3 p) {
     for (Index3 child : children(p, classify(p, cube_size)))
@@ -56,9 +54,7 @@ LatticeBits region_of_reference(const Box& box, int cube_size) {
         open.push_back(child);
       }
   };
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) visit_children({x, y, z});
+  for_each_point_of(box, visit_children);
   while (!open.empty()) {
     const Index3 p = open.back();
     open.pop_back();

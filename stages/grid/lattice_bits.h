@@ -83,6 +83,11 @@ void for_each_set(const LatticeBits& bits, Visit visit) {
     }
 }
 
+/// Sets the bits of the corners of root cubes. REQUIRES: the box is one of whole root cubes.
+inline void set_root_corners(LatticeBits& bits, int cube_size) {
+  for_each_point_of(bits.box(), cube_size, [&](Index3 p) { bits.set(p); });
+}
+
 /// Copies the bits of the points in both boxes from `from` into `to`; other bits of `to` stay.
 void copy_bits(const LatticeBits& from, LatticeBits& to);
 /// The peak of the heap that copy_bits() takes if `points` of a row are shared: a list of the pieces of the

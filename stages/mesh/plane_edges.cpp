@@ -24,10 +24,9 @@ class PlaneCut {
     cubes.low[axis_] =
         std::min(box.low[axis_] + (at_ - box.low[axis_]) / cube_size_ * cube_size_, cubes.high[axis_]);
     cubes.high[axis_] = cubes.low[axis_];
-    for (std::int64_t z = cubes.low.z; z <= cubes.high.z; z += cube_size_)
-      for (std::int64_t y = cubes.low.y; y <= cubes.high.y; y += cube_size_)
-        for (std::int64_t x = cubes.low.x; x <= cubes.high.x; x += cube_size_)
-          for (const BisectionStep& root : root_tetrahedra({x, y, z}, cube_size_)) visit(root);
+    for_each_point_of(cubes, cube_size_, [&](Index3 corner) {
+      for (const BisectionStep& root : root_tetrahedra(corner, cube_size_)) visit(root);
+    });
     std::sort(edges_.begin(), edges_.end());
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
     return std::move(edges_);

@@ -110,11 +110,10 @@ void for_each_leaf_tetrahedron(const LatticeBits& active, const Box& box, int cu
                                Visit visit) {
   assert(active.box().contains(box));
   const int deepest = std::min(max_level, tagrid::max_level(cube_size));
-  for (std::int64_t z = box.low.z; z < box.high.z; z += cube_size)
-    for (std::int64_t y = box.low.y; y < box.high.y; y += cube_size)
-      for (std::int64_t x = box.low.x; x < box.high.x; x += cube_size)
-        for (const BisectionStep& root : root_tetrahedra({x, y, z}, cube_size))
-          for_each_leaf_below(root, active, deepest, visit);
+  for_each_point_of({box.low, box.high - Index3{1, 1, 1}}, cube_size, [&](Index3 corner) {
+    for (const BisectionStep& root : root_tetrahedra(corner, cube_size))
+      for_each_leaf_below(root, active, deepest, visit);
+  });
 }
 
 /// A place in the lattice, whose coordinates may be fractions: numerators / parts.

@@ -106,14 +106,11 @@ class Crossings {
   template <class Visit>
   void for_each(Visit visit) {
     const int s = grid_.cube_size;
-    for (std::int64_t z = box_.low.z; z < box_.high.z; z += s)
-      for (std::int64_t y = box_.low.y; y < box_.high.y; y += s)
-        for (std::int64_t x = box_.low.x; x < box_.high.x; x += s) {
-          const Index3 corner{x, y, z};
-          field_.begin(corner);
-          for (const BisectionStep& root : root_tetrahedra(corner, s))
-            descend<3>(packed(root.vertices), 0, root.negative, visit);
-        }
+    for_each_point_of({box_.low, box_.high - Index3{1, 1, 1}}, s, [&](Index3 corner) {
+      field_.begin(corner);
+      for (const BisectionStep& root : root_tetrahedra(corner, s))
+        descend<3>(packed(root.vertices), 0, root.negative, visit);
+    });
   }
 
   double value(BrickPoint p) const { return value_at(number_of(p)); }

@@ -16,6 +16,7 @@
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/text/addresses.h"
+#include "io/text/text.h"
 #include "tools/report/failure.h"
 
 namespace tagrid {
@@ -88,16 +89,6 @@ class TakenOutputs {
   std::map<std::string, std::size_t> files_, folders_;  ///< with their first lines
 };
 
-std::vector<std::string> columns_of(std::string_view line) {
-  std::vector<std::string> columns;
-  for (;;) {
-    const std::size_t tab = line.find('\t');
-    columns.emplace_back(line.substr(0, tab));
-    if (tab == line.npos) return columns;
-    line.remove_prefix(tab + 1);
-  }
-}
-
 /// The same file under a name that does not depend on where the program was started. A link stays a link.
 std::string absolute_name(const fs::path& path) {
   std::error_code error;
@@ -105,10 +96,10 @@ std::string absolute_name(const fs::path& path) {
   return error ? fs::absolute(path).string() : (folder / path.filename()).string();
 }
 
-ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
+ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::path& folder,
                         const OptionTexts& given, bool keep_folders) {
   ManifestLine line;
-  std::string listed = columns[0];
+  std::string listed(columns[0]);
   if (is_address(listed))
     throw usage_error("{}: is an address, and only .tag files are read from servers; download it first",
                       shown_address(listed));
@@ -130,7 +121,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     const std::size_t equals = columns[i].find('=');
     if (equals == 0 || equals >= columns[i].size() - 1)
       throw usage_error("{}: must be option=value", columns[i]);
-    const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
+    const std::string name(columns[i].substr(0, equals)), value(columns[i].substr(equals + 1));
     if (!names.insert(name).second) throw usage_error("{} is given twice", name);
     if (name == "output")
       line.output = output_called(value);
@@ -210,7 +201,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
       if (text.find('\0') != text.npos) throw UsageError("contains a zero byte, so the list is not text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
-      ManifestLine line = parse_line(columns_of(text), folder, given, keep_folders);
+      ManifestLine line = parse_line(split(text, '\t'), folder, given, keep_folders);
       line.number = number;
       // Most lines have the same options.
       if (seen.insert(line.options).second) encoding_of(line.options);

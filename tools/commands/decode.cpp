@@ -54,9 +54,7 @@ struct DecodeCommand {
     if (output.path.empty() && path != "-" && (!wanted.is_all() || overview != 0 || volume))
       throw UsageError(
           "a region, a step, an overview or a volume needs -o FILE: without it, the output would have the "
-          "name of the "
-          "entire "
-          "volume");
+          "name of the entire volume");
     // For an NRRD file, "is not a .tag file" is the better message than "is its own output".
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     require_tag_input(input);

@@ -20,17 +20,15 @@ namespace tagrid {
 namespace {
 
 /// "0,2,5"
-std::vector<double> numbers_option(const char* option, const std::string& text) {
+std::vector<double> numbers_option(const char* option, const std::string& text,
+                                   std::optional<double> (*read)(std::string_view) = finite_number) {
   std::vector<double> numbers;
   if (text.empty()) return numbers;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string part = text.substr(begin, end - begin);
-    const auto number = finite_number(option == std::string_view("--ratio") ? plain_ratio(part) : part);
+  for (const std::string_view part : split(text, ',')) {
+    const auto number = read(part);
     if (!number || *number < 0)
       throw usage_error("{} {}: must be numbers, with commas between them", option, text);
     numbers.push_back(*number);
-    begin = end + 1;
   }
   return numbers;
 }
@@ -50,7 +48,8 @@ struct EstimateCommand {
     request.max_errors = numbers_option("--errors", errors);
     using Kind = ErrorRule::Kind;
     for (const double psnr : numbers_option("--psnr", psnrs)) request.rules.push_back({Kind::psnr, psnr});
-    for (const double ratio : numbers_option("--ratio", ratios))
+    const auto ratio_of = [](std::string_view text) { return finite_number(plain_ratio(text)); };
+    for (const double ratio : numbers_option("--ratio", ratios, ratio_of))
       request.rules.push_back({Kind::ratio, ratio});
     for (const double b : numbers_option("--bits", bits)) request.rules.push_back({Kind::bits, b});
     RunReport report(run.json, run.thread_count(), overwrite, "estimate", input, "");

@@ -149,8 +149,7 @@ struct RepairCommand {
     if (!is_newer && file.is_beside() && contradicts(input, repaired.temporary()))
       throw broken_input_error(
           "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
-          "an "
-          "earlier one; remove it, or protect the file again",
+          "an earlier one; remove it, or protect the file again",
           shown_input(input), parity_beside(input));
     if (!is_newer) prove(ranks, repaired.temporary());
     repaired.commit();
@@ -327,8 +326,7 @@ Action add_protect_command(CLI::App& app) {
   command->add_option("FILE", state->input, ".tag file")->required();
   add_text_option(*command, "--parity", state->share, "P%",
                   "Size of the parity, as a percentage of the size of the file: with 5%, a file of 1 GB "
-                  "takes some 50 MB more, and "
-                  "a damaged stretch of nearly as many bytes can be rebuilt");
+                  "takes some 50 MB more, and a damaged stretch of nearly as many bytes can be rebuilt");
   command->add_flag("--beside", state->beside, "Write the parity to FILE.parity, and leave FILE as it is");
   command->add_flag("-f,--force", state->overwrite, "Overwrite FILE.parity if it exists");
   add_run_options(*command, state->run);

@@ -42,9 +42,10 @@ struct ServeCommand {
     const std::vector<Image> images = open_images(root);
     std::string page;
     site.made = [&](std::string_view path) -> WebSite::Item {
-      if (path == root) return {std::make_shared<TextSource>(page), std::string(media_type(".html"))};
+      if (path == root) return {std::make_shared<BytesInMemory>(page), std::string(media_type(".html"))};
       for (const Image& image : images) {
-        if (path == image.path) return {std::make_shared<TextSource>(page), std::string(media_type(".html"))};
+        if (path == image.path)
+          return {std::make_shared<BytesInMemory>(page), std::string(media_type(".html"))};
         if (path.starts_with(image.path))
           return {image.zarr->file(path.substr(image.path.size())), std::string(media_type(path))};
       }

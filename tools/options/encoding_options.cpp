@@ -126,7 +126,7 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
 
 }  // namespace
 
-std::string plain_ratio(const std::string& text) {
+std::string_view plain_ratio(std::string_view text) {
   return text.ends_with(":1") ? text.substr(0, text.size() - 2) : text;
 }
 
@@ -212,8 +212,7 @@ std::string lost_structure(const TagHeader& header, const Statistics& total) {
   if (!(total.max_error > 0 && bound >= total.high - total.low)) return "";
   return fmt::format(
       "a maximum error of {} is not below the range of the samples, so structure, such as that of a mask, "
-      "may "
-      "be lost",
+      "may be lost",
       bound);
 }
 

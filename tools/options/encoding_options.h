@@ -81,7 +81,7 @@ OptionTexts encoding_options_given(const CLI::App& command);
 Encoding encoding_of(const OptionTexts& texts, const RunOptions& run = {});
 
 /// "40" for "40:1", a ratio as people write it; other texts as they are.
-std::string plain_ratio(const std::string& text);
+std::string_view plain_ratio(std::string_view text);
 
 /// The share of parity in "5%" or "5", in thousandths of a per cent; nothing for "none". Throws UsageError.
 std::optional<std::uint32_t> parity_option(const std::string& option, const std::string& text);

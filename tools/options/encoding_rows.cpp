@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "io/text/text.h"
 #include "tools/options/encoding_options.h"
 
 namespace tagrid {
@@ -42,7 +43,8 @@ Set to(Value SourceOptions::*member) {
 
 Set to(ErrorRule::Kind kind) {
   return [kind](EncodingOptions& o, const std::string& option, const std::string& text) {
-    read_number(option, kind == ErrorRule::Kind::ratio ? plain_ratio(text) : text, o.rules[kind]);
+    const std::string_view number = kind == ErrorRule::Kind::ratio ? plain_ratio(text) : text;
+    read_number(option, std::string(number), o.rules[kind]);
   };
 }
 
@@ -70,14 +72,12 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
   if (text == "auto") return;
   std::vector<int>& factors = o.options.overviews.emplace();
   if (text == "none") return;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const auto factor = whole_number<int>(std::string_view(text).substr(begin, end - begin));
+  for (const std::string_view part : split(text, ',')) {
+    const auto factor = whole_number<int>(part);
     if (!factor)
       throw usage_error("{}: {}: must be auto, none, or factors with commas between them, such as 4,16",
                         option, text);
     factors.push_back(*factor);
-    begin = end + 1;
   }
 }
 

@@ -9,14 +9,13 @@ namespace {
 /// What read() makes of the parts of "a,b,c"; nothing unless there are three and it can read all of them.
 template <class Part, class Read>
 std::optional<std::array<Part, 3>> three_parts(std::string_view text, Read read) {
+  const std::vector<std::string_view> given = split(text, ',');
+  if (given.size() != 3) return std::nullopt;
   std::array<Part, 3> parts;
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t comma = text.find(',');
-    if ((comma == text.npos) != (i == 2)) return std::nullopt;
-    const std::optional<Part> part = read(text.substr(0, comma));
+    const std::optional<Part> part = read(given[i]);
     if (!part) return std::nullopt;
     parts[i] = *part;
-    if (i < 2) text.remove_prefix(comma + 1);
   }
   return parts;
 }
@@ -24,11 +23,9 @@ std::optional<std::array<Part, 3>> three_parts(std::string_view text, Read read)
 }  // namespace
 
 std::optional<double> finite_number(std::string_view text) {
-  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
-  return number + 0.0;  // -0 becomes 0
+  const auto number = number_of(text);
+  if (!number || !std::isfinite(*number)) return std::nullopt;
+  return *number + 0.0;  // -0 becomes 0
 }
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "io/text/text.h"
 #include "stages/grid/box.h"
 
 namespace tagrid {
@@ -20,10 +20,7 @@ template <class Whole>
 std::optional<Whole> whole_number(std::string_view text) {
   // "+-3" keeps its sign, and so is not a number.
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  Whole number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return entire<Whole>(text);
 }
 
 /// A finite number: "2", "-0.5", "1e3". Zero has no sign.

@@ -13,13 +13,14 @@ namespace {
 
 /// `numbers`: those of a MemoryLimit, or the first of them.
 std::string memory_advice(std::vector<std::uint64_t> numbers) {
-  numbers.resize(5);
+  numbers.resize(std::size_t{limit_with_brick} + 1);
   const auto limit = [](std::uint64_t bytes) { return fmt::format("-M {}M", (bytes + (1 << 20) - 1) >> 20); };
-  std::string advice = "; give " + limit(numbers[0]);
-  if (numbers[2] > 0) advice += ", or --spool DIR, a directory for the samples, and " + limit(numbers[2]);
-  if (numbers[3] > 0)
-    advice += fmt::format(", or smaller bricks: --brick {}{}", numbers[3],
-                          numbers[4] > numbers[1] ? " and " + limit(numbers[4]) : "");
+  std::string advice = "; give " + limit(numbers[needed_limit]);
+  if (const std::uint64_t spooled = numbers[limit_with_spool]; spooled > 0)
+    advice += ", or --spool DIR, a directory for the samples, and " + limit(spooled);
+  if (const std::uint64_t edge = numbers[smaller_brick], needed = numbers[limit_with_brick]; edge > 0)
+    advice += fmt::format(", or smaller bricks: --brick {}{}", edge,
+                          needed > numbers[allowed_limit] ? " and " + limit(needed) : "");
   return advice;
 }
 

@@ -79,8 +79,7 @@ Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
   if (!std::isfinite(slope) && !(has_none && (intercept == 0 || std::isnan(intercept))))
     header.scale_doubt = fmt::format(
         "NIfTI header: scl_slope is {}, which is not a number, and scl_inter is {}; what values samples mean "
-        "is "
-        "unknown",
+        "is unknown",
         slope, intercept);
   if (has_none || std::isinf(slope)) return {};
   if (std::isinf(intercept))

@@ -148,16 +148,13 @@ std::string changed(std::string_view nrrd_fields, ValueOf value_of) {
 
 std::optional<std::vector<double>> vector_of(std::string_view value) {
   if (!value.starts_with('(') || !value.ends_with(')')) return std::nullopt;
-  value = value.substr(1, value.size() - 2);
   std::vector<double> numbers;
-  for (;;) {
-    const std::size_t comma = value.find(',');
-    const auto number = number_of(trimmed(value.substr(0, comma)));
+  for (const std::string_view part : split(value.substr(1, value.size() - 2), ',')) {
+    const auto number = number_of(trimmed(part));
     if (!number) return std::nullopt;
     numbers.push_back(*number);
-    if (comma == value.npos) return numbers;
-    value.remove_prefix(comma + 1);
   }
+  return numbers;
 }
 
 std::optional<std::vector<std::string_view>> vectors_in(std::string_view value) {

@@ -287,12 +287,10 @@ std::string fields_of_overview(std::string_view nrrd_fields, std::int64_t factor
 }
 
 std::vector<std::string_view> positions_in(std::string_view list) {
-  std::vector<std::string_view> positions;
-  while (!list.empty()) {
-    const std::size_t end = std::min(list.find(';'), list.size());
-    positions.push_back(trimmed(list.substr(0, end)));
-    list.remove_prefix(std::min(end + 1, list.size()));
-  }
+  if (list.empty()) return {};
+  if (list.ends_with(';')) list.remove_suffix(1);
+  std::vector<std::string_view> positions = split(list, ';');
+  for (std::string_view& position : positions) position = trimmed(position);
   return positions;
 }
 

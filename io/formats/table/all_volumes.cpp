@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/files/file_attributes.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/volume/one_of_volumes.h"
 
@@ -22,12 +22,7 @@ class OneByOne final : public VolumeSource {
       : VolumeSource(std::move(facts)), slices_(slices), open_(std::move(open)), names_(std::move(names)) {}
 
   // A file of several volumes may be read once for each of them, and counts once.
-  std::uint64_t bytes_read() const override {
-    std::uint64_t bytes = 0;
-    for (const std::string& file : files())
-      if (const auto status = status_of(file)) bytes += static_cast<std::uint64_t>(status->st_size);
-    return bytes;
-  }
+  std::uint64_t bytes_read() const override { return size_of_files(files()); }
   void stop_when(const std::atomic<bool>& stop) override {
     stop_ = &stop;
     if (current_) current_->stop_when(stop);

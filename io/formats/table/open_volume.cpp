@@ -256,8 +256,7 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
     if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
   throw BrokenInput(
       Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
-               "slices; {} lists the volumes "
-               "in it",
+               "slices; {} lists the volumes in it",
                {folder, known, Setting{"find", "a search"}}});
 }
 

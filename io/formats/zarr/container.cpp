@@ -36,25 +36,8 @@ class FolderContainer final : public ZarrContainer {
   OutputFolder folder_;
 };
 
-/// Numbers, little endian, one after the other.
-class Record {
- public:
-  template <class T>
-  Record& add(T number) {
-    bytes_.resize(bytes_.size() + sizeof number);
-    store_little_endian(&bytes_[bytes_.size() - sizeof number], number);
-    return *this;
-  }
-  Record& add_text(std::string_view text) {
-    const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-    return *this;
-  }
-  const std::vector<std::byte>& bytes() const { return bytes_; }
-
- private:
-  std::vector<std::byte> bytes_;
-};
+/// Numbers, one after the other.
+void put(FieldWriter& record, auto... numbers) { (record.put(numbers), ...); }
 
 constexpr std::uint16_t version = 45;  // that of sizes of 64 bits
 constexpr std::uint16_t names_are_utf8 = 1u << 11;
@@ -103,50 +86,45 @@ class ZipContainer final : public ZarrContainer {
   };
 
   /// What the header of a member and its entry in the table have in common, after the version that made it.
-  void add_facts(Record& record) const {
-    record.add(version).add(names_are_utf8).add(std::uint16_t{0}).add(std::uint16_t{0}).add(first_of_1980);
-    record.add(member_.crc).add(in_extra).add(in_extra).add(static_cast<std::uint16_t>(member_.key.size()));
+  void add_facts(FieldWriter& record) const {
+    put(record, version, names_are_utf8, std::uint16_t{0}, std::uint16_t{0}, first_of_1980);
+    put(record, member_.crc, in_extra, in_extra, static_cast<std::uint16_t>(member_.key.size()));
   }
   std::vector<std::byte> header() const {
-    Record record;
-    record.add(std::uint32_t{0x04034b50});
+    FieldWriter record;
+    put(record, std::uint32_t{0x04034b50});
     add_facts(record);
-    record.add(std::uint16_t{4 + 16}).add_text(member_.key);
-    record.add(extra_of_sizes).add(std::uint16_t{16}).add(member_.size).add(member_.size);
-    return record.bytes();
+    put(record, std::uint16_t{4 + 16});
+    record.put_bytes(std::as_bytes(std::span(member_.key)));
+    put(record, extra_of_sizes, std::uint16_t{16}, member_.size, member_.size);
+    return std::move(record.bytes());
   }
   void add_to_table() {
     constexpr std::uint16_t made_on_unix = 3u << 8u | version;
-    Record record;
-    record.add(std::uint32_t{0x02014b50}).add(made_on_unix);
-    add_facts(record);
-    record.add(std::uint16_t{4 + 24}).add(std::uint16_t{0}).add(std::uint16_t{0}).add(std::uint16_t{0});
-    record.add(std::uint32_t{(S_IFREG | 0644u) << 16u}).add(in_extra).add_text(member_.key);
-    record.add(extra_of_sizes).add(std::uint16_t{24}).add(member_.size).add(member_.size).add(member_.header);
-    table_.insert(table_.end(), record.bytes().begin(), record.bytes().end());
+    put(table_, std::uint32_t{0x02014b50}, made_on_unix);
+    add_facts(table_);
+    put(table_, std::uint16_t{4 + 24}, std::uint16_t{0}, std::uint16_t{0}, std::uint16_t{0});
+    put(table_, std::uint32_t{(S_IFREG | 0644u) << 16u}, in_extra);
+    table_.put_bytes(std::as_bytes(std::span(member_.key)));
+    put(table_, extra_of_sizes, std::uint16_t{24}, member_.size, member_.size, member_.header);
     ++members_;
   }
   void end_of_table() {
-    const std::uint64_t begin = file_.position(), size = table_.size(), end = begin + size;
+    const std::uint64_t begin = file_.position(), size = table_.bytes().size(), end = begin + size;
     using namespace std::string_view_literals;
     constexpr std::string_view comment = "{\"ome\": {\"version\": \"0.5\"}}\0"sv;
-    Record record;
-    record.add(std::uint32_t{0x06064b50}).add(std::uint64_t{44}).add(version).add(version);
-    record.add(std::uint32_t{0}).add(std::uint32_t{0}).add(members_).add(members_).add(size).add(begin);
-    record.add(std::uint32_t{0x07064b50}).add(std::uint32_t{0}).add(end).add(std::uint32_t{1});
-    record.add(std::uint32_t{0x06054b50})
-        .add(std::uint16_t{0})
-        .add(std::uint16_t{0})
-        .add(short_all)
-        .add(short_all);
-    record.add(in_extra).add(in_extra).add(static_cast<std::uint16_t>(comment.size())).add_text(comment);
-    file_.write(table_);
-    file_.write(record.bytes());
+    put(table_, std::uint32_t{0x06064b50}, std::uint64_t{44}, version, version);
+    put(table_, std::uint32_t{0}, std::uint32_t{0}, members_, members_, size, begin);
+    put(table_, std::uint32_t{0x07064b50}, std::uint32_t{0}, end, std::uint32_t{1});
+    put(table_, std::uint32_t{0x06054b50}, std::uint16_t{0}, std::uint16_t{0}, short_all, short_all);
+    put(table_, in_extra, in_extra, static_cast<std::uint16_t>(comment.size()));
+    table_.put_bytes(std::as_bytes(std::span(comment)));
+    file_.write(table_.bytes());
   }
 
   OutputFile file_;
   Member member_;
-  std::vector<std::byte> table_;
+  FieldWriter table_;
   std::uint64_t members_ = 0;
 };
 

@@ -11,6 +11,7 @@
 
 #include "io/errors/errors.h"
 #include "io/samples/slices_in_files.h"
+#include "io/text/text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

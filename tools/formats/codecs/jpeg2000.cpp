@@ -17,20 +17,6 @@ namespace {
 
 constexpr std::string_view code_stream = "\xff\x4f\xff\x51";
 
-class InMemory final : public ByteSource {
- public:
-  explicit InMemory(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  std::uint64_t size() const override { return bytes_.size(); }
-  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
-    std::memcpy(to.data(), bytes_.data() + position, to.size());
-  }
-  const std::string& name() const override { return name_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::string name_;
-};
-
 /// Bytes, and the next one to be read.
 struct Source {
   const ByteSource& bytes;
@@ -144,11 +130,11 @@ Jpeg2000Image decode_file(const std::string& path, bool with_samples) try {
 }  // namespace
 
 Jpeg2000Image decode_jpeg2000(std::span<const std::byte> bytes, std::int64_t width, std::int64_t height) {
-  return decode(InMemory(bytes), width, height, true);
+  return decode(BytesInMemory(bytes), width, height, true);
 }
 
 Jpeg2000Image jpeg2000_header(std::span<const std::byte> bytes) {
-  return decode(InMemory(bytes), 0, 0, false);
+  return decode(BytesInMemory(bytes), 0, 0, false);
 }
 
 Jpeg2000Image jpeg2000_header(const std::string& path) { return decode_file(path, false); }

@@ -40,16 +40,6 @@ std::optional<std::string> text_of(DcmItem& item, const DcmTagKey& tag) {
   return text_of(*element);
 }
 
-std::vector<std::string_view> values_of(std::string_view text) {
-  std::vector<std::string_view> values;
-  for (;;) {
-    const std::size_t end = std::min(text.find('\\'), text.size());
-    values.push_back(text.substr(0, end));
-    if (end == text.size()) return values;
-    text.remove_prefix(end + 1);
-  }
-}
-
 DcmItem* item_in(DcmItem& item, const DcmTagKey& tag) {
   DcmItem* found = nullptr;
   return item.findAndGetSequenceItem(tag, found, 0).good() ? found : nullptr;

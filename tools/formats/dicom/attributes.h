@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/text/foreign_number.h"
+#include "io/text/text.h"
 #include "tools/formats/dicom/dicom_file.h"
 
 namespace tagrid {
@@ -25,7 +26,7 @@ std::optional<std::string> text_of(DcmItem& item, const DcmTagKey& tag);
 std::string text_of(DcmElement& element);
 
 /// The parts of a text between backslashes.
-std::vector<std::string_view> values_of(std::string_view text);
+inline std::vector<std::string_view> values_of(std::string_view text) { return split(text, '\\'); }
 
 /// The first item of a sequence; nullptr if there is none.
 DcmItem* item_in(DcmItem& item, const DcmTagKey& tag);

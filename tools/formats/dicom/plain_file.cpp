@@ -1,15 +1,13 @@
 #include "tools/formats/dicom/dicom_file.h"
 
-#include <zlib.h>
-
-#include <new>
 #include <span>
 #include <string_view>
 #include <utility>
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
-#include "io/files/file_bytes.h"
+#include "io/errors/errors.h"
+#include "io/files/compressed_bytes.h"
 #include "tools/formats/dicom/pixel_element.h"
 #include "tools/formats/stored_samples.h"
 
@@ -117,40 +115,6 @@ std::uint64_t end_of_fragments(const Bytes& bytes, const DicomFile& file) {
   return at + 8;
 }
 
-/// A stream without the head and the checksum of zlib.
-class RawDeflate {
- public:
-  RawDeflate() {
-    if (inflateInit2(&z_, -MAX_WBITS) != Z_OK) throw std::bad_alloc();
-  }
-  ~RawDeflate() { inflateEnd(&z_); }
-  RawDeflate(const RawDeflate&) = delete;
-  RawDeflate& operator=(const RawDeflate&) = delete;
-
-  /// Inflates `input`, and calls `use` with all that it gives. Returns false if the stream is damaged.
-  template <class Use>
-  bool inflate_all(std::span<std::byte> input, Use use) {
-    z_.next_in = reinterpret_cast<Bytef*>(input.data());
-    z_.avail_in = static_cast<uInt>(input.size());
-    while (!is_done_) {
-      z_.next_out = reinterpret_cast<Bytef*>(output_.data());
-      z_.avail_out = static_cast<uInt>(output_.size());
-      const int result = inflate(&z_, Z_NO_FLUSH);
-      if (result == Z_BUF_ERROR) return true;  // it needs more input
-      if (result != Z_OK && result != Z_STREAM_END) return false;
-      use(std::span<const char>(output_).first(output_.size() - z_.avail_out));
-      is_done_ = result == Z_STREAM_END;
-    }
-    return true;
-  }
-  bool is_done() const { return is_done_; }
-
- private:
-  z_stream z_ = {};
-  std::vector<char> output_ = std::vector<char>(std::size_t{1} << 16);
-  bool is_done_ = false;
-};
-
 /// What lies around the samples of an inflated data set.
 struct InflatedDataset {
   std::string before, behind;
@@ -158,10 +122,9 @@ struct InflatedDataset {
 
 /// Inflates the bytes of a file from `begin` to its end, and leaves out `samples` bytes from byte `at` of the
 /// result on. Takes little memory: it keeps at most `most_kept` bytes.
-InflatedDataset inflated_dataset(const ByteSource& file, std::uint64_t begin, std::uint64_t at,
+InflatedDataset inflated_dataset(const std::string& path, std::uint64_t begin, std::uint64_t at,
                                  std::uint64_t samples) {
   InflatedDataset dataset;
-  RawDeflate stream;
   std::uint64_t position = 0;
   const auto take = [&](std::span<const char> bytes) {
     while (!bytes.empty()) {
@@ -176,13 +139,17 @@ InflatedDataset inflated_dataset(const ByteSource& file, std::uint64_t begin, st
       bytes = bytes.subspan(n);
     }
   };
-  std::vector<std::byte> input;
-  for (std::uint64_t from = begin; from < file.size() && !stream.is_done(); from += input.size()) {
-    input.resize(std::min<std::uint64_t>(file.size() - from, 1 << 16));
-    file.read_at(from, input);
-    if (!stream.inflate_all(input, take)) throw NoPlainForm{"its deflated data set is damaged"};
+  FileBytes file(path);
+  file.seek(begin);
+  CompressedBytes stream(file, Compression::deflate);
+  std::string bytes(std::size_t{1} << 16, '\0');
+  try {
+    while (const std::size_t count = stream.read(reinterpret_cast<std::byte*>(bytes.data()), bytes.size()))
+      take(std::span(bytes).first(count));
+  } catch (const BrokenInput&) {
+    throw NoPlainForm{"its deflated data set is damaged, or ends too soon"};
   }
-  if (!stream.is_done() || position < at + samples) throw NoPlainForm{"its deflated data set ends too soon"};
+  if (position < at + samples) throw NoPlainForm{"its deflated data set ends too soon"};
   return dataset;
 }
 
@@ -197,7 +164,7 @@ std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t nu
   const std::string meta = meta_of_plain_form(bytes, end_of_meta);
   if (*file.pixels.inflated < end_of_meta + long_head) throw NoPlainForm{"its pixels cannot be found"};
   const InflatedDataset dataset =
-      inflated_dataset(bytes.file(), end_of_meta, *file.pixels.inflated - end_of_meta, samples);
+      inflated_dataset(file.path, end_of_meta, *file.pixels.inflated - end_of_meta, samples);
   const std::string vr = dataset.before.substr(dataset.before.size() - 8, 2);  // OB or OW
   if (!dataset.before.ends_with(native_head(vr, samples)))
     throw NoPlainForm{"its pixels do not begin as native ones do"};

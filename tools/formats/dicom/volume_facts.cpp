@@ -165,10 +165,10 @@ std::vector<std::int32_t> set_meaning(const std::vector<DicomSlice>& slices, con
     volume.rescale.slope = std::max(std::abs(volume.rescale.slope), std::abs(slope(slice)));
   volume.pairs.emplace_back("slice_slopes", one_a_slice(slices, slope));
   volume.pairs.emplace_back("slice_intercepts", one_a_slice(slices, intercept));
-  volume.warnings.push_back(name +
-                            ": slices have slopes and intercepts of their own; samples are kept as they are "
-                            "stored, and slice_slopes "
-                            "and slice_intercepts with them; bounds are for the largest slope");
+  volume.warnings.push_back(
+      name +
+      ": slices have slopes and intercepts of their own; samples are kept as they are stored, and "
+      "slice_slopes and slice_intercepts with them; bounds are for the largest slope");
   return added;
 }
 

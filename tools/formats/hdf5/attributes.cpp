@@ -85,13 +85,8 @@ std::vector<std::string> parts_of_list(std::string text, std::size_t count) {
   // "1,2,3" are three numbers; one with a decimal comma would not have as many commas.
   const auto commas = parts.size() == 1 ? std::ranges::count(parts[0], ',') : 0;
   if (count < 2 || static_cast<std::size_t>(commas) + 1 != count) return parts;
-  std::vector<std::string> split(1);
-  for (const char c : parts[0])
-    if (c == ',')
-      split.emplace_back();
-    else
-      split.back() += c;
-  return split;
+  const std::vector<std::string_view> numbers = split(parts[0], ',');
+  return {numbers.begin(), numbers.end()};
 }
 
 }  // namespace

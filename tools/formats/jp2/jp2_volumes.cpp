@@ -167,8 +167,7 @@ class Jp2Slices final : public ServedVolume {
     if (outline.has_palette)
       throw BrokenInput(path +
                         ": JPEG 2000 file: its samples are colors of a palette, not single numbers; convert "
-                        "it to grayscale "
-                        "first, in the program that knows what the colors mean");
+                        "it to grayscale first, in the program that knows what the colors mean");
     if (outline.images > 1)
       not_understood.push_back(fmt::format("{}: the file has {} images, of which only the first one is read",
                                            path, outline.images));

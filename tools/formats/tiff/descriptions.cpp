@@ -64,12 +64,10 @@ std::string doubt_of_line(const ImageJCalibration& calibration) {
 /// The numbers of a list, without its brackets; nothing if there are others.
 std::optional<std::vector<std::int64_t>> numbers_in(std::string_view list) {
   std::vector<std::int64_t> numbers;
-  while (!list.empty()) {
-    const std::size_t comma = std::min(list.find(','), list.size());
-    const auto number = whole_number_of(trimmed(list.substr(0, comma)));
+  for (const std::string_view part : split(list, ',')) {
+    const auto number = whole_number_of(trimmed(part));
     if (!number || *number < 1) return std::nullopt;
     numbers.push_back(*number);
-    list.remove_prefix(std::min(comma + 1, list.size()));
   }
   return numbers;
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tiff.h>
-#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -11,6 +10,9 @@
 #include <new>
 #include <optional>
 #include <vector>
+
+#include "io/errors/errors.h"
+#include "io/files/compressed_bytes.h"
 
 namespace tagrid {
 namespace {
@@ -21,27 +23,16 @@ constexpr std::size_t scratch_bytes = 1 << 16;
 
 /// These functions give the bytes that a stream unpacks to, or any larger number than `most`; nothing if it is
 /// damaged or has no end.
-std::optional<std::uint64_t> size_of_deflate(Stream stream, std::uint64_t most) {
-  z_stream z = {};
-  if (inflateInit(&z) != Z_OK) throw std::bad_alloc();
-  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&z, inflateEnd);
-  std::vector<Bytef> scratch(scratch_bytes);
+std::optional<std::uint64_t> size_of_deflate(Stream stream, std::uint64_t most) try {
+  SourceStream stored(std::make_shared<BytesInMemory>(stream));
+  CompressedBytes bytes(stored, Compression::zlib);
+  std::vector<std::byte> scratch(scratch_bytes);
   std::uint64_t size = 0;
-  while (size <= most) {
-    if (z.avail_in == 0) {
-      const Stream next = stream.first(std::min(stream.size(), std::size_t{1} << 30));
-      z.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(next.data()));
-      z.avail_in = static_cast<uInt>(next.size());
-      stream = stream.subspan(next.size());
-    }
-    z.next_out = scratch.data();
-    z.avail_out = static_cast<uInt>(scratch.size());
-    const int result = inflate(&z, Z_NO_FLUSH);
-    size += scratch.size() - z.avail_out;
-    if (result == Z_STREAM_END) return size;
-    if (result != Z_OK) return std::nullopt;
-  }
+  for (std::size_t made = scratch.size(); made == scratch.size() && size <= most; size += made)
+    made = bytes.read(scratch.data(), scratch.size());
   return size;
+} catch (const BrokenInput&) {
+  return std::nullopt;
 }
 
 std::optional<std::uint64_t> size_of_zstd(Stream stream, std::uint64_t most) {

@@ -334,14 +334,7 @@ class Reading {
 
 }  // namespace
 
-const Json& member(const Json& object, const std::string& name) {
-  static const Json none;
-  if (!object.is_object()) return none;
-  const auto found = object.find(name);
-  return found == object.end() ? none : *found;
-}
-
-std::string text_at(const Json& object, const std::string& name) {
+std::string text_at(const Json& object, const char* name) {
   const Json& value = member(object, name);
   return value.is_string() ? value.get<std::string>() : "";
 }
@@ -364,7 +357,7 @@ std::string ZarrArray::key(const std::vector<std::int64_t>& numbers) const {
 }
 
 std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& path) {
-  if (!path.empty() && !is_zarr_key(path)) return std::nullopt;
+  if (!path.empty() && !is_safe_name(path)) return std::nullopt;
   ZarrNode node;
   node.path = path;
   node.metadata_key = joined(path, "zarr.json");

@@ -3,18 +3,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "io/programs/answers.h"
 #include "stages/sample/sample_type.h"
 #include "tools/formats/zarr/codecs.h"
 #include "tools/formats/zarr/store.h"
 
 namespace tagrid {
-
-using Json = nlohmann::json;
 
 /// How a chunk is divided into pieces, which are compressed one by one: sharding_indexed.
 struct ZarrShards {
@@ -62,9 +60,7 @@ std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& pat
 /// for types that tagrid has not.
 ZarrArray zarr_array(const ZarrStore& store, const ZarrNode& node);
 
-/// The member of an object; null if it is missing, or if this is no object.
-const Json& member(const Json& object, const std::string& name);
 /// The text at a member, or "".
-std::string text_at(const Json& object, const std::string& name);
+std::string text_at(const Json& object, const char* name);
 
 }  // namespace tagrid

@@ -2,17 +2,16 @@
 
 #include <blosc.h>
 #include <fmt/format.h>
-#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
-#include <limits>
-#include <new>
+#include <memory>
 
 #include "io/bytes/crc32c.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
+#include "io/files/compressed_bytes.h"
 
 namespace tagrid {
 namespace {
@@ -48,49 +47,15 @@ std::vector<std::byte> from_zstd(std::span<const std::byte> in, std::uint64_t si
   return out;
 }
 
-/// Inflates streams that follow one another, as gzip has them.
-class Inflation {
- public:
-  explicit Inflation(const std::string& name) : name_(name) {
-    constexpr int either_header = 32;
-    if (inflateInit2(&z_, MAX_WBITS + either_header) != Z_OK) throw std::bad_alloc();
-  }
-  ~Inflation() { inflateEnd(&z_); }
-  Inflation(const Inflation&) = delete;
-  Inflation& operator=(const Inflation&) = delete;
-
-  std::vector<std::byte> all(std::span<const std::byte> in, std::uint64_t size) {
-    std::vector<std::byte> out(memory_size(size));
-    std::size_t done = 0;
-    constexpr std::size_t most = std::numeric_limits<uInt>::max();
-    std::byte beyond{};  // a byte too many has a place, so that it is noticed
-    for (;;) {
-      const std::size_t given = std::min(in.size(), most),
-                        room = done == size ? 1 : std::min(out.size() - done, most);
-      z_.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(in.data()));
-      z_.avail_in = static_cast<uInt>(given);
-      z_.next_out = reinterpret_cast<Bytef*>(done == size ? &beyond : &out[done]);
-      z_.avail_out = static_cast<uInt>(room);
-      const int result = inflate(&z_, Z_NO_FLUSH);
-      const std::size_t taken = given - z_.avail_in, made = room - z_.avail_out;
-      in = in.subspan(taken);
-      if (done == size && made > 0) throw of_other_size(name_, size);
-      done += made;
-      if (result == Z_STREAM_END) {
-        if (in.empty()) break;
-        if (inflateReset(&z_) != Z_OK) throw damaged(name_, "zlib");
-      } else if (result != Z_OK || (taken == 0 && made == 0)) {
-        throw damaged(name_, "zlib");
-      }
-    }
-    if (done != size) throw of_other_size(name_, size);
-    return out;
-  }
-
- private:
-  const std::string& name_;
-  z_stream z_ = {};
-};
+std::vector<std::byte> from_zlib(std::span<const std::byte> in, std::uint64_t size, const std::string& name) {
+  SourceStream stored(std::make_shared<BytesInMemory>(in, name));
+  CompressedBytes stream(stored, Compression::gzip);
+  std::vector<std::byte> out(memory_size(size));
+  std::byte beyond{};
+  if (stream.read(out.data(), out.size()) != size || stream.read(&beyond, 1) > 0)
+    throw of_other_size(name, size);
+  return out;
+}
 
 void take_crc(std::vector<std::byte>& bytes, const std::string& name) {
   if (bytes.size() < crc_bytes) throw BrokenInput(name + ": is truncated");
@@ -113,7 +78,7 @@ std::vector<std::byte> decompressed(std::vector<std::byte> stored, std::span<con
         size + crc_bytes * static_cast<std::uint64_t>(std::ranges::count(codecs.first(i), ZarrCodec::crc32c));
     stored = codecs[i] == ZarrCodec::blosc  ? from_blosc(stored, before, name)
              : codecs[i] == ZarrCodec::zstd ? from_zstd(stored, before, name)
-                                            : Inflation(name).all(stored, before);
+                                            : from_zlib(stored, before, name);
   }
   if (stored.size() != size) throw of_other_size(name, size);
   return stored;

@@ -34,7 +34,7 @@ std::vector<std::string> levels_of(const Json& multiscale) {
   const Json& datasets = member(multiscale, "datasets");
   if (datasets.is_array())
     for (const Json& dataset : datasets)
-      if (std::string path = text_at(dataset, "path"); is_zarr_key(path)) paths.push_back(std::move(path));
+      if (std::string path = text_at(dataset, "path"); is_safe_name(path)) paths.push_back(std::move(path));
   return paths;
 }
 
@@ -78,7 +78,7 @@ class Description {
             "has a coordinate transformation of the type {}, which is not supported; only scale and "
             "translation are",
             tagrid::quoted(type)));
-      const Json& numbers = member(one, type);
+      const Json& numbers = member(one, type.c_str());
       const auto is_number = [](const Json& number) {
         return number.is_number() && std::isfinite(number.get<double>());
       };

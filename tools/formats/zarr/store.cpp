@@ -27,7 +27,7 @@ class FolderStore final : public ZarrStore {
     return ZarrFile{std::make_unique<FileSource>(path_of(key))};
   }
   bool has(const std::string& key) const override {
-    if (!is_zarr_key(key)) return false;
+    if (!is_safe_name(key)) return false;
     const auto status = status_of(path_of(key));
     return status && S_ISREG(status->st_mode);
   }
@@ -97,17 +97,6 @@ std::unique_ptr<ZarrStore> open_zarr_store(const std::string& path) {
   std::error_code unknown;
   if (fs::is_directory(path, unknown)) return std::make_unique<FolderStore>(path);
   return std::make_unique<ZipStore>(path);
-}
-
-bool is_zarr_key(std::string_view key) {
-  if (key.find('\0') != key.npos) return false;
-  for (;;) {
-    const std::size_t slash = key.find('/');
-    const std::string_view name = key.substr(0, slash);
-    if (name.empty() || name == "." || name == "..") return false;
-    if (slash == key.npos) return true;
-    key.remove_prefix(slash + 1);
-  }
 }
 
 std::string joined(const std::string& folder, const std::string& name) {

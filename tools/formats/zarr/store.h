@@ -49,9 +49,6 @@ class ZarrStore {
 /// be stored as they are, and have names of their own that lead nowhere else.
 std::unique_ptr<ZarrStore> open_zarr_store(const std::string& path);
 
-/// True if all names of a key are names: not "", "." or "..".
-bool is_zarr_key(std::string_view key);
-
 /// "a/b" for "a" and "b"; without one of them, the other.
 std::string joined(const std::string& folder, const std::string& name);
 

@@ -191,7 +191,7 @@ class ZarrVolume final : public ServedVolume {
   }
 
   /// The number of an attribute, which may be a text or a list of one.
-  ForeignNumber number_at(const std::string& name) const {
+  ForeignNumber number_at(const char* name) const {
     const Json* value = &member(image_.array.attributes, name);
     if (value->is_array() && value->size() == 1) value = &value->front();
     if (value->is_null()) return {};
@@ -222,7 +222,7 @@ class ZarrVolume final : public ServedVolume {
       if (const ForeignNumber missing = number_at(name); missing.is_number())
         not_understood.push_back(about_missing_samples(object, fmt::format("{}", missing.value), name));
   }
-  std::string text_of_flag(const std::string& name) const {
+  std::string text_of_flag(const char* name) const {
     const Json& value = member(image_.array.attributes, name);
     return value.is_boolean() ? (value.get<bool>() ? "true" : "false")
                               : text_at(image_.array.attributes, name);

@@ -29,43 +29,21 @@ BrokenInput broken_zip(const std::string& path, const std::string& why) {
   return BrokenInput(fmt::format("{}: zip file: {}", path, why));
 }
 
-/// Numbers in bytes, one after the other. REQUIRES: none is read beyond the end.
-class Fields {
- public:
-  explicit Fields(const std::byte* at) : at_(at) {}
-  template <class T>
-  T next() {
-    const T value = load_little_endian<T>(at_);
-    at_ += sizeof(T);
-    return value;
-  }
-  void skip(std::size_t bytes) { at_ += bytes; }
-
- private:
-  const std::byte* at_;
-};
-
 /// A member as the table has it: the numbers that do not fit 32 bits are in an extra field.
 struct Numbers {
   std::uint64_t size = 0, stored = 0, header = 0;
 
   /// False if such a field is missing.
-  bool complete_from(std::span<const std::byte> extra) {
-    while (extra.size() >= 4) {
-      Fields head(extra.data());
-      const auto kind = head.next<std::uint16_t>();
-      const std::size_t length = head.next<std::uint16_t>();
-      if (length > extra.size() - 4) return false;
-      std::span<const std::byte> content = extra.subspan(4, length);
-      extra = extra.subspan(4 + length);
+  bool complete_from(std::span<const std::byte> bytes) {
+    FieldReader extra(bytes);
+    while (extra.left() >= 4) {
+      const auto kind = extra.get<std::uint16_t>(), length = extra.get<std::uint16_t>();
+      if (length > extra.left()) return false;
+      FieldReader content(extra.get_bytes(length));
       if (kind != extra_of_long_sizes) continue;
-      for (std::uint64_t* number : {&size, &stored, &header}) {
-        if (*number != says_long) continue;
-        if (content.size() < 8) return false;
-        *number = load_little_endian<std::uint64_t>(content.data());
-        content = content.subspan(8);
-      }
-      return true;
+      for (std::uint64_t* number : {&size, &stored, &header})
+        if (*number == says_long) *number = content.get<std::uint64_t>();
+      return !content.overrun();
     }
     return size != says_long && stored != says_long && header != says_long;
   }
@@ -90,13 +68,13 @@ ZipFile::Table ZipFile::find_table() const {
         load_little_endian<std::uint16_t>(&tail[at + 20]) == count - at - end_size)
       end = at;
   if (!end) throw broken_zip(file_->name(), "has no table of members at its end; it may be truncated");
-  Fields fields(&tail[*end + 4]);
-  const auto disk = fields.next<std::uint16_t>(), disk_of_table = fields.next<std::uint16_t>();
-  fields.skip(2);
+  FieldReader fields{std::span(tail).subspan(*end + 4)};
+  const auto disk = fields.get<std::uint16_t>(), disk_of_table = fields.get<std::uint16_t>();
+  fields.get_bytes(2);
   Table table;
-  table.members = fields.next<std::uint16_t>();
-  table.size = fields.next<std::uint32_t>();
-  table.position = fields.next<std::uint32_t>();
+  table.members = fields.get<std::uint16_t>();
+  table.size = fields.get<std::uint32_t>();
+  table.position = fields.get<std::uint32_t>();
   const std::uint64_t end_position = all - count + *end;
   std::uint64_t table_end = end_position;
   const bool is_long =
@@ -132,26 +110,26 @@ void ZipFile::read_members(const Table& table) {
       if (!is_right) throw broken_zip(file_->name(), fmt::format("member {} of its table is damaged", i));
     };
     require(rest.size() >= member_size);
-    Fields fields(rest.data());
-    require(fields.next<std::uint32_t>() == member_magic);
-    fields.skip(4);
-    const auto flags = fields.next<std::uint16_t>(), method = fields.next<std::uint16_t>();
-    fields.skip(4);
+    FieldReader fields(rest);
+    require(fields.get<std::uint32_t>() == member_magic);
+    fields.get_bytes(4);
+    const auto flags = fields.get<std::uint16_t>(), method = fields.get<std::uint16_t>();
+    fields.get_bytes(4);
     Member member;
-    member.crc = fields.next<std::uint32_t>();
+    member.crc = fields.get<std::uint32_t>();
     Numbers numbers;
-    numbers.stored = fields.next<std::uint32_t>();
-    numbers.size = fields.next<std::uint32_t>();
-    const std::size_t name_size = fields.next<std::uint16_t>(), extra_size = fields.next<std::uint16_t>(),
-                      comment_size = fields.next<std::uint16_t>();
-    fields.skip(8);
-    numbers.header = fields.next<std::uint32_t>();
+    numbers.stored = fields.get<std::uint32_t>();
+    numbers.size = fields.get<std::uint32_t>();
+    const std::size_t name_size = fields.get<std::uint16_t>(), extra_size = fields.get<std::uint16_t>(),
+                      comment_size = fields.get<std::uint16_t>();
+    fields.get_bytes(8);
+    numbers.header = fields.get<std::uint32_t>();
     require(rest.size() - member_size >= name_size + extra_size + comment_size);
     const std::string name(reinterpret_cast<const char*>(rest.data()) + member_size, name_size);
     require(numbers.complete_from(rest.subspan(member_size + name_size, extra_size)));
     rest = rest.subspan(member_size + name_size + extra_size + comment_size);
     if (name.ends_with('/')) continue;  // a folder
-    if (!is_zarr_key(name) || name.find('\\') != name.npos)
+    if (!is_safe_name(name) || name.find('\\') != name.npos)
       throw broken_zip(file_->name(),
                        fmt::format("the name {} of a member leads elsewhere", tagrid::quoted(name)));
     member.is_plain = method == 0 && (flags & encrypted) == 0;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
@@ -135,12 +134,6 @@ BrokenInput has_no_volume(hid_t file, const std::string& path, const Candidates&
     why += fmt::format("; {} (--dataset reads what a link leads to)", all.links().text());
   if (!all.dangling().empty()) why += "; " + all.dangling().text();
   return broken_hdf5(path, why);
-}
-
-bool is_utf8(const std::string& text) try {
-  return !OrderedJson(text).dump().empty();
-} catch (const OrderedJson::type_error&) {
-  return false;
 }
 
 /// Names in messages and lists are UTF-8; others are "#2" there, and the text shows them as well as it can.

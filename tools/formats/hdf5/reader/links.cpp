@@ -89,11 +89,9 @@ class GroupVisit {
 /// `passed`: the links that led here, in a circle if one is met again.
 std::string why_missing_after(std::vector<std::string>& passed, hid_t file, const std::string& path) {
   std::string part = "/";
-  for (std::size_t at = 0; at < path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    const std::string name = path.substr(at, end - at);
-    at = end + 1;
-    if (name.empty()) continue;
+  for (const std::string_view step : split(path, '/')) {
+    if (step.empty()) continue;
+    const std::string name(step);
     const std::string group_path = std::exchange(part, inside(part, name));
     if (H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) > 0) continue;
     if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0) return fmt::format("there is no {}", part);

@@ -102,8 +102,7 @@ class Places {
     const bool is_kept = places.places.size() <= most_kept;
     found_.warnings.push_back(
         fmt::format("{}: samples along {} lie at unequal distances (axis {}), but those of a volume lie at "
-                    "equal ones; the "
-                    "spacing along {} is left out{}",
+                    "equal ones; the spacing along {} is left out{}",
                     path_, "xyz"[axis], name, "xyz"[axis],
                     is_kept ? fmt::format(", and the pair hdf5_{} keeps their places", name) : ""));
     if (is_kept) found_.pairs.emplace_back("hdf5_" + name, fmt::format("{}", fmt::join(places.places, " ")));
