@@ -41,7 +41,8 @@ class BytesInMemory : public ByteSource {
  public:
   explicit BytesInMemory(std::span<const std::byte> bytes, std::string name = "bytes in memory")
       : bytes_(bytes), name_(std::move(name)) {}
-  explicit BytesInMemory(std::string_view text) : BytesInMemory(std::as_bytes(std::span(text)), "a text") {}
+  explicit BytesInMemory(std::string_view text)
+      : BytesInMemory(std::as_bytes(std::span(text.data(), text.size())), "a text") {}
 
   std::uint64_t size() const override { return bytes_.size(); }
   void read_at(std::uint64_t position, std::span<std::byte> to) const override {
