@@ -235,6 +235,7 @@ TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
   for (const oracle::Type type : {oracle::Type::floats, oracle::Type::doubles, oracle::Type::ints}) {
     oracle::Grid grid;
     grid.name = "smoke";
+    grid.grid_class = type == oracle::Type::floats ? "fog volume" : "unknown";
     grid.type = type;
     grid.background = -2;
     grid.noise = {{-9, 3, -30}, {8, 12, 1}};
@@ -256,6 +257,7 @@ TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
     EXPECT_EQ(before.values, after.values);
     EXPECT_EQ(before.background, after.background);
     EXPECT_EQ(before.type, after.type);
+    EXPECT_EQ(after.grid_class, grid.grid_class);
     EXPECT_EQ(before.transform, after.transform);
     EXPECT_EQ(before.active, after.active);
   }

@@ -21,6 +21,7 @@ inline constexpr const char *vdb_type_key = "tagrid_type", *vdb_dims_key = "tagr
 struct VdbPlace {
   Index3 low;                        ///< the voxel that is the first sample
   std::string grid;                  ///< its name; "" if there is none
+  std::string grid_class;            ///< what its values are, in the library's words: "level set"; or ""
   std::optional<double> background;  ///< value of the inactive voxels
 };
 

@@ -133,9 +133,10 @@ class VdbVolume final : public ServedVolume {
     } else {
       warnings = {path + ": OpenVDB file: its transform is a perspective, so the volume has no spacing"};
     }
-    pairs =
-        pairs_of(VdbPlace{box_.low, descriptor.gridName(),
-                          std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
+    const bool has_class = grid.getGridClass() != openvdb::GRID_UNKNOWN;
+    pairs = pairs_of(
+        VdbPlace{box_.low, descriptor.gridName(), has_class ? G::gridClassToString(grid.getGridClass()) : "",
+                 std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
   }
 
   void read_slice(std::int64_t z, std::byte* out) override try {
