@@ -55,6 +55,12 @@ KeyValues pairs_of(const VdbPlace& place) {
   return pairs;
 }
 
+KeyValues other_pairs_of(std::string_view nrrd_fields) {
+  KeyValues pairs = pairs_without_places(nrrd_fields);
+  std::erase_if(pairs, [](const auto& pair) { return pair.first.starts_with("vdb_"); });
+  return pairs;
+}
+
 VdbPlace vdb_place_of(std::string_view nrrd_fields) {
   constexpr double farthest = 1 << 30;
   VdbPlace place;

@@ -26,6 +26,8 @@ struct VdbPlace {
 };
 
 KeyValues pairs_of(const VdbPlace& place);
+/// The pairs that stay true if the grid gets another place.
+KeyValues other_pairs_of(std::string_view nrrd_fields);
 /// Reads these pairs from NRRD header lines; other lines are ignored. Missing or invalid values are those of
 /// VdbPlace{}.
 VdbPlace vdb_place_of(std::string_view nrrd_fields);
