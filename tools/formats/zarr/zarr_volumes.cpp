@@ -248,7 +248,8 @@ class ZarrVolume final : public ServedVolume {
 
   void keep_pairs_of(const std::string& header) try {
     const Geometry said = geometry_of(header);
-    for (auto& pair : pairs_without_places(header)) pairs.push_back(std::move(pair));
+    const KeyValues kept = pairs_without_places(header);
+    pairs.insert(pairs.begin(), kept.begin(), kept.end());  // of equal keys, the last one counts
     if (said.has_directions || !said.space.empty())
       warnings.push_back(fmt::format(
           "{}: OME-Zarr: the header that tagrid wrote is of another level or of other places; scale "
