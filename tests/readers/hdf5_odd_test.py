@@ -177,6 +177,50 @@ class Odd(ReaderTest):
         self.described()
         self.assertIn(f"ImageSizeX is 12, but the data set has {SHAPE[2]}", self.messages)
 
+        def minc(file):
+            file["image"] = volume()
+            file["image"].attrs["dimorder"] = numpy.bytes_("yspace,zspace,xspace")
+        self.make(minc)
+        self.described()
+        self.assertIn("its axes are called y, z, x (dimorder)", self.messages)
+
+        def velox(file):
+            file["Data/Image/0123abcd/Data"] = volume("u2")
+        self.make(velox, "a.emd")
+        self.encodes(volume("u2"), "a.emd", says="its axes are called y, x, frame (Velox)")
+
+        def big_data_viewer(file):
+            file["t00000/s00/0/cells"] = volume()
+        self.make(big_data_viewer)
+        self.described()
+        self.assertIn("BigDataViewer takes these numbers for unsigned ones", self.messages)
+
+    def emd(self, axes, type=1, first=1, texts=numpy.bytes_):
+        """Makes a.emd: names, units and places of axes, the slowest one first, as ncempy and py4DSTEM write them."""
+        def write(file):
+            group = file.create_group("data/scan")
+            group.attrs["emd_group_type"] = type
+            group["data"] = volume()
+            for i, (name, unit, places) in enumerate(axes):
+                group[f"dim{first + i}"] = places
+                group[f"dim{first + i}"].attrs["name"] = texts(name)
+                group[f"dim{first + i}"].attrs["units"] = texts(unit)
+        self.make(write, "a.emd")
+        return self.encodes(volume(), "a.emd")["geometry"]
+
+    def test_axes_of_emd_give_the_places(self):
+        z, y, x = numpy.arange(5) * 2. - 3, numpy.arange(6) * .5 + 1, numpy.arange(7) * .25
+        for geometry in (self.emd([("z", "[n_m]", z), ("y", "[n_m]", y), ("x", "[n_m]", x)]),
+                         self.emd([("z", "nm", z[:2]), ("y", "nm", y[:2]), ("x", "nm", x[:2])], "array", 0, str)):
+            self.assertEqual((geometry["spacing"], geometry["origin"], geometry["units"]), ([.25, .5, 2], [0, 1, -3], ["nm"] * 3))
+            self.assertEqual(self.messages, "")
+        geometry = self.emd([("x", "nm", z), ("y", "nm", y), ("z", "nm", x)])
+        self.assertEqual(geometry["spacing"], [.25, .5, 2])
+        self.assertIn("its axes are called x, y, z (EMD)", self.messages)
+        geometry = self.emd([("z", "nm", z[:3]), ("y", "nm", y), ("x", "nm", x)])
+        self.assertEqual(geometry["spacing"], [.25, .5, None])
+        self.assertIn("the axis dim1 is no list of 5 places (it has 3)", self.messages)
+
     def test_dimension_scales_are_said(self):
         def write(file):
             file["data"] = volume()

@@ -31,6 +31,18 @@ class Written(Hdf5Test):
             self.assertEqual(content[offset:offset + truth.nbytes], truth.tobytes(), what)
             self.assert_comes_back(name, what)
 
+    def test_what_somebody_changed_counts_and_the_rest_stays(self):
+        self.encode(fields=placed([(0.5, 0, 0), (0, 0.5, 0), (0, 0, 2.5)]) + "rescale_slope:=2\nlossy source:=JPEG\n")
+        for name, where, attribute, said in (("b.h5", "volume", "spacing", "the spacing along z is 3, but its direction is 2.5 long"),
+                                             ("b.vtkhdf", "VTKHDF", "Spacing", "Origin, Spacing and Direction are not those that tagrid wrote")):
+            self.decode(name, "--samples")
+            with h5py.File(self.folder / name, "a") as file:
+                file[where].attrs[attribute] = [0.5, 0.5, 3]
+            info = self.encoded(name, says=said)[1]
+            pairs = info["source"]["pairs"]
+            self.assertEqual((pairs["rescale_slope"], pairs["lossy source"]), ("2", "JPEG"))
+            self.assertEqual(info["geometry"]["spacing"], [0.5, 0.5, 2.5 if where == "volume" else 3])
+
     def test_samples_are_read_in_place(self):
         self.encode()
         for name in FORMATS:

@@ -72,11 +72,16 @@ class Vendors(ReaderTest):
             run = self.tagrid("encode", "a.vgi", "--max-error", "5", "--rm", "-f", "-o", "b.tag")
             self.assertNotEqual(run.returncode, 0)
             self.assertTrue((self.folder / "scan.vol").exists() and (self.folder / "a.vgi").exists())
+        for scale, said in (("1 1.0 1", ""), ("2 2 2", 'scale is "2 2 2"; it is not applied')):
+            (self.folder / "a.vgi").write_text(good + f"scale = {scale}\n")
+            self.assertEqual(self.encodes(truth, "a.vgi", says=said)["geometry"]["spacing"], [0.05, 0.06, 0.07])
+            self.assertEqual("warning" in self.messages, said != "")
         # The second volume lends nothing to the first one.
         (self.folder / "a.vgi").write_text(good.replace("SkipHeader = 0\n", "").replace("{volumeprimitive1}", other + "{volumeprimitive1}"))
         self.encodes(truth, "a.vgi")
         self.ok("verify", "out.tag", "--against", "a.vgi")
         for old, new, text in (("[geometry]", "[file2]\nName = b.vol\n[geometry]", "[file2]"), ("FileFormat = raw", "FileFormat = raw\nEndian = big", "endian"),
+                               ("FileFormat = raw", "FileFormat = raw\nByteOrder = MSB", "byteorder"),
                                ("FileFormat = raw", "FileFormat = raw\nCompression = zip", "compression")):
             (self.folder / "a.vgi").write_text(good.replace(old, new))
             self.assert_refused(65, text, "encode", "a.vgi")

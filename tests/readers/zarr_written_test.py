@@ -16,6 +16,7 @@ import time
 import unittest
 import zipfile
 
+from hdf5_files import OBLIQUE, placed
 from other_readers import PROGRAM, ReaderTest, main, numpy
 
 MODULES = pathlib.Path(os.environ.get("TAGRID_NODE_MODULES", "/nonexistent"))
@@ -156,6 +157,17 @@ class ByTagrid(Written):
         metadata["attributes"]["ome"]["multiscales"][0]["datasets"][0]["coordinateTransformations"][0]["scale"] = [9, 8, 7]
         path.write_text(json.dumps(metadata))
         self.assertEqual(self.encoded("a.ome.zarr")[1]["geometry"]["spacing"], [7, 8, 9])
+
+    def test_what_samples_mean_stays_where_places_are_others(self):
+        self.encode(fields=placed(OBLIQUE) + "rescale_slope:=2\nrescale_intercept:=-1024\nlossy source:=JPEG\n", options=("--overviews", "4"))
+        self.decode("a.ome.zarr", "--samples")
+        path = self.folder / "a.ome.zarr/zarr.json"
+        metadata = json.loads(path.read_text())
+        metadata["attributes"]["ome"]["multiscales"][0]["datasets"][0]["coordinateTransformations"][0]["scale"] = [9, 8, 7]
+        path.write_text(json.dumps(metadata))
+        for level in "01":
+            pairs = self.encoded("a.ome.zarr", "--dataset", level, says="its directions and coordinate system are left out")[1]["source"]["pairs"]
+            self.assertEqual([pairs[key] for key in ("rescale_slope", "rescale_intercept", "lossy source")], ["2", "-1024", "JPEG"], level)
 
     def test_attributes(self):
         truth = self.encode(options=("--max-error", "3"))

@@ -109,6 +109,12 @@ KeyValues key_values_of(std::string_view nrrd_fields) {
   return pairs;
 }
 
+KeyValues pairs_without_places(std::string_view nrrd_fields) {
+  KeyValues pairs = key_values_of(nrrd_fields);
+  std::erase_if(pairs, [](const auto& pair) { return pair.first == "slice_positions"; });
+  return pairs;
+}
+
 std::string stripped(std::string_view nrrd_fields) {
   std::string kept;
   for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {

@@ -71,6 +71,10 @@ inline constexpr std::string_view lossy_source_key = "lossy source";
 /// Returns the text of a key, or "" if the key is absent. Throws as key_values_of() does.
 std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
 
+/// The pairs that stay true if samples get other places: all but the positions of slices. Throws as
+/// key_values_of() does.
+KeyValues pairs_without_places(std::string_view nrrd_fields);
+
 /// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes,
 /// intercepts and positions of slices stay, what OpenVDB grids need, doubts, and that samples have a loss;
 /// comments and the content go.

@@ -128,7 +128,7 @@ void refuse_what_changes_samples(const std::string& name, const Sections& sectio
   for (const auto& [key, value] : sections) {
     if (!key.starts_with("file1/")) continue;
     const bool is_order = key.find("endian") != key.npos || key.find("byteorder") != key.npos;
-    if ((is_order && lower_case(value).find("big") != value.npos) ||
+    if ((is_order && lower_case(value).find("little") == value.npos) ||
         (key.find("compress") != key.npos && value != "0" && lower_case(value) != "none"))
       throw BrokenInput(
           fmt::format("{}: {} {} is not supported", name, key, quoted(std::string_view(value))));
@@ -177,6 +177,10 @@ std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const st
         fmt::format("{}: {}", name, remark_on(resolution, "resolution", "spacing is unknown")));
   set_spacing(resolution.numbers, {of_resolution}, NegativeSpacing::is_unknown, geometry, facts.warnings);
   if (geometry.has_spacing) geometry.units.fill(std::string(found(sections, "geometry/unit").value_or("mm")));
+  if (const auto scale = found(sections, "geometry/scale");
+      scale && std::ranges::any_of(words_of(*scale), [](auto word) { return number_of(word) != 1; }))
+    facts.warnings.push_back(fmt::format(
+        "{}: scale is {}; it is not applied, the resolution alone gives the spacing", name, quoted(*scale)));
   std::string data_file = required(sections, "file1/name", name);
   // Programs for Windows write whole paths.
   if (const std::size_t slash = data_file.rfind('\\'); slash != data_file.npos) data_file.erase(0, slash + 1);

@@ -48,6 +48,7 @@ openvdb::GridBase::Ptr made(const Grid& grid) {
   for_each_point(grid.noise,
                  [&](const Index3& p) { accessor.setValue(coord(p), static_cast<Value>(grid.value(p))); });
   result->setName(grid.name);
+  result->setGridClass(G::stringToGridClass(grid.grid_class));
   result->setTransform(transform_of(grid));
   result->setSaveFloatAsHalf(grid.type == Type::halves);
   return result;
@@ -110,6 +111,7 @@ Read read_file(const std::string& path, const std::string& name, const Box& box)
   const auto grid = file.readGrid(name);
   Read read;
   read.type = grid->valueType();
+  read.grid_class = openvdb::GridBase::gridClassToString(grid->getGridClass());
   read.active_voxels = grid->activeVoxelCount();
   const auto active = grid->evalActiveVoxelBoundingBox();
   read.active = {index(active.min()), index(active.max())};

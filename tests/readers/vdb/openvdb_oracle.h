@@ -21,7 +21,7 @@ struct Fill {
 };
 
 struct Grid {
-  std::string name = "density";
+  std::string name = "density", grid_class = "unknown";
   Type type = Type::floats;
   double background = 0;
   std::vector<Fill> fills;
@@ -43,7 +43,7 @@ void write_instances(const std::string& path, const Grid& grid, const std::strin
 
 /// The content that the library reads from a file.
 struct Read {
-  std::string type;
+  std::string type, grid_class;
   double background = 0;
   Box active;
   std::uint64_t active_voxels = 0, leaves = 0, active_tiles = 0;

@@ -231,10 +231,28 @@ TEST_F(VdbWriterTest, AHeaderComesBackWhateverTheLibraryRounds) {
     }
 }
 
+TEST_F(VdbWriterTest, WhatSamplesMeanStaysIfSomebodyMovesTheGrid) {
+  write<std::int16_t>("a.vdb", {5, 4, 3}, noise<std::int16_t>, {},
+                      "space dimension: 3\nspace directions: (0.5,0,0) (0,0.25,0) (0,0,2)\n"
+                      "space origin: (1234.5,0,0)\nslice_positions:=1 2 3\nrescale_slope:=2\n"
+                      "lossy source:=JPEG\nvdb_grid:=smoke\n");
+  std::string bytes = content("a.vdb");
+  const auto bytes_of = [](double number) { return std::string(reinterpret_cast<char*>(&number), 8); };
+  const std::size_t at = bytes.find(bytes_of(1234.5));
+  ASSERT_NE(at, bytes.npos);
+  const VolumeInfo info = open_volume(file("b.vdb", bytes.replace(at, 8, bytes_of(1000))))->info();
+  EXPECT_EQ(info.geometry.origin, (std::array<double, 3>{1000, 0, 0}));
+  EXPECT_EQ(text_of_key(info.nrrd_fields, "rescale_slope"), "2");
+  EXPECT_EQ(text_of_key(info.nrrd_fields, "lossy source"), "JPEG");
+  EXPECT_EQ(text_of_key(info.nrrd_fields, "vdb_grid"), "smoke");
+  EXPECT_EQ(text_of_key(info.nrrd_fields, "slice_positions"), "");
+}
+
 TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
   for (const oracle::Type type : {oracle::Type::floats, oracle::Type::doubles, oracle::Type::ints}) {
     oracle::Grid grid;
     grid.name = "smoke";
+    grid.grid_class = type == oracle::Type::floats ? "fog volume" : "unknown";
     grid.type = type;
     grid.background = -2;
     grid.noise = {{-9, 3, -30}, {8, 12, 1}};
@@ -256,6 +274,7 @@ TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
     EXPECT_EQ(before.values, after.values);
     EXPECT_EQ(before.background, after.background);
     EXPECT_EQ(before.type, after.type);
+    EXPECT_EQ(after.grid_class, grid.grid_class);
     EXPECT_EQ(before.transform, after.transform);
     EXPECT_EQ(before.active, after.active);
   }

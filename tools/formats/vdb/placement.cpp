@@ -10,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-constexpr std::string_view origin_key = "vdb_origin", grid_key = "vdb_grid",
+constexpr std::string_view origin_key = "vdb_origin", grid_key = "vdb_grid", class_key = "vdb_class",
                            background_key = "vdb_background";
 
 using Vector = std::array<double, 3>;
@@ -50,7 +50,14 @@ openvdb::math::MapBase::Ptr map_of(const openvdb::Mat4d& matrix) {
 KeyValues pairs_of(const VdbPlace& place) {
   KeyValues pairs = {{origin_key.data(), fmt::format("{} {} {}", place.low.x, place.low.y, place.low.z)}};
   if (!place.grid.empty()) pairs.emplace_back(grid_key, place.grid);
+  if (!place.grid_class.empty()) pairs.emplace_back(class_key, place.grid_class);
   if (place.background) pairs.emplace_back(background_key, fmt::format("{}", *place.background));
+  return pairs;
+}
+
+KeyValues other_pairs_of(std::string_view nrrd_fields) {
+  KeyValues pairs = pairs_without_places(nrrd_fields);
+  std::erase_if(pairs, [](const auto& pair) { return pair.first.starts_with("vdb_"); });
   return pairs;
 }
 
@@ -59,6 +66,7 @@ VdbPlace vdb_place_of(std::string_view nrrd_fields) {
   VdbPlace place;
   for (const auto& [key, value] : key_values_of(nrrd_fields)) {
     if (key == grid_key) place.grid = value;
+    if (key == class_key) place.grid_class = value;
     if (key == background_key) place.background = number_of(value);
     if (key != origin_key) continue;
     const auto words = words_of(value);

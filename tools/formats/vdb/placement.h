@@ -21,10 +21,13 @@ inline constexpr const char *vdb_type_key = "tagrid_type", *vdb_dims_key = "tagr
 struct VdbPlace {
   Index3 low;                        ///< the voxel that is the first sample
   std::string grid;                  ///< its name; "" if there is none
+  std::string grid_class;            ///< what its values are, in the library's words: "level set"; or ""
   std::optional<double> background;  ///< value of the inactive voxels
 };
 
 KeyValues pairs_of(const VdbPlace& place);
+/// The pairs that stay true if the grid gets another place.
+KeyValues other_pairs_of(std::string_view nrrd_fields);
 /// Reads these pairs from NRRD header lines; other lines are ignored. Missing or invalid values are those of
 /// VdbPlace{}.
 VdbPlace vdb_place_of(std::string_view nrrd_fields);

@@ -181,13 +181,17 @@ class ZarrVolume final : public ServedVolume {
     if (std::string lost = lost_by_mixed_units(geometry); !lost.empty())
       warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_->path(), lost));
     geometry = in_one_unit(geometry);
-    const auto header = header_of_tagrid();
+    const Json& header = member(member(image_.attributes, "tagrid"), "nrrd_header");
+    if (header.is_string() && has_places_of(header.get<std::string>())) {
+      nrrd = header.get<std::string>();
+      // Without any line, these would count.
+      geometry = {};
+      pairs.clear();
+      return;
+    }
     add_rescale(rescale, pairs);  // which a reader's "rescale" would not do beside lines of NRRD
-    nrrd = header ? *header : nrrd_fields_of(geometry, pairs);
-    if (!header) return;
-    // Without any line, these would count.
-    geometry = {};
-    pairs.clear();
+    if (header.is_string()) keep_pairs_of(header.get<std::string>());
+    nrrd = nrrd_fields_of(geometry, pairs);
   }
 
   /// The number of an attribute, which may be a text or a list of one.
@@ -228,22 +232,31 @@ class ZarrVolume final : public ServedVolume {
                               : text_at(image_.array.attributes, name);
   }
 
-  /// The header lines that tagrid keeps in the files that it writes, if the places are still those that they
-  /// say: somebody may have changed them.
-  std::optional<std::string> header_of_tagrid() const {
-    const Json& said_header = member(member(image_.attributes, "tagrid"), "nrrd_header");
-    if (!said_header.is_string() || !image_.is_finest) return std::nullopt;
-    const std::string header = said_header.get<std::string>();
-    try {
-      const Geometry said = in_one_unit(volume_info(dims, type, header).geometry);
-      for (std::size_t i = 0; i < 3; ++i)
-        if (spacing_or_1(said, i) != spacing_or_1(geometry, i) || said.origin[i] != geometry.origin[i] ||
-            length_unit(said.units[i]) != length_unit(geometry.units[i]))
-          return std::nullopt;
-    } catch (const BrokenInput&) {
-      return std::nullopt;  // another program's
-    }
-    return header;
+  /// True if samples are where the header lines that tagrid keeps in its files put them. False for levels that
+  /// are not the finest one, and if somebody changed the places.
+  bool has_places_of(const std::string& header) const try {
+    if (!image_.is_finest) return false;
+    const Geometry said = in_one_unit(volume_info(dims, type, header).geometry);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (spacing_or_1(said, i) != spacing_or_1(geometry, i) || said.origin[i] != geometry.origin[i] ||
+          length_unit(said.units[i]) != length_unit(geometry.units[i]))
+        return false;
+    return true;
+  } catch (const BrokenInput&) {
+    return false;  // another program's
+  }
+
+  void keep_pairs_of(const std::string& header) try {
+    const Geometry said = geometry_of(header);
+    const KeyValues kept = pairs_without_places(header);
+    pairs.insert(pairs.begin(), kept.begin(), kept.end());  // of equal keys, the last one counts
+    if (said.has_directions || !said.space.empty())
+      warnings.push_back(fmt::format(
+          "{}: OME-Zarr: the header that tagrid wrote is of another level or of other places; scale "
+          "and translation count, and its directions and coordinate system are left out",
+          store_->path()));
+  } catch (const BrokenInput&) {
+    // Another program's.
   }
 
   /// A negative scale mirrors the volume, which directions can say. A scale of 0 says nothing.

@@ -39,6 +39,14 @@ std::string why_not_own_numbers(hid_t dataset, const std::string& path) {
   return dims[0] > most_places ? "it is too long" : "";
 }
 
+/// EMD writes "[n_m]" for nm.
+std::string unit_of(hid_t dataset) {
+  std::string unit = attribute_in_words(dataset, "units");
+  if (!unit.starts_with('[') || !unit.ends_with(']')) return unit;
+  std::erase(unit, '_');
+  return unit.substr(1, unit.size() - 2);
+}
+
 double rounding_of(hid_t dataset, const std::vector<double>& numbers) {
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
   if (H5Tget_class(type.get()) != H5T_FLOAT) return 0;
@@ -72,10 +80,12 @@ bool Axis::is_sorted() const {
          std::ranges::all_of(steps, [](double step) { return step < 0; });
 }
 
-AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path) {
+AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path, bool may_be_first_two) {
   if (std::string why = why_not_own_numbers(dataset, path); !why.empty()) return {std::nullopt, why};
-  Axis axis{.places = std::vector<double>(dims_of(dataset)[0]), .unit = attribute_in_words(dataset, "units")};
-  if (axis.places.size() != samples && axis.places.size() != samples + 1)
+  Axis axis{.places = std::vector<double>(dims_of(dataset)[0]), .unit = unit_of(dataset)};
+  const bool are_first_two =
+      may_be_first_two && axis.places.size() == 2 && samples > 2 && samples <= most_places;
+  if (axis.places.size() != samples && axis.places.size() != samples + 1 && !are_first_two)
     return {std::nullopt, fmt::format("it has {}", axis.places.size())};
   if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.places.data()) < 0)
     return {std::nullopt, "it cannot be read"};
@@ -83,6 +93,11 @@ AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& pat
     if (!std::isfinite(axis.places[i]))
       return {std::nullopt, fmt::format("number {} is {}", i + 1, axis.places[i])};
   axis.rounding = rounding_of(dataset, axis.places);
+  if (are_first_two) {
+    const double first = axis.places[0], step = axis.places[1] - first;
+    axis.places.resize(samples);
+    for (std::size_t i = 0; i < samples; ++i) axis.places[i] = first + step * static_cast<double>(i);
+  }
   if (axis.places.size() == samples + 1) {
     for (std::size_t i = 0; i < samples; ++i) {
       axis.width = std::abs(axis.places[i + 1] - axis.places[i]);

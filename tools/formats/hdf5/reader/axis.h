@@ -33,10 +33,11 @@ struct AxisReading {
   std::string why_not;  ///< "it has 5"
 };
 
-/// The axis of `samples` samples that the data set is; the borders of samples become their centers. No axis
-/// if the data set is not a list of as many finite numbers, or if it is in another directory than the file at
-/// `path`.
-AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
+/// The axis of `samples` samples that the data set is; the borders of samples become their centers. With
+/// `may_be_first_two`, two numbers go on at equal distances. No axis if the data set is not a list of as many
+/// finite numbers, or if it is in another directory than the file at `path`.
+AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path,
+                    bool may_be_first_two = false);
 
 /// How axes with units of their own become axes of one unit.
 struct UnitOfAxes {

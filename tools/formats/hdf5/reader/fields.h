@@ -23,6 +23,7 @@ class Fields {
   /// `name` is what messages call the object: "scan.h5: HDF5 file: /data".
   Fields(hid_t object, std::string name) : object_(object), name_(std::move(name)) {}
 
+  const std::string& name() const { return name_; }
   bool has(const std::string& attribute) const { return H5Aexists(object_, attribute.c_str()) > 0; }
   /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that
   /// means: "the spacing is not known".

@@ -8,7 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
+#include "io/volume/vtk.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/handle.h"
@@ -92,6 +94,15 @@ Geometry geometry_of_attributes(Fields& fields) {
     geometry.directions = three_vectors(d.values);
     geometry.has_directions = true;
     geometry.units = units_of(unit);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto& [x, y, z] = geometry.directions[axis];
+      const double length = std::hypot(x, y, z), given = std::abs(geometry.spacing[axis]);
+      constexpr double rounding = 1e-6;
+      if (spacing.is_number() && std::abs(given - length) > rounding * length)
+        fields.warnings.push_back(
+            fmt::format("{}: the spacing along {} is {}, but its direction is {} long; the direction counts",
+                        fields.name(), "xyz"[axis], given, length));
+    }
   }
   if (const auto origin = fields.numbers("origin", 3, "the origin is not known"); origin.is_number()) {
     std::ranges::copy(origin.values, geometry.origin.begin());
@@ -101,12 +112,15 @@ Geometry geometry_of_attributes(Fields& fields) {
   return geometry;
 }
 
-/// The attributes that are not among `known`, as pairs.
+/// The attributes that are not among `known`, as pairs. Those by which tagrid says that samples have a loss, or
+/// are in doubt, keep their names.
 KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known) {
   KeyValues pairs;
   for (auto& [key, value] : all_attributes(dataset))
-    if (key != hdf5_header_attribute && std::ranges::find(known, key) == known.end())
-      pairs.emplace_back("hdf5_" + key, std::move(value));
+    if (key != hdf5_header_attribute && std::ranges::find(known, key) == known.end()) {
+      const bool is_ours = key == lossy_source_key || key == scale_doubt_key || key == not_understood_key;
+      pairs.emplace_back(is_ours ? key : "hdf5_" + key, std::move(value));
+    }
   return pairs;
 }
 
@@ -167,6 +181,19 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
   return geometry;
 }
 
+/// False if the image of VTKHDF around the array lies elsewhere than these header lines put the array, as
+/// somebody changed it since.
+bool image_agrees(hid_t file, const std::string& name, const std::string& header) {
+  const Hdf5Handle group = is_vtkhdf_array(name) ? opened_root(file) : Hdf5Handle();
+  if (!group) return true;
+  const VtkGeometry written = vtk_geometry_of(geometry_of(header));
+  const auto says = [&](const char* attribute, const auto& numbers) {
+    return std::ranges::equal(number_attribute(group.get(), attribute), numbers);
+  };
+  return says("Origin", written.origin) && says("Spacing", written.spacing) &&
+         says("Direction", written.direction);
+}
+
 }  // namespace
 
 void describe_dataset(hid_t file, const std::string& path, const std::string& name, ServedVolume& volume) {
@@ -176,7 +203,9 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     volume.warnings.insert(volume.warnings.end(), warnings.begin(), warnings.end());
   };
   std::vector<std::string> known;
-  if (const auto header = header_of(dataset.get(), known)) {
+  const auto header = header_of(dataset.get(), known);
+  const bool is_moved = header && !image_agrees(file, name, *header);
+  if (header && !is_moved) {
     known.insert(known.end(), of_scale.begin(), of_scale.end());
     KeyValues pairs = other_attributes(dataset.get(), known);
     if (text_of_key(*header, "rescale_slope").empty()) add_rescale(volume.rescale, pairs);
@@ -185,7 +214,12 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     return;
   }
   Fields fields(dataset.get(), fmt::format("{}: HDF5 file: {}", path, name));
-  Geometry geometry = geometry_of_attributes(fields);
+  Geometry geometry = is_moved ? Geometry() : geometry_of_attributes(fields);
+  if (is_moved)
+    volume.warnings.push_back(fmt::format(
+        "{}: VTKHDF file: Origin, Spacing and Direction are not those that tagrid wrote; they count, "
+        "and the unit and the coordinate system that it recorded are left out",
+        path));
   convert_units(path, geometry, fields.warnings);
   warn(fields.warnings);
   KeyValues pairs = {{"hdf5_dataset", name}};

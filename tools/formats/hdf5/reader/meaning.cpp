@@ -16,23 +16,37 @@
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/emd.h"
+#include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/nexus.h"
 
 namespace tagrid {
 namespace {
 
-/// The names of axes that HDF5 dimensions have as labels, otherwise those of NeXus, otherwise of vigra and
-/// ilastik.
-std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, std::string& attribute) {
-  attribute = "DIMENSION_LABELS";
-  if (std::vector<std::string> labels = text_list_attribute(dataset, attribute); !labels.empty())
-    return labels;
-  attribute = "axes";
+/// The names of axes that HDF5 dimensions have as labels, otherwise those of NeXus, of EMD, of MINC, of Velox,
+/// or of vigra and ilastik. `source` becomes the one that has them.
+std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, const std::string& path,
+                                       std::string& source) {
+  source = "DIMENSION_LABELS";
+  if (std::vector<std::string> labels = text_list_attribute(dataset, source); !labels.empty()) return labels;
+  source = "axes";
   if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
-  attribute = "axistags";
-  const auto tags = nlohmann::json::parse(text_attribute(dataset, attribute).value_or(""), nullptr, false);
-  if (!tags.is_object() || !tags.contains("axes")) return {};
+  source = "EMD";
+  if (std::vector<std::string> names =
+          names_of_emd_axes(group, path.substr(path.rfind('/') + 1), dims_of(dataset).size());
+      !names.empty())
+    return names;
   std::vector<std::string> names;
+  source = "dimorder";
+  std::string order = text_attribute(dataset, source).value_or("");
+  std::ranges::replace(order, ',', ' ');
+  for (const std::string_view name : words_of(order)) names.emplace_back(name.substr(0, name.find("space")));
+  if (!names.empty()) return names;
+  source = "Velox";
+  if (path.starts_with("/Data/Image/") && path.ends_with("/Data")) return {"y", "x", "frame"};
+  source = "axistags";
+  const auto tags = nlohmann::json::parse(text_attribute(dataset, source).value_or(""), nullptr, false);
+  if (!tags.is_object() || !tags.contains("axes")) return {};
   for (const auto& axis : tags["axes"])
     if (axis.is_object() && axis.contains("key") && axis["key"].is_string())
       names.push_back(axis["key"].get<std::string>());
@@ -65,10 +79,13 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   std::vector<std::string> sentences;
   const auto say = [&](const std::string& what) { sentences.push_back(object + ": " + what); };
   const Hdf5Handle dataset = opened_dataset(file, name);
-  const std::string group_name = ("/" + name).substr(0, std::max<std::size_t>(1, name.rfind('/') + 1));
-  const Hdf5Handle group(H5Oopen(file, group_name.c_str(), H5P_DEFAULT), H5Oclose);
-  std::string attribute;
-  auto names = names_of_axes(group.get(), dataset.get(), attribute);
+  const Hdf5Handle type(H5Dget_type(dataset.get()), H5Tclose);
+  const std::string path = inside("/", name);
+  const Hdf5Handle group(
+      H5Oopen(file, path.substr(0, std::max<std::size_t>(1, path.rfind('/'))).c_str(), H5P_DEFAULT),
+      H5Oclose);
+  std::string source;
+  auto names = names_of_axes(group.get(), dataset.get(), path, source);
   // Axes in front with one sample are left out.
   const auto lengths = dims_of(dataset.get());
   if (names.size() == lengths.size())
@@ -77,7 +94,7 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
         names.begin() + (std::ranges::find_if(lengths, [](hsize_t n) { return n > 1; }) - lengths.begin()));
   if (are_in_another_order(names))
     say(fmt::format("its axes are called {} ({}), the slowest one first, but are read as z, y, x",
-                    fmt::join(names, ", "), attribute));
+                    fmt::join(names, ", "), source));
   const std::string subclass = text_attribute(dataset.get(), "IMAGE_SUBCLASS").value_or("");
   if (subclass == "IMAGE_TRUECOLOR")
     throw BrokenInput(object + " has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR), not one value a sample");
@@ -95,6 +112,10 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
         number_attribute(dataset.get(), scale) != std::vector<double>{neutral})
       say(fmt::format("{} is {}, which is not applied; numbers are kept as they are", scale,
                       tagrid::quoted(attribute_in_words(dataset.get(), scale))));
+  // "/t00000/s00/0/cells"
+  if (path.starts_with("/t") && path.ends_with("/cells") && H5Tequal(type.get(), H5T_STD_I16LE) > 0)
+    say("BigDataViewer takes these numbers for unsigned ones; they are read as signed ones, as they are "
+        "stored");
   const std::array sizes = {dims.x, dims.y, dims.z};
   for (std::size_t axis = 0; group && axis < 3; ++axis) {
     const std::string size = fmt::format("ImageSize{}", "XYZ"[axis]);

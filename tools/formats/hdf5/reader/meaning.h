@@ -11,8 +11,9 @@
 namespace tagrid {
 
 /// What a data set says about its samples and tagrid does not apply, a sentence each: names of axes in
-/// another order than z, y, x, numbers of colors, white as zero, other names of a scale, or a smaller image
-/// than the data set (Imaris). `object` is for messages. Throws BrokenInput if samples are parts of colors.
+/// another order than z, y, x, numbers of colors, white as zero, other names of a scale, unsigned numbers that
+/// are stored as signed ones (BigDataViewer), or a smaller image than the data set (Imaris). `object` is for
+/// messages. Throws BrokenInput if samples are parts of colors.
 std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
                                         Index3 dims);
 

@@ -11,6 +11,7 @@
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/reader/axis.h"
 #include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/hdf5/reader/emd.h"
 #include "tools/formats/hdf5/reader/links.h"
 
 namespace tagrid {
@@ -188,11 +189,14 @@ std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset) {
 
 std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                         const std::vector<hsize_t>& sizes) {
-  const std::string group_path = group_and_name(name).first;
+  const auto [group_path, own_name] = group_and_name(name);
   const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
   const Hdf5Handle dataset = opened_dataset(file, name);
   if (!group || !dataset) return std::nullopt;
-  const std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
+  std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
+  const std::vector<std::string> of_emd = emd_axes(group.get(), own_name, sizes.size());
+  const bool is_emd = names.empty() && !of_emd.empty();
+  if (is_emd) names = of_emd;
   Places places(path);
   if (names.size() != sizes.size()) {
     if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
@@ -233,7 +237,7 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
     }
     const std::string axis_path = inside(group_path, axis_name);
     const Hdf5Handle axis_dataset = opened_dataset(file, axis_path);
-    AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path)
+    AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path, is_emd)
                                      : AxisReading{std::nullopt, why_missing(file, axis_path)};
     if (found.axis)
       places.add(axis, axis_name, std::move(*found.axis));

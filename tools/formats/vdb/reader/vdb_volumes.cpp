@@ -133,9 +133,11 @@ class VdbVolume final : public ServedVolume {
     } else {
       warnings = {path + ": OpenVDB file: its transform is a perspective, so the volume has no spacing"};
     }
-    pairs =
-        pairs_of(VdbPlace{box_.low, descriptor.gridName(),
-                          std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
+    const bool has_class = grid.getGridClass() != openvdb::GRID_UNKNOWN;
+    pairs = pairs_of(
+        VdbPlace{box_.low, descriptor.gridName(), has_class ? G::gridClassToString(grid.getGridClass()) : "",
+                 std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
+    if (recorded.fields && !recorded.fields->empty()) keep_pairs(*recorded.fields);
   }
 
   void read_slice(std::int64_t z, std::byte* out) override try {
@@ -159,6 +161,17 @@ class VdbVolume final : public ServedVolume {
   }
 
  private:
+  /// Of a grid that tagrid wrote, and that has another place since.
+  void keep_pairs(const std::string& fields) try {
+    for (auto& pair : other_pairs_of(fields)) pairs.push_back(std::move(pair));
+    warnings.push_back(
+        path_ +
+        ": OpenVDB file: the grid is not where it was when tagrid wrote it; what tagrid recorded "
+        "about its unit and its coordinate system is left out");
+  } catch (const BrokenInput&) {
+    // Another program wrote the grid.
+  }
+
   void require_good(const openvdb::Mat4d& matrix) const {
     for (int row = 0; row < 4; ++row)
       for (int column = 0; column < 3; ++column)

@@ -163,6 +163,7 @@ class VdbOutput final : public ServedOutput {
     const VolumeInfo& info = request_.info;
     const auto grid = builder_->finish();
     grid->setName(grid_);
+    grid->setGridClass(G::stringToGridClass(place_.grid_class));
     grid->setTransform(transform_);
     grid->insertMeta(vdb_dims_key, openvdb::Vec3IMetadata(openvdb::Vec3i(static_cast<int>(info.dims.x),
                                                                          static_cast<int>(info.dims.y),
