@@ -29,8 +29,9 @@ struct NexusPlaces {
   std::vector<std::string> warnings;
 };
 
-/// Those of EMD, too. Nothing if the data set at the path `name` has no axes; warnings alone if the attribute that names them
-/// cannot be read. `sizes`: of the data set, the slowest axis first. `path` is that of the file.
+/// Those of EMD, too. Nothing if the data set at the path `name` has no axes; warnings alone if the attribute
+/// that names them cannot be read. `sizes`: of the data set, the slowest axis first. `path` is that of the
+/// file.
 std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                         const std::vector<hsize_t>& sizes);
 
