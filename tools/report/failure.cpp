@@ -42,8 +42,10 @@ std::string advice_on_compressed(const std::vector<Term>& terms) {
   const std::string stem = is_plain ? inner.stem().string() : "NAME";
   const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
   return fmt::format(
-      ": `{} | tagrid encode - -o {}.tag` (to compare: `| tagrid verify NAME.tag --against -`)", output,
-      stem);
+      ": `{} | tagrid encode - -o {}.tag`, with --dims and --type if the samples have no header (to compare: "
+      "`| "
+      "tagrid verify NAME.tag --against -`)",
+      output, stem);
 }
 
 // Advice that follows the message of the error.
