@@ -138,6 +138,30 @@ std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
   return series;
 }
 
+std::string doubt_of_patterns(const std::vector<std::string>& patterns) {
+  constexpr std::size_t most_in_directory_by_chance = 2;
+  std::map<std::string, std::string> by_letters;
+  std::map<std::string, std::vector<std::string>> by_texts;
+  for (const std::string& pattern : patterns) {
+    if (pattern.find('#') == pattern.npos) {
+      // Names of series that are no names of files, such as UIDs of DICOM, have numbers of other kinds.
+      const std::string extension = std::filesystem::path(pattern).extension().string();
+      if (extension.size() > 1 && std::ranges::none_of(extension, is_digit))
+        by_texts[number_pattern(pattern)].push_back(pattern);
+    } else if (const auto& [other, is_new] = by_letters.emplace(lower_case(pattern), pattern); !is_new) {
+      return other->second + " and " + pattern +
+             " differ in upper and lower case only; if they are one volume, give its slices the same "
+             "extension";
+    }
+  }
+  for (const auto& [texts, names] : by_texts)
+    if (names.size() > most_in_directory_by_chance && numbered_files(names).size() == names.size())
+      return names.front() + " and " + std::to_string(names.size() - 1) +
+             " other files differ in several numbers; if they are slices of one volume, give them names, or "
+             "links, that differ in one number only";
+  return "";
+}
+
 bool comes_before(std::string_view a, std::string_view b) {
   std::string_view x = a, y = b;
   while (!x.empty() && !y.empty()) {

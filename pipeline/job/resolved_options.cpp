@@ -115,8 +115,8 @@ std::string turn_into_samples(const Rescale& rescale, SampleType type, EncodeOpt
       *bound = error;
       if (!reason.empty() && given > 0) reason += "; ";
       if (const double steps = kept_bound(error, type); steps > 0)
-        reason +=
-            fmt::format("{} allows {:.6g} steps of the stored samples ({:.6g} each)", given, steps, slope);
+        reason += fmt::format("{} allows {:.6g} step{} of the stored samples ({:.6g} each)", given, steps,
+                              steps == 1 ? "" : "s", slope);
       else if (given > 0)
         reason += fmt::format("{} is less than one step of the stored samples ({:.6g} each), so it becomes 0",
                               given, slope);

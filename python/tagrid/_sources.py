@@ -109,9 +109,11 @@ def _open_path(path: str | bytes) -> Reader:
         raise ValueError("embedded null byte")
     try:
         return Reader.of_path(name)
-    except InputError:
-        _raise_what_python_knows(path)
-        raise
+    except InputError as error:
+        unreadable = error
+    # Not above: a traceback would show both exceptions.
+    _raise_what_python_knows(path)
+    raise unreadable
 
 
 def _raise_what_python_knows(path: str | bytes) -> None:

@@ -238,7 +238,9 @@ class Opening(unittest.TestCase):
     # ---- hostile input
 
     def test_a_missing_or_unreadable_file_is_an_OSError_of_Python(self):
-        self.assertRaises(FileNotFoundError, tagrid.open, self.path + "x")
+        with self.assertRaises(FileNotFoundError) as missing:
+            tagrid.open(self.path + "x")
+        self.assertIsNone(missing.exception.__context__)  # a traceback shows one exception
         self.assertRaises(IsADirectoryError, tagrid.open, self.folder.name)
         self.assertRaises(ValueError, tagrid.open, "a\0b")
         pipe = os.path.join(self.folder.name, "pipe")

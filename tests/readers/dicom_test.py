@@ -224,6 +224,7 @@ class Dicom(ReaderTest):
                          r"\nvalues +individual slope and intercept of each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10", says="10 allows 4 steps of the stored samples (2.5 each)")
+        self.encoded("s", "--max-error", "3", says="3 allows 1 step of the stored samples (2.5 each)")
 
     def test_whole_intercepts_of_their_own_are_added(self):
         truth = volume(shape=(4, 5, 6))

@@ -185,6 +185,13 @@ class Doubts(ReaderTest):
         self.run_ok("encode", "a.nrrd", "-o", "a.tag")
         self.assertRegex(self.tagrid("info", "a.tag").stdout, r"\nphysical size +5 x 4.5 x 10.5 mm\n")
 
+    def test_a_grid_that_may_be_too_fine_is_warned_of(self):
+        samples = (self.samples() * 16).astype("uint16")
+        warning = "the default range of uint16; it may be finer{} than you want"
+        # The voxels determine the grid of a lossless file, which is not larger for it.
+        self.assertIn(warning.format(""), self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag"))
+        self.assertIn(warning.format(", and the file larger,"), self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--max-error", "5"))
+
     def test_a_grid_that_misses_a_mask_is_warned_of(self):
         small = (self.samples() > 1500).astype("uint8")
         mask = numpy.kron(small, numpy.ones((4, 4, 4), "uint8"))

@@ -4,6 +4,7 @@
 """
 
 import itertools
+import os
 import shutil
 import struct
 import subprocess
@@ -136,6 +137,25 @@ class Tiff(ReaderTest):
             for size in (12, len(whole) // 2):
                 (self.folder / "cut.tif").write_bytes(whole[:size])
                 self.assert_refused(65, "ends too soon", "encode", "cut.tif")
+
+    def test_samples_that_end_too_soon_are_counted(self):
+        for options in ({"rowsperstrip": 10}, {"tile": (16, 16)}, {"rowsperstrip": 10, "compression": "zlib"}):
+            # The samples follow the tags, so the file ends within the last strip or tile.
+            tifffile.imwrite(self.folder / "cut.tif", volume("uint16", (1, 20, 30))[0], **options)
+            with tifffile.TiffFile(self.folder / "cut.tif") as file:
+                page = file.pages[0]
+                begin, count = page.dataoffsets[-1], page.databytecounts[-1]
+            os.truncate(self.folder / "cut.tif", begin + count - 7)
+            self.assert_refused(65, f"ends too soon, within its samples: 7 of {count} bytes are missing", "encode", "cut.tif")
+
+    def test_files_that_may_be_slices_of_one_volume(self):
+        for folder, names, said in (("case", ("s1.tif", "s2.TIF", "s3.tif", "s4.TIF"), "s#.TIF and s#.tif differ in upper and lower case only"),
+                                    ("times", ("s1_T10.tif", "s2_T17.tif", "s3_T24.tif"), "s1_T10.tif and 2 other files differ in several numbers")):
+            (self.folder / folder).mkdir()
+            for name, slice in zip(names, volume("uint8", (4, 9, 8))):
+                tifffile.imwrite(self.folder / folder / name, slice)
+            self.assert_refused(64, f"  {said}; if they are", "encode", folder)
+            self.assertIn(f"warning: {self.folder.resolve() / folder}: {said}; if they are", self.ok("convert", "--find", folder).stderr)
 
     def test_several_series_in_a_folder(self):
         truth = volume("uint8", (6, 9, 8))

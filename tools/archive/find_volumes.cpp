@@ -160,6 +160,7 @@ class Finder {
       return;
     }
     std::vector<NumberedFiles> series = numbered_files(files);
+    warn_of_patterns(folder, series);
     for (std::size_t i = 0; i < series.size(); ++i) {
       NumberedFiles one = series[i];
       if (std::erase_if(one.paths, [&](const std::string& path) { return is_in_a_set(path); }) > 0) {
@@ -175,6 +176,15 @@ class Finder {
         look_at_volume(folder, own, format);
       }
     }
+  }
+
+  void warn_of_patterns(const fs::path& folder, const std::vector<NumberedFiles>& series) const {
+    std::vector<std::string> patterns;
+    for (const NumberedFiles& one : series)
+      patterns.push_back(one.paths.size() == 1 ? fs::path(one.paths.front()).filename().string()
+                                               : one.pattern);
+    if (const std::string doubt = doubt_of_patterns(patterns); !doubt.empty())
+      warn(run_, "{}: {}", folder.string(), doubt);
   }
 
   /// True for a file of a volume that was listed by the name of another one of its files.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 
@@ -180,6 +181,8 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
       std::find_if(words.begin(), words.end(), [](const auto& w) { return w.size() > 1 && w[0] == '-'; });
   if (option != words.end() && *option == "--")
     return where + "--: everything after it is a file name; give options before it, and one name after it";
+  if (std::error_code none; option != words.end() && std::filesystem::exists(*option, none))
+    return fmt::format("{}unknown option {}; for the file of this name, give ./{}", where, *option, *option);
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
   if (given.empty() && !words.empty()) return unknown("command", words.front(), help, subcommands_of(app));

@@ -95,8 +95,9 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   if (!(span > far_more * made_for)) return;
   warn(run,
        "{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the default range of {}; "
-       "it may be finer, and the file larger, than you want; {}--range lo:hi sets the span that matters",
+       "it may be finer{} than you want; {}--range lo:hi sets the span that matters",
        name, low, high, p.range_low, p.range_high, name_of(p.type),
+       p.implies_grid() ? "" : ", and the file larger,",
        input == "-" ? "" : "--range auto takes the span of the samples, ");
 }
 

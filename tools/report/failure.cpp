@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/text/numbered_names.h"
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {
@@ -42,8 +43,10 @@ std::string advice_on_compressed(const std::vector<Term>& terms) {
   const std::string stem = is_plain ? inner.stem().string() : "NAME";
   const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
   return fmt::format(
-      ": `{} | tagrid encode - -o {}.tag` (to compare: `| tagrid verify NAME.tag --against -`)", output,
-      stem);
+      ": `{} | tagrid encode - -o {}.tag`, with --dims and --type if the samples have no header (to compare: "
+      "`| "
+      "tagrid verify NAME.tag --against -`)",
+      output, stem);
 }
 
 // Advice that follows the message of the error.
@@ -117,11 +120,16 @@ Failure current_failure(const std::string& memory_advice) {
         list.push_back(fmt::format("{}  {}  {}", list.size() + 1, choice.name, choice.text));
       // Volumes without names are alike, and there may be thousands: the message says their number.
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
+      std::vector<std::string> names;
+      for (const Choice& choice : error.detail.choices) names.push_back(choice.name);
+      const std::string doubt = doubt_of_patterns(names);
       // One format was looked for, but there may be volumes of others.
       std::error_code unknown;
       if (const std::vector<Term>& terms = error.detail.sentence.terms;
-          !list.empty() && !terms.empty() && std::filesystem::is_directory(terms.front().text, unknown))
+          !list.empty() && !terms.empty() && std::filesystem::is_directory(terms.front().text, unknown)) {
+        if (!doubt.empty()) list.push_back(doubt);
         list.push_back("`tagrid convert --find` lists all volumes in the directory");
+      }
       return {exit_usage, message, std::move(list)};
     }
     case ErrorKind::broken_input:

@@ -65,8 +65,8 @@ std::string in_words(const std::vector<std::string>& keys, std::string_view one,
 }
 
 std::string no_place_for(const Format& format, const std::string& what) {
-  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
-                     what);
+  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them",
+                     format.extensions.front(), what);
 }
 
 /// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.

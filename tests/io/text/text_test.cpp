@@ -242,6 +242,26 @@ TEST(NumberedFiles, AllNumbersThatAreMissingAreSaid) {
   EXPECT_EQ(number_pattern("a12b003.tif"), "a#b#.tif");
 }
 
+TEST(NumberedFiles, PatternsThatMayBelongTogetherAreDoubted) {
+  EXPECT_EQ(
+      doubt_of_patterns({"s#.TIF", "s#.tif"}),
+      "s#.TIF and s#.tif differ in upper and lower case only; if they are one volume, give its slices the "
+      "same extension");
+  EXPECT_EQ(
+      doubt_of_patterns({"s1_T1200.tif", "s2_T1207.tif", "s3_T1214.tif"}),
+      "s1_T1200.tif and 2 other files differ in several numbers; if they are slices of one volume, give "
+      "them names, or links, that differ in one number only");
+  const std::vector<std::vector<std::string>> others = {
+      {"a#.tif", "b#.tif"},
+      {"scan1_#.tif", "scan2_#.tif", "scan3_#.tif"},            // three scans in a directory
+      {"part1.tif", "part2.tif", "part3.tif"},                  // files of several slices
+      {"2019_part1.tif", "2019_part2.tif", "2019_part3.tif"},   // the same, of one year
+      {"s#.tif", "s003 (1).tif", "s003 - Copy.tif"},            // copies
+      {"knee_1_2.tif", "knee_2_3.tif"},                         // two scans of one slice
+      {"1.2.7-12345678", "1.2.8-12345679", "1.2.9-12345670"}};  // DICOM
+  for (const auto& patterns : others) EXPECT_EQ(doubt_of_patterns(patterns), "") << patterns.front();
+}
+
 TEST(NumberedFiles, AHashInANameIsNoNumber) {
   const auto series = numbered_files({"d/a0.tif", "d/a#.tif", "d/a1.tif", "d/a2.tif"});
   ASSERT_EQ(series.size(), 2u);

@@ -150,6 +150,9 @@ TEST_F(Options, TheLastOfRepeatedOptionsCounts) {
 TEST_F(Options, NamesThatBeginWithADashComeAfterTwo) {
   phantom("volume.nrrd");
   expect_ok(script("cp volume.nrrd ./-x.nrrd; \"$TAGRID\" encode -o x.tag -- -x.nrrd"));
+  expect_error(tagrid({"encode", "-x.nrrd"}), usage,
+               "unknown option -x.nrrd; for the file of this name, give ./-x.nrrd");
+  expect_ok(tagrid({"encode", "./-x.nrrd"}));
 }
 
 TEST_F(Options, ValuesOutOfRangeAreRefused) {
@@ -424,6 +427,8 @@ TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
     expect_error(tagrid({"encode", name, "-o", "x.tag", "--dims", "9,9,99", "--type", "int16"}), broken_input,
                  advice);
   }
+  expect_error(tagrid({"encode", "a.gz", "-o", "x.tag"}), broken_input,
+               "-o a.tag`, with --dims and --type if the samples have no header");
   expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag"));
   EXPECT_EQ(header_and_bricks(content("b.tag")), header_and_bricks(content("volume.tag")));
   // The advice is for the command that was given.

@@ -147,6 +147,16 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
   if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
 }
 
+/// Fails because a strip or tile cannot be read.
+void TiffFile::fail_in(std::uint32_t piece) const {
+  const std::uint64_t begin = TIFFGetStrileOffset(tiff_.get(), piece),
+                      bytes = TIFFGetStrileByteCount(tiff_.get(), piece),
+                      left = size_ - std::min(begin, size_);
+  if (bytes > left)
+    fail(fmt::format("ends too soon, within its samples: {} of {} bytes are missing", bytes - left, bytes));
+  fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+}
+
 /// Checks the stream of a strip or tile, of which from `least` to `most` bytes are expected.
 void TiffFile::check_stream(std::uint32_t piece, std::uint64_t least, std::uint64_t most) {
   TIFF* tiff = tiff_.get();
@@ -156,7 +166,7 @@ void TiffFile::check_stream(std::uint32_t piece, std::uint64_t least, std::uint6
   stream_.resize(memory_size(std::min(TIFFGetStrileByteCount(tiff, piece), size_)));
   const auto size = static_cast<tmsize_t>(stream_.size());
   if ((is_tiled ? TIFFReadRawTile : TIFFReadRawStrip)(tiff, piece, stream_.data(), size) != size)
-    fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+    fail_in(piece);
   if (value_of<std::uint16_t>(tiff, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) == FILLORDER_LSB2MSB)
     TIFFReverseBits(reinterpret_cast<std::uint8_t*>(stream_.data()), size);
   if (const std::string doubt = doubt_of_stream(scheme, stream_, least, most); !doubt.empty())
@@ -184,7 +194,7 @@ void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
     check_stream(strip, wanted, static_cast<std::uint64_t>(TIFFStripSize64(tiff)));
     if (TIFFReadEncodedStrip(tiff, strip, packed.empty() ? out : packed.data(),
                              static_cast<tmsize_t>(wanted)) != static_cast<tmsize_t>(wanted))
-      fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+      fail_in(strip);
     if (packed.empty()) {
       out += wanted;
     } else {
@@ -213,8 +223,7 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
       const auto size = static_cast<tmsize_t>(tile.size());
       const bool is_there = !is_unwritten(number);
       if (is_there) check_stream(number, tile.size(), tile.size());
-      if (is_there && TIFFReadEncodedTile(tiff, number, tile.data(), size) != size)
-        fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+      if (is_there && TIFFReadEncodedTile(tiff, number, tile.data(), size) != size) fail_in(number);
       const std::size_t columns = std::min(width, page.width - x);
       for (std::uint32_t i = 0; i < std::min(height, page.height - y); ++i) {
         std::byte* to = out + (std::size_t{y} + i) * row + x * sample;

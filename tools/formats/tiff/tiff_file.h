@@ -56,6 +56,7 @@ class TiffFile {
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
   std::uint64_t memory_for_page() const;
   bool is_unwritten(std::uint32_t piece) const;
+  [[noreturn]] void fail_in(std::uint32_t piece) const;
   void check_stream(std::uint32_t piece, std::uint64_t least, std::uint64_t most);
   void read_strips(const TiffPage& page, std::byte* out);
   void read_tiles(const TiffPage& page, std::byte* out);
