@@ -30,8 +30,8 @@ class ReadAhead : public ByteSource {
   std::uint64_t size() const override { return size_; }
   const std::string& name() const override { return name_; }
   /// Waits while another thread fetches some of these bytes. What is read front to back is fetched in parts
-  /// that become larger, up to largest_part. When a fetch fails, so do all reads that have begun; later ones fetch
-  /// again, as a program that serves the source runs for hours.
+  /// that become larger, up to largest_part. When a fetch fails, so do all reads that have begun; later
+  /// ones fetch again, as a program that serves the source runs for hours.
   void read_at(std::uint64_t position, std::span<std::byte> to) const override;
   /// Ranges that lie close together are fetched as one, when the first byte of it is read. If there are few, so are
   /// those that lie further apart.

@@ -34,7 +34,7 @@ auto with(FormatProgram& program, Work work) {
 
 // All of these throw WrongAnswer if the answer is not as it should be.
 
-/// The value of a key; null if there is none, or if this is no object.
+/// The value of a key; null if the key is missing, or if `object` is not an object.
 const Json& member(const Json& object, const char* key);
 std::string text_in(const Json& object, const char* key);
 /// False if there is none.

@@ -25,8 +25,8 @@ struct WebSite {
   };
   /// By their paths, which begin with "/" and are as browsers send them: with %20 for a blank.
   std::map<std::string, Item> items;
-  /// Makes the item of a path that is not in `items`; one without bytes if there is none. Several threads call
-  /// it, and each reads what it got. May be empty.
+  /// Returns the item of a path that is not in `items`; an item without bytes if the path leads to nothing.
+  /// Several threads may call it at once; each reads the item that it got. May be empty.
   std::function<Item(std::string_view path)> made;
   /// Pages of other sites that may read this one: "https://example.org".
   std::vector<std::string> origins;

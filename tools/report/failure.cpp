@@ -44,8 +44,7 @@ std::string advice_on_compressed(const std::vector<Term>& terms) {
   const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
   return fmt::format(
       ": `{} | tagrid encode - -o {}.tag`, with --dims and --type if the samples have no header (to compare: "
-      "`| "
-      "tagrid verify NAME.tag --against -`)",
+      "`| tagrid verify NAME.tag --against -`)",
       output, stem);
 }
 
@@ -120,14 +119,13 @@ Failure current_failure(const std::string& memory_advice) {
         list.push_back(fmt::format("{}  {}  {}", list.size() + 1, choice.name, choice.text));
       // Volumes without names are alike, and there may be thousands: the message says their number.
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
-      std::vector<std::string> names;
-      for (const Choice& choice : error.detail.choices) names.push_back(choice.name);
-      const std::string doubt = doubt_of_patterns(names);
       // One format was looked for, but there may be volumes of others.
       std::error_code unknown;
       if (const std::vector<Term>& terms = error.detail.sentence.terms;
           !list.empty() && !terms.empty() && std::filesystem::is_directory(terms.front().text, unknown)) {
-        if (!doubt.empty()) list.push_back(doubt);
+        std::vector<std::string> names;
+        for (const Choice& choice : error.detail.choices) names.push_back(choice.name);
+        if (std::string doubt = doubt_of_patterns(names); !doubt.empty()) list.push_back(std::move(doubt));
         list.push_back("`tagrid convert --find` lists all volumes in the directory");
       }
       return {exit_usage, message, std::move(list)};

@@ -194,9 +194,8 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
   const Hdf5Handle dataset = opened_dataset(file, name);
   if (!group || !dataset) return std::nullopt;
   std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
-  const std::vector<std::string> of_emd = emd_axes(group.get(), own_name, sizes.size());
-  const bool is_emd = names.empty() && !of_emd.empty();
-  if (is_emd) names = of_emd;
+  const bool may_be_emd = names.empty();
+  if (may_be_emd) names = emd_axes(group.get(), own_name, sizes.size());
   Places places(path);
   if (names.size() != sizes.size()) {
     if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
@@ -237,7 +236,7 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
     }
     const std::string axis_path = inside(group_path, axis_name);
     const Hdf5Handle axis_dataset = opened_dataset(file, axis_path);
-    AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path, is_emd)
+    AxisReading found = axis_dataset ? axis_of(axis_dataset.get(), samples, path, may_be_emd)
                                      : AxisReading{std::nullopt, why_missing(file, axis_path)};
     if (found.axis)
       places.add(axis, axis_name, std::move(*found.axis));
