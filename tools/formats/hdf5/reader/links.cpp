@@ -145,4 +145,10 @@ std::string why_missing(hid_t file, const std::string& path) {
   return why_missing_after(passed, file, path);
 }
 
+std::pair<std::string, std::string> group_and_name(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == path.npos) return {"/", path};
+  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
+}
+
 }  // namespace tagrid

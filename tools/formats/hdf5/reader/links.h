@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 
 namespace tagrid {
 
@@ -32,5 +33,8 @@ void visit_objects(hid_t file, const Visitor& visitor);
 /// A sentence that explains why there is no object at this absolute path, and names the target of a link that
 /// leads nowhere, or to a file in another folder, from which nothing is read; "" if there is one.
 std::string why_missing(hid_t file, const std::string& path);
+
+/// The group in which the object at this path is, "/" if the path has none, and its own name.
+std::pair<std::string, std::string> group_and_name(const std::string& path);
 
 }  // namespace tagrid

@@ -33,7 +33,7 @@ std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, const std::st
   if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
   source = "EMD";
   if (std::vector<std::string> names =
-          names_of_emd_axes(group, path.substr(path.rfind('/') + 1), dims_of(dataset).size());
+          names_of_emd_axes(group, group_and_name(path).second, dims_of(dataset).size());
       !names.empty())
     return names;
   std::vector<std::string> names;
@@ -81,9 +81,7 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   const Hdf5Handle dataset = opened_dataset(file, name);
   const Hdf5Handle type(H5Dget_type(dataset.get()), H5Tclose);
   const std::string path = inside("/", name);
-  const Hdf5Handle group(
-      H5Oopen(file, path.substr(0, std::max<std::size_t>(1, path.rfind('/'))).c_str(), H5P_DEFAULT),
-      H5Oclose);
+  const Hdf5Handle group(H5Oopen(file, group_and_name(path).first.c_str(), H5P_DEFAULT), H5Oclose);
   std::string source;
   auto names = names_of_axes(group.get(), dataset.get(), path, source);
   // Axes in front with one sample are left out.

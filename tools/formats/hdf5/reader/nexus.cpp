@@ -20,12 +20,6 @@ namespace {
 /// Longer lists of places are not kept as a pair.
 constexpr std::size_t most_kept = 1 << 14;
 
-std::pair<std::string, std::string> group_and_name(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  if (slash == path.npos) return {"/", path};
-  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
-}
-
 /// "z:y:x" or "[z,y,x]", as older files have it in the data set, become three names.
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts(1);
