@@ -146,16 +146,20 @@ class Tiff(ReaderTest):
                 page = file.pages[0]
                 begin, count = page.dataoffsets[-1], page.databytecounts[-1]
             os.truncate(self.folder / "cut.tif", begin + count - 7)
-            self.assert_refused(65, f"ends too soon, within its samples: 7 of {count} bytes are missing", "encode", "cut.tif")
+            reason = f"ends too soon, within its samples: 7 of {count} bytes are missing"
+            self.assert_refused(65, reason, "encode", "cut.tif")
 
     def test_files_that_may_be_slices_of_one_volume(self):
-        for folder, names, said in (("case", ("s1.tif", "s2.TIF", "s3.tif", "s4.TIF"), "s#.TIF and s#.tif differ in upper and lower case only"),
-                                    ("times", ("s1_T10.tif", "s2_T17.tif", "s3_T24.tif"), "s1_T10.tif and 2 other files differ in several numbers")):
+        for folder, names, said in (("case", ("s1.tif", "s2.TIF", "s3.tif", "s4.TIF"),
+                                     "s#.TIF and s#.tif differ in upper and lower case only"),
+                                    ("times", ("s1_T10.tif", "s2_T17.tif", "s3_T24.tif"),
+                                     "s1_T10.tif and 2 other files differ in several numbers")):
             (self.folder / folder).mkdir()
             for name, slice in zip(names, volume("uint8", (4, 9, 8))):
                 tifffile.imwrite(self.folder / folder / name, slice)
             self.assert_refused(64, f"  {said}; if they are", "encode", folder)
-            self.assertIn(f"warning: {self.folder.resolve() / folder}: {said}; if they are", self.ok("convert", "--find", folder).stderr)
+            warning = f"warning: {self.folder.resolve() / folder}: {said}; if they are"
+            self.assertIn(warning, self.ok("convert", "--find", folder).stderr)
 
     def test_several_series_in_a_folder(self):
         truth = volume("uint8", (6, 9, 8))
