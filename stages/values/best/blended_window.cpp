@@ -178,18 +178,26 @@ MixedContext VoxelWindow::context(std::int64_t x, const LeftVoxels& before, cons
   const std::uint32_t fine = log_scale<2>(energy), coarse = std::min(log_scale<1>(energy), 15u);
   const EnergyClass& energy_class = energy_class_table[fine];
   const int k = energy_class.low_bits;
-  const std::int32_t here = before.value;
-  const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
-                                                 std::min<std::int32_t>(smallest_[i], here));
+  const std::int32_t top = std::max<std::int32_t>(largest_[i], before.value),
+                     bottom = std::min<std::int32_t>(smallest_[i], before.value);
+  const auto spread = static_cast<std::uint64_t>(top - bottom);
   const std::uint32_t steps =
       std::min(log_scale<1>(static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40)), 31u);
   const std::uint32_t level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
   const auto cap = [k](std::uint32_t v, std::uint32_t most) { return std::min(v >> k, most); };
-  // If the step is small, the direction in which the prediction was rounded matters.
-  const std::int32_t fraction = std::clamp(p.corrected - p.value * (1 << weight_bits), -1024, 1023);
-  const std::uint32_t side = quantizer.error < 2 ? static_cast<std::uint32_t>(fraction + 1024) >> 8 : 3;
-  const std::uint32_t off =
-      quantizer.error < 2 ? std::min(3u, static_cast<std::uint32_t>(std::abs(fraction)) >> 8) : 0;
+  // With the bound 0, the direction in which the prediction was rounded matters; else, where it is among the values
+  // around.
+  std::uint32_t side, off;
+  if (quantizer.error == 0) {
+    const std::int32_t fraction = std::clamp(p.corrected - p.value * (1 << weight_bits), -1024, 1023);
+    side = static_cast<std::uint32_t>(fraction + 1024) >> 8;
+    off = std::min(3u, static_cast<std::uint32_t>(std::abs(fraction)) >> 8);
+  } else {
+    const std::int32_t outside = std::max(p.value - top, bottom - p.value);
+    const auto thirds = static_cast<std::uint32_t>(std::clamp(quantizer(3 * outside) + 1, 0, 3));
+    side = 2 * p.value < top + bottom ? 3 - thirds : 4 + thirds;
+    off = side / 2;
+  }
   const auto missed = static_cast<std::uint32_t>((std::uint64_t{p.missed} * 2 * quantizer.reciprocal) >> 44);
   const std::uint32_t sign = static_cast<std::uint32_t>(trit(before.residual));
 

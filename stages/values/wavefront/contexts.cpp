@@ -28,9 +28,9 @@ std::vector<std::int16_t> make_distributions() {
   const auto append = [&all](const SymbolModel& model) {
     all.insert(all.end(), model.below.begin(), model.below.end());
   };
-  for (int c = 0; c < texture_contexts; ++c) append(model_for(smallest_sum(c / 48)));
+  for (int c = 0; c < texture_contexts; ++c) append(model_for(smallest_sum(c / 64)));
   for (int i = 0; i < 2; ++i) append(geometric_model(1, 64));
-  for (int c = 0; c < level_contexts_of_wave; ++c) append(model_for(smallest_sum(c / 4 % 4 * 4 + 2)));
+  for (int c = 0; c < level_contexts_of_wave; ++c) append(model_for(smallest_sum(c / 8 % 4 * 4 + 2)));
   for (int i = 0; i < 3; ++i) append(geometric_model(1, 64));
   return all;
 }

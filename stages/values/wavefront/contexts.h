@@ -11,10 +11,11 @@
 namespace tagrid {
 
 // A symbol has two distributions. The first is selected by the size of the residuals around, the spread of
-// the values around, and the sign of the residual on the left; the second by the level of the prediction, the
-// size of the residuals and what rounding left of the prediction. In each, one more is for voxels whose
-// neighbors are all equal, and one takes what lanes without a voxel do.
-inline constexpr int texture_contexts = 16 * 16 * 3, level_contexts_of_wave = 64 * 4 * 4;
+// the values around, the sign of the residual on the left, and whether the prediction is outside of the values
+// around; the second by the level of the prediction, the size of the residuals, and the place of the prediction
+// among the values around. In each, one more is for voxels whose neighbors are all equal, and one takes what
+// lanes without a voxel do.
+inline constexpr int texture_contexts = 16 * 8 * 4 * 2, level_contexts_of_wave = 32 * 4 * 8;
 inline constexpr int flat_texture = texture_contexts, idle_texture = texture_contexts + 1;
 inline constexpr int flat_level = level_contexts_of_wave, idle_level = level_contexts_of_wave + 1;
 inline constexpr int distribution_count = texture_contexts + 2 + level_contexts_of_wave + 2;

@@ -128,7 +128,7 @@ class Decoder : Wave<false> {
       if (s.any_low != 0) residual = shift_left(residual, if_or_zero(mask32(s.any_low), s.low_bits)) + low;
     }
     residual = max(min(residual, s.largest), negative(s.largest));
-    f.residual = any_fine_ ? if_else(f.predicted.flip, negative(residual), residual) : residual;
+    f.residual = if_else(f.predicted.flip, negative(residual), residual);
   }
 
   /// The symbol of lane i, and its interval, from the lower half of a state.

@@ -24,7 +24,7 @@ TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
   const I16 around = residuals_around(f, t, lanes);
   predict(f, n, exact, around, lanes);
   const StepBound bound = bound_of(f, t);
-  const Contexts contexts = contexts_of(f, t, n, around, bound);
+  const Contexts contexts = contexts_of(f, n, around, bound);
   if constexpr (encoding)
     quantize(f, n, bound, contexts, lanes);
   else
@@ -43,43 +43,47 @@ TAGRID_STEP StepBound Wave<encoding>::bound_of(Half& f, std::int64_t t) const {
   return bound;
 }
 
-/// If the step is small, the direction in which the prediction was rounded matters: residuals are coded as if
-/// it was always the same. Returns what is left of the prediction, in quarters of a half.
+/// The place of the prediction among the values around, seen from their middle: by how many thirds of a step it is
+/// outside of them or, with the bound 0, whether it is, and what rounding took from it. Residuals lead back to the
+/// middle more often than away from it, so those of predictions below it are coded with the other sign.
 template <bool encoding>
-TAGRID_STEP I32 Wave<encoding>::flip_if_fine(Half& f, std::int64_t t, const M32& flat) const {
-  M32 turn = except(is_negative(f.predicted.fraction), flat);
-  I32 rest = min(shift_right<8>(absolute(f.predicted.fraction)), set32(3));
-  if (two_bounds_) {
-    const M32 is_fine =
-        mask32((fine_lanes_[0] & ~std::uint32_t{f.surface[t]}) | (fine_lanes_[1] & f.surface[t]));
-    turn = turn & is_fine;
-    rest = if_or_zero(is_fine, rest);
+TAGRID_STEP I32 Wave<encoding>::place_of(Half& f, I32 above_top, I32 below_bottom, const StepBound& bound,
+                                         M32 flat) const {
+  const I32 zero = set32(0), outside = max(above_top, below_bottom), fraction = f.predicted.fraction;
+  // As the step is odd, no quotient is halfway.
+  const I32 thirds = nearest(to_float(outside) * (bound.reciprocal * set_float(3)));
+  I32 place = min(max(thirds + set32(4), zero), set32(7)), from_middle = above_top - below_bottom;
+  const M32 exact = bound.error == zero;
+  if (any_exact_) from_middle = if_else(exact, shift_left<10>(from_middle) + fraction, from_middle);
+  f.predicted.flip = except(is_negative(from_middle), flat);
+  if (any_exact_) {
+    const I32 rest = if_else(f.predicted.flip, negative(fraction), fraction);
+    const I32 quarter = min(shift_right<9>(rest + set32(1024)), set32(3));
+    place = if_else(exact, quarter + if_or_zero(outside > zero, set32(4)), place);
   }
-  f.predicted.flip = turn;
-  return rest;
+  return place;
 }
 
 template <bool encoding>
-TAGRID_STEP Contexts Wave<encoding>::contexts_of(Half& f, std::int64_t t, const Neighbours& n, I16 around,
+TAGRID_STEP Contexts Wave<encoding>::contexts_of(Half& f, const Neighbours& n, I16 around,
                                                  const StepBound& bound) const {
   const M32 flat = widen(n.flat);
   const I32 energy = float_of_twice(widen_unsigned(around + shift_left<2>(f.last.size) + f.last.size2));
   const I32 coarse = min(max(shift_right<22>(energy) - set32(256), set32(0)), set32(15));
   Contexts c;
   c.low_bits = zero_or(flat, max(shift_right<23>(energy) - set32(127 + 6), set32(0)));
-  const I32 spread = widen_unsigned(max(n.largest, n.left) - min(n.smallest, n.left));
+  const I32 top = widen(max(n.largest, n.left)), bottom = widen(min(n.smallest, n.left)),
+            spread = top - bottom;
   // floor(4 * spread / step): as the step is odd, no quotient is halfway.
   const I32 steps = nearest(to_float(shift_left<2>(spread) - bound.error) * bound.reciprocal);
-  const I32 unlike = min(max(shift_right<22>(float_of_twice(steps)) - set32(256), set32(0)), set32(15));
-  I32 sign = f.last.sign, rest = set32(0);
-  if (any_fine_) {
-    rest = flip_if_fine(f, t, flat);
-    sign = if_else(f.predicted.flip, set32(2) - sign, sign);
-  }
-  const I32 level = shift_right<16>((f.predicted.value - low_) * level_scale_);
-  const I32 texture = (shift_left<4>(coarse) + unlike) * set32(3) + sign;
+  const I32 unlike = min(max(shift_right<23>(float_of_twice(steps)) - set32(128), set32(0)), set32(7));
+  const I32 place = place_of(f, f.predicted.value - top, bottom - f.predicted.value, bound, flat);
+  const I32 sign = if_else(f.predicted.flip, set32(2) - f.last.sign, f.last.sign);
+  const I32 level = shift_right<17>((f.predicted.value - low_) * level_scale_);
+  const I32 texture =
+      shift_left<6>(coarse) + shift_left<3>(unlike) + shift_left<1>(sign) + shift_right<2>(place);
   c.texture = shift_left<4>(if_else(flat, set32(flat_texture), texture));
-  const I32 of_level = shift_left<2>(shift_left<2>(level) + shift_right<2>(coarse)) + rest;
+  const I32 of_level = shift_left<3>(shift_left<2>(level) + shift_right<2>(coarse)) + place;
   c.level = brick_.one_distribution ? c.texture : shift_left<4>(if_else(flat, set32(flat_level), of_level));
   // So 256 errors, those of eight steps, fit into 32 bits.
   f.predicted.usual = min(min(widen_unsigned(around) + set32(8),
@@ -101,7 +105,7 @@ TAGRID_STEP void Wave<encoding>::quantize(Half& f, const Neighbours& n, const St
   auto* const quiet = buffers_.quiet[static_cast<std::size_t>(lanes.half)].data() + f.at.group;
   quiet[0] &= static_cast<std::uint16_t>(~(loud & lanes.begun));
   if (f.at.group > 0) quiet[-1] &= static_cast<std::uint16_t>(~(loud & ~lanes.begun));
-  const I32 turned = any_fine_ ? if_else(f.predicted.flip, negative(residual), residual) : residual;
+  const I32 turned = if_else(f.predicted.flip, negative(residual), residual);
   const std::uint32_t low_lanes = bits(contexts.low_bits > set32(0)) & lanes.active;
   const I32 high = low_lanes != 0 ? shift_right(turned, contexts.low_bits) : turned;
   I32 symbol = high + set32(7);

@@ -52,9 +52,8 @@ class Wave {
                     set32(static_cast<std::int32_t>(error_limit / step256 + 1)),
                     set32(static_cast<std::int32_t>((p.high - p.low) / step + 1)),
                     set_float(1.0f / static_cast<float>(step))};
-      fine_lanes_[b] = error < 2 ? 0xffff : 0;
     }
-    any_fine_ = (fine_lanes_[0] | (two_bounds_ ? fine_lanes_[1] : 0)) != 0;
+    any_exact_ = brick.errors[0] == 0 || (two_bounds_ && brick.errors[1] == 0);
     least_error_ =
         set16(static_cast<int>(std::min<std::int64_t>(std::min(brick.errors[0], brick.errors[1]), 32767)));
     level_tables_ = buffers.tables + (brick.one_distribution ? 0 : level_offset);
@@ -236,9 +235,8 @@ class Wave {
   TAGRID_STEP I16 residuals_around(const Half& f, std::int64_t t, const StepLanes& lanes) const;
   TAGRID_STEP void predict(Half& f, const Neighbours& n, I32 exact, I16 around, const StepLanes& lanes);
   TAGRID_STEP StepBound bound_of(Half& f, std::int64_t t) const;
-  TAGRID_STEP Contexts contexts_of(Half& f, std::int64_t t, const Neighbours& n, I16 around,
-                                   const StepBound& bound) const;
-  TAGRID_STEP I32 flip_if_fine(Half& f, std::int64_t t, const M32& flat) const;
+  TAGRID_STEP Contexts contexts_of(Half& f, const Neighbours& n, I16 around, const StepBound& bound) const;
+  TAGRID_STEP I32 place_of(Half& f, I32 above_top, I32 below_bottom, const StepBound& bound, M32 flat) const;
   TAGRID_STEP void quantize(Half& f, const Neighbours& n, const StepBound& bound, const Contexts& contexts,
                             const StepLanes& lanes);
   TAGRID_STEP void record_flat(Half& f, const StepLanes& lanes);
@@ -254,9 +252,8 @@ class Wave {
   Half half_[2];
   I32 low_, high_, level_scale_;
   LaneBound bounds_[2];
-  bool any_fine_;
-  std::uint32_t fine_lanes_[2];  ///< all or none, by bound
-  std::int16_t* level_tables_;   ///< the second distribution of a symbol
+  bool any_exact_;              ///< some voxels have the bound 0
+  std::int16_t* level_tables_;  ///< the second distribution of a symbol
   I16 least_error_;
   Biases biases_;
 };

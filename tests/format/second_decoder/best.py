@@ -1,7 +1,7 @@
 """Voxels of the best effort: section 7.10 of docs/format.md."""
 
 from .coding import SQUASH, STRETCH, AdaptiveBit, IntegerModel, clamp
-from .voxels import TAPS, Bias, VoxelDecoder, log_scale, low_bits, trit
+from .voxels import TAPS, Bias, VoxelDecoder, log_scale, low_bits, thirds, trit
 
 MORE_TAPS = ((-1, -2, 0), (1, -2, 0), (-2, 0, -1), (2, 0, -1), (0, 1, -2), (0, -1, -2))
 FEATURES = range(24)
@@ -168,10 +168,16 @@ class BestDecoder(VoxelDecoder):
         energy = p.before + 4 * left + R(-2, 0, 0)
         mixer1, coarse, k = log_scale(2, energy), min(log_scale(1, energy), 15), low_bits(energy)
         here = self.V(x - 1, y, z)
-        unlike = min(log_scale(1, 4 * (max(p.high, here) - min(p.low, here)) // step), 31)
+        top, bottom = max(p.high, here), min(p.low, here)
+        unlike = min(log_scale(1, 4 * (top - bottom) // step), 31)
         grey = ((p.value - self.low) * self.grey_scale) >> 16
-        fraction = clamp(p.corrected - p.value * 2048, -1024, 1023)
-        side, off = ((fraction + 1024) >> 8, min(3, abs(fraction) >> 8)) if E < 2 else (3, 0)
+        if E == 0:
+            fraction = clamp(p.corrected - p.value * 2048, -1024, 1023)
+            side, off = (fraction + 1024) >> 8, min(3, abs(fraction) >> 8)
+        else:
+            place = clamp(thirds(max(p.value - top, bottom - p.value), step) + 1, 0, 3)
+            side = 3 - place if 2 * p.value < top + bottom else 4 + place
+            off = side // 2
         reciprocal = (1 << 40) // step + 1
 
         def quarters(difference):

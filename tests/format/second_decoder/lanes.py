@@ -7,7 +7,7 @@ import math
 import struct
 
 from .coding import Bits, Broken, Decoder, SymbolModel, clamp
-from .voxels import Prediction, Surroundings, log_scale, read_parameters, trit, weighted_sum
+from .voxels import Prediction, Surroundings, log_scale, read_parameters, thirds, trit, weighted_sum
 
 
 def float32(v):
@@ -171,7 +171,7 @@ class LanesDecoder(Surroundings):
         high, low = max(seen), min(seen)
         p.k, p.flip = 0, False
         if high == left == low:
-            p.flat, p.value, p.texture, p.grey = True, left, 768, 1024
+            p.flat, p.value, p.texture, p.grey = True, left, 1024, 1024
             return p
         exact = weighted_sum(self, x, y, z)
         n, nn = [abs(R(x + d, y - 1, z)) for d in (0, -1, 1)], abs(R(x, y - 2, z))
@@ -193,22 +193,28 @@ class LanesDecoder(Surroundings):
         energy = before + 4 * abs(R(x - 1, y, z)) + abs(R(x - 2, y, z))
         coarse = min(log_scale(1, energy), 15)
         p.k = max(0, energy.bit_length() - 6)
-        spread = max(high, left) - min(low, left)
+        top, bottom = max(high, left), min(low, left)
         grey = ((p.value - self.low) * self.grey_scale) >> 16
-        centre = 0
-        if p.E < 2:
-            p.flip, centre = p.fraction < 0, min(3, abs(p.fraction) >> 8)
+        outside = max(p.value - top, bottom - p.value)
+        if p.E == 0:
+            p.flip = 1024 * (2 * p.value - top - bottom) + p.fraction < 0
+            rest = -p.fraction if p.flip else p.fraction
+            place = min((rest + 1024) >> 9, 3) + 4 * (outside > 0)
+        else:
+            p.flip = 2 * p.value < top + bottom
+            place = clamp(thirds(outside, step) + 4, 0, 7)
         side = 2 - sign if p.flip else sign
-        p.texture = 3 * (16 * coarse + min(log_scale(1, 4 * spread // step), 15)) + side
-        p.grey = 4 * (4 * grey + coarse // 4) + centre
+        unlike = min(log_scale(1, 4 * (top - bottom) // step) // 2, 7)
+        p.texture = 64 * coarse + 8 * unlike + 2 * side + place // 4
+        p.grey = 8 * (4 * (grey // 2) + coarse // 4) + place
         return p
 
     def model(self, kind, c):
         if (kind, c) not in self.models:
-            if c == {"texture": 768, "grey": 1024}[kind]:
+            if c == {"texture": 1024, "grey": 1024}[kind]:
                 start = 1, 64
             else:
-                start = start_of(c // 48 if kind == "texture" else c // 4 % 4 * 4 + 2)
+                start = start_of(c // 64 if kind == "texture" else c // 8 % 4 * 4 + 2)
             self.models[kind, c] = SymbolModel(*start)
         return self.models[kind, c]
 

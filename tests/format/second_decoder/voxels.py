@@ -16,6 +16,11 @@ def log_scale(m, v):
     return max(0, (e - 1 << m) + ((2 * v + 1 << m) >> e) - (1 << m))
 
 
+def thirds(v, step):
+    """The integer nearest to 3 v / step, which is never halfway, as the step is odd."""
+    return (6 * v + step) // (2 * step)
+
+
 def low_bits(energy):
     return max(0, (energy >> 4).bit_length() - 2)
 
