@@ -42,11 +42,4 @@ const std::vector<std::int16_t>& initial_distributions() {
   return made_once;
 }
 
-constinit const std::array<std::int16_t, 32> learning_factor = [] {
-  std::array<std::int16_t, 32> factors{};
-  for (std::size_t i = 0; i < factors.size(); ++i)
-    factors[i] = static_cast<std::int16_t>(65536 >> learning_rates[i]);
-  return factors;
-}();
-
 }  // namespace tagrid

@@ -27,7 +27,4 @@ inline constexpr std::size_t distribution_elements = (distribution_count + 1) * 
 /// The distributions before anything is coded.
 const std::vector<std::int16_t>& initial_distributions();
 
-/// Factors 2^(16 - shift) by which a distribution moves, by its age / 1024.
-extern const std::array<std::int16_t, 32> learning_factor;
-
 }  // namespace tagrid

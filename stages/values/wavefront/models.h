@@ -16,8 +16,7 @@ inline constexpr int few_lanes = 6;
 /// A distribution, moved towards the observed symbol. Its first element is its age.
 TAGRID_LANE I16 moved(const std::int16_t* distribution, I16 target) {
   const I16 now = load16(distribution);
-  return now +
-         mul_high(target - now, set16(learning_factor[static_cast<std::uint16_t>(distribution[0]) >> 10]));
+  return now + shift_right(target - now, learning_rates[static_cast<std::uint16_t>(distribution[0]) >> 10]);
 }
 
 /// All distributions of a group are read, then all are written, in the order of the lanes: of those that are

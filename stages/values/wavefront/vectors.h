@@ -112,7 +112,8 @@ TAGRID_LANES16(I16, operator-, (I16 a, I16 b), hn::Sub(a.v[j], b.v[j]))
 TAGRID_LANES16(I16, operator*, (I16 a, I16 b), hn::Mul(a.v[j], b.v[j]))
 TAGRID_LANES16(I16, max, (I16 a, I16 b), hn::Max(a.v[j], b.v[j]))
 TAGRID_LANES16(I16, min, (I16 a, I16 b), hn::Min(a.v[j], b.v[j]))
-TAGRID_LANES16(I16, mul_high, (I16 a, I16 b), hn::MulHigh(a.v[j], b.v[j]))
+/// All lanes by the same number of bits; copies of the sign come in from the left.
+TAGRID_LANES16(I16, shift_right, (I16 a, int bits), hn::ShiftRightSame(a.v[j], bits))
 template <int bits>
 TAGRID_LANES16(I16, shift_left, (I16 a), hn::ShiftLeft<bits>(a.v[j]))
 TAGRID_LANES16(M16, operator==, (I16 a, I16 b), hn::Eq(a.v[j], b.v[j]))
@@ -240,6 +241,16 @@ TAGRID_LANE M16 mask16(std::uint32_t bits) { return {{{static_cast<__mmask16>(bi
 TAGRID_LANE M32 mask32(std::uint32_t bits) { return {{{static_cast<__mmask16>(bits)}}}; }
 TAGRID_LANE M32 widen(M16 m) { return mask32(bits(m)); }
 #else
+#if HWY_TARGET == HWY_WASM
+// Highway 1.0 stores and multiplies; this is one instruction after narrowing.
+TAGRID_LANE std::uint32_t bits(M16 m) {
+  return wasm_i8x16_bitmask(wasm_i8x16_narrow_i16x8(m.v[0].raw, m.v[1].raw));
+}
+TAGRID_LANE std::uint32_t bits(M32 m) {
+  return wasm_i8x16_bitmask(wasm_i8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(m.v[0].raw, m.v[1].raw),
+                                                    wasm_i16x8_narrow_i32x4(m.v[2].raw, m.v[3].raw)));
+}
+#else
 TAGRID_LANE std::uint32_t bits(M16 m) {
   std::uint32_t all = 0;
   TAGRID_EACH16(std::uint8_t part[8] = {}; hn::StoreMaskBits(D16(), m.v[j], part);
@@ -252,6 +263,7 @@ TAGRID_LANE std::uint32_t bits(M32 m) {
                 all |= std::uint32_t{part[0]} << (j * width32);)
   return all;
 }
+#endif
 TAGRID_LANE M16 mask16(std::uint32_t bits) {
   static constexpr std::uint16_t of_lane[16] = {1,   2,   4,    8,    16,   32,   64,    128,
                                                 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
