@@ -2,6 +2,7 @@
 # Builds the package @tagrid/decoder into web/decoder/dist, with Debian's emscripten, and the page of the viewer with it into
 # web/viewer/dist:
 #   web/build.sh [BUILD_FOLDER]      default: build/web
+# BUILD_FOLDER/fuzzed has the package with modules that accept every checksum, for tests with damaged files.
 # The sources of zstd come from Debian's source package, which this fetches once into the build folder.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -38,14 +39,18 @@ for kind in simd scalar; do
       -DCMAKE_CXX_FLAGS="$flags" -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$include" \
       -DTAGRID_WASM_KIND="$kind" >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
   fi
-  ninja -C "$build/$kind" tagrid_wasm tagrid_grid_wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
+  ninja -C "$build/$kind" tagrid_{,fuzzed_}{,grid_}wasm >"$build/$kind.log" || { cat "$build/$kind.log" >&2; exit 1; }
 done
 
 dist=$root/web/decoder/dist
 mkdir -p "$dist"
 cp web/decoder/src/*.js web/decoder/src/*.d.ts LICENSE "$dist"
+fuzzed=$build/fuzzed
+mkdir -p "$fuzzed"
+cp web/decoder/src/*.js "$fuzzed"
 for name in tagrid_simd tagrid_scalar tagrid_grid_simd tagrid_grid_scalar; do
   cp "$build/${name##*_}/web/decoder/$name.wasm" "$dist"
+  cp "$build/${name##*_}/web/decoder/fuzzed/$name.wasm" "$fuzzed"
   printf '%s %s bytes, %s in gzip\n' "$name.wasm" "$(stat -c %s "$dist/$name.wasm")" \
     "$(gzip -9 -n <"$dist/$name.wasm" | wc -c)"
 done

@@ -1,7 +1,14 @@
 """The results as Markdown."""
 
+import textwrap
+
 import rates
 from markdown import table
+
+
+def wrapped(paragraph):
+    """In lines of 120 columns, as in other documents."""
+    return "\n".join(textwrap.wrap(paragraph, 120, break_long_words=False, break_on_hyphens=False))
 
 
 def number(value, digits):
@@ -11,10 +18,12 @@ def number(value, digits):
 def circumstances(results):
     machine, volumes = results["machine"], results["volumes"]
     dims = ", ".join(f"{name} ({' x '.join(map(str, v['dims']))}, {v['type']})" for name, v in volumes.items())
+    count = results["repetitions"]
+    repetitions = "one repetition" if count == 1 else f"medians of {count} repetitions (JPEG XL: 1)"
     lines = [
         f"{machine['date']}; {machine['processor']}, {machine['processors']} processors, {machine['memory_gb']} GB; "
         f"{machine['system']}; tagrid {machine['commit']}, {machine['build']}. One run of {machine['minutes']} minutes, "
-        f"medians of {results['repetitions']} repetitions (JPEG XL: 1), "
+        f"{repetitions}, "
         f"{'1 and ' if machine['threads'] > 1 else ''}{machine['threads']} threads, files on "
         f"{machine['file_system']}; load before and after: {machine['load_before']:.1f}, {machine['load_after']:.1f}.",
         f"Volumes: {dims}.",
@@ -22,7 +31,7 @@ def circumstances(results):
     ]
     lines += [f"Not measured: {name}, because {reason}." for name, reason in results["missing"].items()]
     notes = [note.rstrip(".") + "." for note in results["notes"]]
-    return "\n\n".join(lines) + "\n" + "".join(f"\n- {note}" for note in notes) + ("\n" if notes else "")
+    return "\n\n".join(map(wrapped, lines)) + "\n" + "".join(f"\n- {note}" for note in notes) + ("\n" if notes else "")
 
 
 def sizes(results):
@@ -130,7 +139,7 @@ def summary(results, plots, directory=""):
     for title, section, explanation in SECTIONS:
         text = section(results)
         if text:
-            parts.append(f"### {title}\n\n{explanation}\n\n{text}")
+            parts.append(f"### {title}\n\n{wrapped(explanation)}\n\n{text}")
     return "\n".join(parts)
 
 
