@@ -73,6 +73,10 @@ function draw() {
     if (!state.volume) return;
     for (const view of sliceViews) view.draw();
     noteTimes();
+    if (!isFirstDrawn && haveFirst()) {
+      isFirstDrawn = true;
+      read();
+    }
     const isComplete = sliceViews.every((view) => !view.isShown || view.isComplete);
     showProgress(isComplete);
     // After the slices, which come first.
@@ -101,13 +105,16 @@ function gridNote() {
   return states.includes("far") ? "Zoom in to see the grid: it is drawn over samples of the volume itself." : "";
 }
 
+const haveFirst = () => sliceViews.every((view) => view.hasFirst);
+// Finer samples are read when the first pictures are on the screen, which must not wait for them.
+let isFirstDrawn = false;
 let timer;
 /** Reads what the views want. */
 function read() {
   clearTimeout(timer);
   if (!state.volume) return;
-  const haveFirst = sliceViews.every((view) => view.hasFirst);
-  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order, haveFirst)));
+  if (!haveFirst()) isFirstDrawn = false;
+  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn)));
   for (const view of sliceViews) view.wantGrid();
   const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
