@@ -50,6 +50,35 @@ std::string with_numbers_as(const std::string& instead, const std::vector<std::s
   return pattern;
 }
 
+bool is_number(char c) { return is_digit(c) || c == '#'; }
+
+/// A pattern with / for each number that has a decimal point, and for its sign: "z-1.#mm.tif" is "z/mm.tif". ""
+/// if # is another number, or if there is no such number. Numbers with several points, such as UIDs, are none.
+std::string without_decimals(std::string_view pattern) {
+  std::string result;
+  bool is_found = false;
+  while (!pattern.empty()) {
+    const auto end = std::ranges::find_if_not(pattern, [](char c) { return is_number(c) || c == '.'; });
+    std::string_view number = pattern.substr(0, static_cast<std::size_t>(end - pattern.begin()));
+    while (number.ends_with('.')) number.remove_suffix(1);
+    if (number.empty() || number.front() == '.') {
+      result += pattern.front();
+      pattern.remove_prefix(1);
+      continue;
+    }
+    if (std::ranges::count(number, '.') == 1) {
+      if (result.ends_with('-') || result.ends_with('+')) result.pop_back();
+      result += '/';
+      is_found = true;
+    } else {
+      if (number.find('#') != number.npos) return "";
+      result += number;
+    }
+    pattern.remove_prefix(number.size());
+  }
+  return is_found ? result : "";
+}
+
 /// The last number that differs among names of the same texts. 0, which is a text, if none does.
 std::size_t last_that_differs(const std::vector<std::vector<std::string>>& names) {
   std::size_t last = 0;
@@ -141,8 +170,10 @@ std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
 std::string doubt_of_patterns(const std::vector<std::string>& patterns) {
   constexpr std::size_t most_in_directory_by_chance = 2;
   std::map<std::string, std::string> by_letters;
-  std::map<std::string, std::vector<std::string>> by_texts;
+  std::map<std::string, std::vector<std::string>> by_texts, by_decimals;
   for (const std::string& pattern : patterns) {
+    if (const std::string rest = without_decimals(pattern); !rest.empty())
+      by_decimals[rest].push_back(pattern);
     if (pattern.find('#') == pattern.npos) {
       // Names of series that are no names of files, such as UIDs of DICOM, have numbers of other kinds.
       const std::string extension = std::filesystem::path(pattern).extension().string();
@@ -154,6 +185,12 @@ std::string doubt_of_patterns(const std::vector<std::string>& patterns) {
              "extension";
     }
   }
+  for (const auto& [rest, names] : by_decimals)
+    if (names.size() > most_in_directory_by_chance &&
+        std::ranges::any_of(names, [](const std::string& name) { return name.find('#') != name.npos; }))
+      return names.front() + " and " + std::to_string(names.size() - 1) +
+             " others differ in numbers with a decimal point; if they are slices of one volume, give them "
+             "names, or links, that differ in one whole number only";
   for (const auto& [texts, names] : by_texts)
     if (names.size() > most_in_directory_by_chance && numbered_files(names).size() == names.size())
       return names.front() + " and " + std::to_string(names.size() - 1) +

@@ -34,8 +34,8 @@ std::string gap_in_words(const NumberedFiles& files);
 std::string same_in_words(const NumberedFiles& files);
 
 /// Says which of the patterns of a directory may belong to one volume, although its slices are not named like
-/// that: they differ in upper and lower case, or each is a single file and they differ in several numbers. ""
-/// if there are none.
+/// that: they differ in upper and lower case, or in numbers with a decimal point, or each is a single file and
+/// they differ in several numbers. "" if there are none.
 std::string doubt_of_patterns(const std::vector<std::string>& patterns);
 
 /// A name with # for each of its numbers: "a#b#.tif".

@@ -251,8 +251,16 @@ TEST(NumberedFiles, PatternsThatMayBelongTogetherAreDoubted) {
       doubt_of_patterns({"s1_T1200.tif", "s2_T1207.tif", "s3_T1214.tif"}),
       "s1_T1200.tif and 2 other files differ in several numbers; if they are slices of one volume, give "
       "them names, or links, that differ in one number only");
+  EXPECT_EQ(doubt_of_patterns({"z-0.5mm.tif", "z-1.#mm.tif", "z0.#mm.tif"}),
+            "z-0.5mm.tif and 2 others differ in numbers with a decimal point; if they are slices of one "
+            "volume, give "
+            "them names, or links, that differ in one whole number only");
   const std::vector<std::vector<std::string>> others = {
       {"a#.tif", "b#.tif"},
+      {"v1.2_#.tif", "v1.3_#.tif", "v1.4_#.tif"},               // three versions
+      {"head_0.5mm.nrrd", "head_1.0mm.nrrd", "head_2mm.nrrd"},  // three resolutions
+      {"z1.0.tif", "z#.5.tif"},                                 // few
+      {"1.2.7.#.tif", "1.2.8.#.tif", "1.2.9.#.tif"},            // names that are no positions
       {"scan1_#.tif", "scan2_#.tif", "scan3_#.tif"},            // three scans in a directory
       {"part1.tif", "part2.tif", "part3.tif"},                  // files of several slices
       {"2019_part1.tif", "2019_part2.tif", "2019_part3.tif"},   // the same, of one year

@@ -51,6 +51,7 @@ openvdb::GridBase::Ptr made(const Grid& grid) {
   result->setGridClass(G::stringToGridClass(grid.grid_class));
   result->setTransform(transform_of(grid));
   result->setSaveFloatAsHalf(grid.type == Type::halves);
+  for (const auto& [name, text] : grid.metadata) result->insertMeta(name, openvdb::StringMetadata(text));
   return result;
 }
 
@@ -84,11 +85,14 @@ void read_values(const openvdb::GridBase::Ptr& base, const Box& box, Read& read)
 
 }  // namespace
 
-void write_file(const std::string& path, const std::vector<Grid>& grids, std::uint32_t compression) {
+void write_file(const std::string& path, const std::vector<Grid>& grids, std::uint32_t compression,
+                const std::vector<std::pair<std::string, std::string>>& metadata) {
   openvdb::initialize();
+  openvdb::MetaMap of_file;
+  for (const auto& [name, text] : metadata) of_file.insertMeta(name, openvdb::StringMetadata(text));
   openvdb::io::File file(path);
   file.setCompression(compression);
-  file.write(made(grids));
+  file.write(made(grids), of_file);
 }
 
 void write_stream(const std::string& path, const std::vector<Grid>& grids) {

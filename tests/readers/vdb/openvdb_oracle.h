@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stages/grid/box.h"
@@ -32,10 +33,12 @@ struct Grid {
   std::array<std::array<double, 3>, 4> transform = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
   bool uniform = false;      ///< a uniform scale, of transform[0][0], instead
   bool perspective = false;  ///< a frustum instead
+  std::vector<std::pair<std::string, std::string>> metadata = {};
 };
 
 /// Compression, as bits: 1 zip, 2 active values only, 4 blosc.
-void write_file(const std::string& path, const std::vector<Grid>& grids, std::uint32_t compression = 6);
+void write_file(const std::string& path, const std::vector<Grid>& grids, std::uint32_t compression = 6,
+                const std::vector<std::pair<std::string, std::string>>& metadata = {});
 /// The same as a stream, which has no positions.
 void write_stream(const std::string& path, const std::vector<Grid>& grids);
 /// Two grids that share the tree of the first one.

@@ -1,5 +1,6 @@
 // Grids that OpenVDB's library wrote, read as volumes.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,6 +18,8 @@ namespace {
 
 using oracle::Grid;
 using oracle::Type;
+using testing::HasSubstr;
+using testing::Not;
 
 class VdbReaderTest : public TemporaryFolder {
  protected:
@@ -94,6 +97,18 @@ TEST_F(VdbReaderTest, TheTypeIsThatOfTheGrid) {
     oracle::write_file(path("a.vdb"), {awkward(type)});
     EXPECT_EQ(open_grid(path("a.vdb"))->info().type, expected);
   }
+}
+
+TEST_F(VdbReaderTest, OtherMetadataOfTheGridAndOfTheFileBecomesPairs) {
+  Grid grid = awkward(Type::floats);
+  grid.metadata = {{"creator", "a simulation"}, {"frame", "12"}};
+  oracle::write_file(path("a.vdb"), {grid}, 6, {{"creator", "a program"}, {"license", "two\nlines"}});
+  const std::string fields = open_grid(path("a.vdb"))->info().nrrd_fields;
+  EXPECT_THAT(fields, HasSubstr("openvdb_creator:=a simulation\n"));
+  EXPECT_THAT(fields, HasSubstr("openvdb_frame:=12\n"));
+  EXPECT_THAT(fields, HasSubstr("openvdb_license:=two\\nlines\n"));
+  EXPECT_THAT(fields, Not(HasSubstr("openvdb_file")));
+  EXPECT_THAT(fields, Not(HasSubstr("openvdb_name")));
 }
 
 TEST_F(VdbReaderTest, InactiveValuesOfEveryKindAreRead) {

@@ -98,7 +98,7 @@ class GridFile::Archive final : public openvdb::io::Archive {
   bool has_positions() const { return inputHasGridOffsets(); }
 
   std::vector<openvdb::io::GridDescriptor> descriptors() {
-    openvdb::MetaMap().readMeta(stream_);
+    of_file_.readMeta(stream_);
     const std::int32_t count = readGridCount(stream_);
     std::vector<openvdb::io::GridDescriptor> all;
     for (std::int32_t i = 0; i < count; ++i) {
@@ -116,13 +116,15 @@ class GridFile::Archive final : public openvdb::io::Archive {
   }
   std::int32_t grids() const { return grids_; }
 
-  /// Metadata and transform.
+  /// Metadata, that of the file included, and transform.
   openvdb::GridBase::Ptr head_of(const openvdb::io::GridDescriptor& descriptor) {
     auto grid = openvdb::GridBase::createGrid(descriptor.gridType());
     grid->setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
     stream_.seekg(descriptor.getGridPos());
     readGridCompression(stream_);
     grid->readMeta(stream_);
+    for (auto entry = of_file_.beginMeta(); entry != of_file_.endMeta(); ++entry)
+      if (!(*grid)[entry->first]) grid->insertMeta(entry->first, *entry->second);
     grid->readTransform(stream_);
     return grid;
   }
@@ -133,6 +135,7 @@ class GridFile::Archive final : public openvdb::io::Archive {
   MappedBytes bytes_;
   std::istream stream_;
   openvdb::io::StreamMetadata::Ptr meta_ = std::make_shared<openvdb::io::StreamMetadata>();
+  openvdb::MetaMap of_file_;
   std::int32_t grids_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -65,6 +66,20 @@ Recorded recorded_in(const openvdb::MetaMap& meta, const std::string& path) {
                                          tagrid::quoted(std::string_view(*type))));
   }
   return recorded;
+}
+
+/// What else the grid says, such as who made it. The library's own entries follow from the samples, or are kept
+/// in other ways.
+KeyValues other_metadata(const openvdb::GridBase& grid) {
+  using openvdb::GridBase;
+  static const std::array known = {GridBase::META_GRID_CLASS, GridBase::META_GRID_NAME,
+                                   GridBase::META_SAVE_HALF_FLOAT, GridBase::META_IS_LOCAL_SPACE};
+  KeyValues pairs;
+  for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry)
+    if (const std::string& name = entry->first; !name.starts_with("tagrid_") && !name.starts_with("file_") &&
+                                                std::ranges::find(known, name) == known.end())
+      pairs.emplace_back("openvdb_" + name, entry->second->str());
+  return pairs;
 }
 
 Index3 low_in(const std::string& fields) try { return vdb_place_of(fields).low; } catch (const BrokenInput&) {
@@ -137,6 +152,7 @@ class VdbVolume final : public ServedVolume {
     pairs = pairs_of(
         VdbPlace{box_.low, descriptor.gridName(), has_class ? G::gridClassToString(grid.getGridClass()) : "",
                  std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
+    for (auto& pair : other_metadata(grid)) pairs.push_back(std::move(pair));
     if (recorded.fields && !recorded.fields->empty()) keep_pairs(*recorded.fields);
   }
 
