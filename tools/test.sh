@@ -25,7 +25,7 @@ if [ "${1:-}" != --long ]; then
   tools/fuzz.sh
 else
   ctest --preset release -j "$((2 * $(nproc)))"
-  TAGRID_LONG=1 ctest --preset release -R "SecondDecoder|RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/|MemoryLimit|InstalledPrefix|ReadingOnly|packages/Static|python/(installed|wheel)" --timeout 36000
+  TAGRID_LONG=1 ctest --preset release -R "SecondDecoder|RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/|MemoryLimit|InstalledPrefix|ReadingOnly|packages/Static|web/Fuzz|python/(installed|wheel)" --timeout 36000
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000

@@ -47,7 +47,7 @@ mkdir -p "$dist"
 cp web/decoder/src/*.js web/decoder/src/*.d.ts LICENSE "$dist"
 fuzzed=$build/fuzzed
 mkdir -p "$fuzzed"
-cp web/decoder/src/*.js "$fuzzed"
+cp web/decoder/src/*.js web/decoder/package.json "$fuzzed"
 for name in tagrid_simd tagrid_scalar tagrid_grid_simd tagrid_grid_scalar; do
   cp "$build/${name##*_}/web/decoder/$name.wasm" "$dist"
   cp "$build/${name##*_}/web/decoder/fuzzed/$name.wasm" "$fuzzed"

@@ -12,6 +12,8 @@ const { open, TagridError } = await import(pathToFileURL(join(process.env.TAGRID
 const rounds = process.env.TAGRID_LONG ? 20_000 : 500;
 const expected = new Set(["broken-input", "newer-format", "out-of-memory", "not-supported", "no-grid"]);
 const mostSamples = 1 << 16;
+// In example_int16.tag, as docs/format.md lists it.
+const checksumOfTheFirstBrick = 263;
 
 /** A generator of George Marsaglia's (xorshift32): numbers below a limit. */
 function random(seed) {
@@ -26,10 +28,12 @@ function random(seed) {
 /** A copy with a few changes: bits, bytes, numbers of four bytes that mean much or nothing, parts that move or are gone. */
 function damaged(bytes, next) {
   let result = Buffer.from(bytes);
-  for (let change = 1 + next(4); change > 0; --change) {
+  // Parts that move or are gone are mostly found at once, so most files have none.
+  const kinds = next(4) > 0 ? 3 : 7;
+  for (let change = 1 + next(3); change > 0; --change) {
     const at = next(result.length);
     const length = Math.min(1 + next(64), result.length - at);
-    switch (next(7)) {
+    switch (next(kinds)) {
       case 0:
       case 1:
         result[at] ^= 1 << next(8);
@@ -104,9 +108,18 @@ async function all(bytes, simd, seed) {
   return found;
 }
 
+test("the modules accept every checksum", async () => {
+  const name = "example_int16.tag";
+  const samples = async (bytes, simd) => (await open(new Blob([bytes]), { workers: 0, simd })).read();
+  const bytes = Buffer.from(content(join(golden, name)));
+  const before = await samples(bytes, true);
+  bytes[checksumOfTheFirstBrick] ^= 1;
+  for (const simd of [true, false]) assert.deepEqual(await samples(bytes, simd), before);
+});
+
 test("damaged files are refused or decoded, the same with and without vectors", { timeout: 3_600_000 }, async () => {
   const files = goldenFiles.map((name) => [name, content(join(golden, name))]);
-  let whole = 0;
+  let read = 0;
   for (let round = 0; round < rounds; ++round) {
     const next = random(round + 1);
     next(1);
@@ -116,13 +129,13 @@ test("damaged files are refused or decoded, the same with and without vectors", 
     const what = `${name}, round ${round}`;
     try {
       const found = await all(file, true, seed);
-      if (found[0] !== "broken-input") ++whole;
+      if (found.length > 1 && !expected.has(found[1])) ++read;
       assert.deepEqual(await all(file, false, seed), found);
     } catch (error) {
       error.message = `${what}: ${error.message}`;
       throw error;
     }
   }
-  console.log(`# ${rounds} damaged files, of which ${whole} could be opened`);
-  assert.ok(whole > rounds / 10, "damage gets past the header and the index");
+  console.log(`# ${rounds} damaged files, of which ${read} gave samples`);
+  assert.ok(read > rounds / 20, "damage gets past the header and the index");
 });
