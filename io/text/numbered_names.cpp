@@ -52,8 +52,9 @@ std::string with_numbers_as(const std::string& instead, const std::vector<std::s
 
 bool is_number(char c) { return is_digit(c) || c == '#'; }
 
-/// A pattern with / for each number that has a decimal point, and for its sign: "z-1.#mm.tif" is "z/mm.tif". ""
-/// if # is another number, or if there is no such number. Numbers with several points, such as UIDs, are none.
+/// Replaces each number with a decimal point, and its sign, by /: "z-1.#mm.tif" becomes "z/mm.tif". Returns "" if
+/// no number has a decimal point, or if # stands for a number without one. Numbers with several points, such as
+/// UIDs, do not count.
 std::string without_decimals(std::string_view pattern) {
   std::string result;
   bool is_found = false;

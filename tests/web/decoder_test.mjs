@@ -8,7 +8,7 @@ import { pathToFileURL } from "node:url";
 import { setFlagsFromString } from "node:v8";
 import { runInNewContext } from "node:vm";
 import { edgeText, edgesOf, meshOf } from "./mesh.mjs";
-import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, tagrid } from "./files.mjs";
+import { bytesOf, content, decoded, folder, golden, goldenFiles, made, part, random, tagrid } from "./files.mjs";
 
 const { open, TagridError } = await import(pathToFileURL(join(process.env.TAGRID_DIST, "index.js")));
 
@@ -19,13 +19,6 @@ const kinds = [
 ];
 
 const blobOf = (path) => new Blob([content(path)]);
-
-function random(seed) {
-  return (below) => {
-    seed = (Math.imul(seed, 1103515245) + 12345) >>> 0;
-    return Math.floor((seed / 2 ** 32) * below);
-  };
-}
 
 function boxes(dims, seed, count) {
   const next = random(seed);

@@ -34,6 +34,14 @@ export function made(name, dims, type, ...options) {
 
 export const bytesOf = (samples) => Buffer.from(samples.buffer, samples.byteOffset, samples.byteLength);
 
+/** A generator of numbers below a limit. */
+export function random(seed) {
+  return (below) => {
+    seed = (Math.imul(seed, 1103515245) + 12345) >>> 0;
+    return Math.floor((seed / 2 ** 32) * below);
+  };
+}
+
 /** A part of a volume, as bytes. */
 export function part(all, dims, size, { low, high }) {
   const rows = [];

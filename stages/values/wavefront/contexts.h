@@ -1,7 +1,6 @@
 // The contexts in which residuals are coded, and the distributions of their symbols.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

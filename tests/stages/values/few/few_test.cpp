@@ -85,7 +85,7 @@ TEST(FewValues, RescaledIntegersTakeTheBytesOfTheirNumbers) {
   for (const Effort effort : {Effort::normal, Effort::fast, Effort::best}) {
     const std::size_t plain =
         bytes_of_few_values(mapped<std::uint16_t>(from, [](int v) { return v; }), few_size, 0, effort).size();
-    // Ties are rounded the same way whether numbers are mirrored or not, so few contexts differ.
+    // Ties are rounded the same way whether numbers are mirrored or not, so a few contexts differ.
     const std::size_t most = plain + plain / 500;
     const auto times = [](int n) { return [n](int v) { return n * v - 5 * n; }; };
     const auto check = [&](const auto& samples) {
