@@ -15,6 +15,7 @@ cmake --build --preset release
 # killed, or repeats a quicker one with other types and volumes.
 slow='MemoryLimit(OfShapes)?\.(IsKept(/narrow|ByEstimates|WhereTheGrid|WithOpenVdb|WithGzip)|ThatEncodingAccepts)'
 slow+='|^tools/(LargeVolume|Paper|MpiFaults.ARankThatIsKilled|RestoredFolder.GoesWithTheRunThatA)|^plugins/ParaView$'
+slow+='|/(EstimatesOfType|MeshError|CoarsenedMesh|DerivedGridOfType).*<(signed char|unsigned short|unsigned int|int)>'
 slow+='|RealVolumes\..*/(itk|ge_ct|foot|engine|vhf)|EveryFlippedBit.*<(signed char|short|unsigned short|unsigned int|int|float)>|OfALargeVolumeAre'
 # Many tests wait for processes that they have started.
 if [ "${1:-}" != --long ]; then

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "io/errors/errors.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -76,8 +77,8 @@ void damage(Random& random, Bytes& bytes, std::uint64_t begin, std::uint64_t end
     bytes[i] = static_cast<std::byte>(random());
 }
 
-/// 1,000 of each kind, or 100,000 in a long run.
-int times() { return std::getenv("TAGRID_LONG") != nullptr ? 100'000 : 1'000; }
+/// 1,000 of each kind, or 100,000 in a long run; 200 with sanitizers.
+int times() { return sanitized ? 200 : std::getenv("TAGRID_LONG") != nullptr ? 100'000 : 1'000; }
 
 /// Sizes at which blocks, stripes and groups of pages begin: one stripe, several, a last block that is short.
 struct Example {

@@ -117,7 +117,8 @@ TEST_F(DecodedRowsTest, ThreadsHandOutEachSampleOnceAndAFailureOfOneEndsIt) {
   const Index3 large{301, 290, 40};  // slices that are worth a task of their own
   const auto samples = blobs<std::int16_t>(large, 2);
   write_nrrd(path("a.nrrd"), large, samples);
-  encode_volume(path("a.nrrd"), {}, tag_, true, {.cube_size = 16, .brick_edge = 2}, Resources(2));
+  encode_volume(path("a.nrrd"), {}, tag_, true,
+                {.grid = GridOrigin::derived, .cube_size = 16, .brick_edge = 2}, Resources(2));
   const TagBricks file = opened(tag_);
   const auto decode_on = [&](int threads, const auto& take) {
     DecodeStreams streams;

@@ -197,7 +197,7 @@ TEST_F(DerivedGridOfFile, TheValuesAreThoseOfAFileThatStoresItsGrid) {
 }
 
 TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
-  const Index3 dims = {40, 61, 37};
+  const Index3 dims = sanitized ? Index3{24, 29, 37} : Index3{40, 61, 37};
   EncodeOptions options{.max_error = 4, .cube_size = 4, .brick_edge = 1};
   make(dims, blobs<std::int16_t>(dims, 5), options, 1);
   const std::string expected = file_content(derived_);

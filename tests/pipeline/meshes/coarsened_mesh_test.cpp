@@ -210,7 +210,7 @@ TEST_F(CoarsenedBricks, SameBytesForAnyThreadsMemoryAndGrid) {
   encode(samples, dims, {}, 8, 1);
   coarsen(9, false, Resources(1));
   const std::string mesh = file_content(vtu_);
-  for (const int threads : {2, 5, 16}) {
+  for (const int threads : sanitized ? std::vector{5} : std::vector{2, 5, 16}) {
     coarsen(9, false, Resources(threads));
     ASSERT_TRUE(file_content(vtu_) == mesh) << threads;
   }

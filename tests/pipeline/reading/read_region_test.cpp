@@ -157,9 +157,9 @@ TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
 
 // Root cubes of 32 and bricks of 64, which are the defaults.
 TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
-  const Index3 large{150, 140, 130};
+  const Index3 large{129, 130, 131};
   write_nrrd(path("in.nrrd"), large, blobs<std::uint8_t>(large, 1));
-  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {}, Resources(2));
+  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {.grid = GridOrigin::derived}, Resources(2));
   const auto source = std::make_shared<MemorySource>(file_content(path("file.tag")));
   const TagBricks file(source);
   std::uint64_t of_opening = 0;
@@ -183,10 +183,10 @@ TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
 
 // A chunk of 64 samples along each axis is a brick, and is read alone.
 TEST_F(ReadRegion, AnAlignedChunkIsOneBrick) {
-  const Index3 large{150, 140, 130};
+  const Index3 large{129, 130, 131};
   const auto whole = blobs<std::uint8_t>(large, 1);
   write_nrrd(path("in.nrrd"), large, whole);
-  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {}, Resources(2));
+  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {.grid = GridOrigin::derived}, Resources(2));
   const auto source = std::make_shared<MemorySource>(file_content(path("file.tag")));
   const TagBricks file(source);
   file.start(0);  // reads the page of the index, once

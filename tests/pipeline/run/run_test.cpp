@@ -92,7 +92,7 @@ TEST_F(Run, SameBytesForAnyThreadCount) {
     EncodeOptions options{.grid_only = grid, .max_error = 3, .cube_size = 8, .brick_edge = 2};
     encode(options, 1);
     const std::string once = file_content(tag_);
-    for (const int threads : {1, 2, 3, 7}) {
+    for (const int threads : sanitized ? std::vector{7} : std::vector{1, 2, 3, 7}) {
       encode(options, threads);
       EXPECT_EQ(file_content(tag_), once);
       decode<std::int16_t>(threads);
