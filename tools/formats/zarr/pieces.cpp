@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <limits>
 #include <span>
 
 #include "io/bytes/crc32c.h"
@@ -13,7 +12,6 @@
 namespace tagrid {
 namespace {
 
-constexpr std::uint64_t never_written = std::numeric_limits<std::uint64_t>::max();
 constexpr std::size_t place_bytes = 16, crc_of_index = 4;
 /// Places in the indices that are kept: some megabytes, unless one shard has more.
 constexpr std::size_t most_places = std::size_t{1} << 18;
@@ -32,25 +30,39 @@ std::uint64_t ZarrPieces::memory() const {
   return 2 * most_stored(array_.piece_bytes()) + 4 * most_places * place_bytes;
 }
 
-std::optional<std::vector<std::byte>> ZarrPieces::read(const std::vector<std::int64_t>& numbers) {
-  std::vector<std::int64_t> of_chunk = numbers;
-  std::uint64_t within = 0, pieces = 1;
+ZarrPieces::InChunk ZarrPieces::in_chunk(const std::vector<std::int64_t>& numbers) const {
+  InChunk place = {.chunk = numbers};
   for (std::size_t axis = 0; axis < numbers.size(); ++axis) {
     const std::int64_t ratio = array_.chunk[axis] / array_.piece[axis];
-    of_chunk[axis] = numbers[axis] / ratio;
-    within = within * static_cast<std::uint64_t>(ratio) + static_cast<std::uint64_t>(numbers[axis] % ratio);
-    if (__builtin_mul_overflow(pieces, static_cast<std::uint64_t>(ratio), &pieces)) pieces = never_written;
+    place.chunk[axis] = numbers[axis] / ratio;
+    place.number =
+        place.number * static_cast<std::uint64_t>(ratio) + static_cast<std::uint64_t>(numbers[axis] % ratio);
+    if (__builtin_mul_overflow(place.count, static_cast<std::uint64_t>(ratio), &place.count))
+      place.count = never_written;
   }
-  const std::string key = array_.key(of_chunk);
+  return place;
+}
+
+bool ZarrPieces::has(const std::vector<std::int64_t>& numbers) {
+  const InChunk place = in_chunk(numbers);
+  const std::string key = array_.key(place.chunk);
+  if (!array_.shards) return store_.has(key);
+  const auto file = store_.find(key);
+  return file && index_of(key, *file->bytes, place.count)[place.number].is_written();
+}
+
+std::optional<std::vector<std::byte>> ZarrPieces::read(const std::vector<std::int64_t>& numbers) {
+  const InChunk place = in_chunk(numbers);
+  const std::string key = array_.key(place.chunk);
   const auto file = store_.find(key);
   if (!file) return std::nullopt;
   const std::string& name = file->bytes->name();
   const std::uint64_t size = array_.piece_bytes();
   if (!array_.shards) return decompressed(file->all(most_stored(size)), array_.codecs, size, name);
-  const Place place = index_of(key, *file->bytes, pieces)[within];
-  if (place.position == never_written && place.size == never_written) return std::nullopt;
-  return decompressed(read_at(*file->bytes, place, name), array_.codecs, size,
-                      fmt::format("{}: chunk {}", name, within));
+  const Place found = index_of(key, *file->bytes, place.count)[place.number];
+  if (!found.is_written()) return std::nullopt;
+  return decompressed(read_at(*file->bytes, found, name), array_.codecs, size,
+                      fmt::format("{}: chunk {}", name, place.number));
 }
 
 const ZarrPieces::Index& ZarrPieces::index_of(const std::string& key, const ByteSource& shard,

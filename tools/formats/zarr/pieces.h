@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ class ZarrPieces {
   /// Both must outlive this.
   ZarrPieces(const ZarrStore& store, const ZarrArray& array) : store_(store), array_(array) {}
 
+  /// Whether the piece with these numbers along each axis was written. Throws BrokenInput.
+  bool has(const std::vector<std::int64_t>& numbers);
   /// The bytes of the piece with these numbers along each axis, in the order and the byte order of the array;
   /// nothing if it was never written. Throws BrokenInput.
   std::optional<std::vector<std::byte>> read(const std::vector<std::int64_t>& numbers);
@@ -26,11 +29,21 @@ class ZarrPieces {
   std::uint64_t memory() const;
 
  private:
+  static constexpr std::uint64_t never_written = std::numeric_limits<std::uint64_t>::max();
+  /// Where a piece is in its shard.
   struct Place {
     std::uint64_t position = 0, size = 0;
+    bool is_written() const { return position != never_written || size != never_written; }
   };
   using Index = std::vector<Place>;
 
+  /// Which piece of a chunk.
+  struct InChunk {
+    std::vector<std::int64_t> chunk;
+    std::uint64_t number = 0, count = 1;  ///< of the pieces in the chunk; never_written if there are more
+  };
+
+  InChunk in_chunk(const std::vector<std::int64_t>& numbers) const;
   const Index& index_of(const std::string& key, const ByteSource& shard, std::uint64_t pieces);
   std::vector<std::byte> read_at(const ByteSource& shard, const Place& place, const std::string& name) const;
 

@@ -288,45 +288,49 @@ class ZarrVolume final : public ServedVolume {
   std::int64_t pieces_along(std::size_t i) const {
     return axes_[i] ? (dims[static_cast<int>(i)] - 1) / piece_size(i) + 1 : 1;
   }
-  /// The numbers of a piece of this volume.
-  std::vector<std::int64_t> numbers_of_piece(std::int64_t z, std::int64_t y, std::int64_t x) const {
+  /// The numbers of a piece or chunk of this volume, which has this size.
+  std::vector<std::int64_t> numbers_of(const std::vector<std::int64_t>& size, std::int64_t z, std::int64_t y,
+                                       std::int64_t x) const {
     std::vector<std::int64_t> numbers = numbers_;
-    for (std::size_t axis = 0; axis < numbers.size(); ++axis) numbers[axis] /= image_.array.piece[axis];
+    for (std::size_t axis = 0; axis < numbers.size(); ++axis) numbers[axis] /= size[axis];
     for (const auto& [i, number] : {std::pair(axis_of_x, x), {axis_of_y, y}, {axis_of_z, z}})
       if (axes_[i]) numbers[*axes_[i]] = number;
     return numbers;
   }
 
-  /// Says how many files of chunks are missing: they may be so on purpose, or be lost.
+  /// Says how many chunks are missing: they may be so on purpose, or be lost. Where a volume has too many chunks in
+  /// shards, how many shards.
   void count_missing() {
-    std::array<std::int64_t, 3> chunks = {1, 1, 1};
-    std::int64_t all = 1, missing = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (axes_[i]) chunks[i] = (dims[static_cast<int>(i)] - 1) / image_.array.chunk[*axes_[i]] + 1;
-      if (__builtin_mul_overflow(all, chunks[i], &all)) return;
-    }
-    if (all > most_looked_at) {
-      if (!image_.array.has_fill) not_understood.push_back(unknown_fill("chunks that are missing"));
-      return;
-    }
-    std::vector<std::int64_t> numbers = numbers_;
-    for (std::size_t axis = 0; axis < numbers.size(); ++axis) numbers[axis] /= image_.array.chunk[axis];
-    for (std::int64_t i = 0; i < all; ++i) {
-      std::int64_t rest = i;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (axes_[axis]) numbers[*axes_[axis]] = rest % chunks[axis];
-        rest /= chunks[axis];
-      }
-      if (!store_->has(image_.array.key(numbers))) ++missing;
-      say_working();
-    }
-    if (missing == 0 && (!image_.array.shards || image_.array.has_fill)) return;
-    const std::string what = missing > 0 ? fmt::format("{} of {} chunks are missing", missing, all) : "";
-    if (!image_.array.has_fill)
-      not_understood.push_back(unknown_fill(what.empty() ? "chunks that are missing" : what));
-    else if (missing > 0)
+    const ZarrArray& array = image_.array;
+    auto missing =
+        missing_of(array.piece, "chunks", [&](const auto& numbers) { return pieces_.has(numbers); });
+    if (!missing && array.shards && array.has_fill)
+      missing = missing_of(array.chunk, "shards",
+                           [&](const auto& numbers) { return store_->has(array.key(numbers)); });
+    if (missing && missing->empty()) return;
+    if (!array.has_fill)
+      not_understood.push_back(unknown_fill(missing.value_or("chunks that are missing")));
+    else if (missing)
       warnings.push_back(fmt::format("{}: Zarr: {}: {}; their samples are the fill value", store_->path(),
-                                     shown_path(), what));
+                                     shown_path(), *missing));
+  }
+  /// How many parts of this size of the volume are not there, in words; empty if all are. Nothing if they are too many
+  /// to look at.
+  std::optional<std::string> missing_of(const std::vector<std::int64_t>& size, const char* word,
+                                        const auto& has) const {
+    const auto along = [&](std::size_t i) {
+      return axes_[i] ? (dims[static_cast<int>(i)] - 1) / size[*axes_[i]] + 1 : 1;
+    };
+    std::int64_t all = 1, missing = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (__builtin_mul_overflow(all, along(i), &all) || all > most_looked_at) return std::nullopt;
+    for (std::int64_t z = 0; z < along(axis_of_z); ++z)
+      for (std::int64_t y = 0; y < along(axis_of_y); ++y)
+        for (std::int64_t x = 0; x < along(axis_of_x); ++x) {
+          if (!has(numbers_of(size, z, y, x))) ++missing;
+          say_working();
+        }
+    return missing == 0 ? "" : fmt::format("{} of {} {} are missing", missing, all, word);
   }
   std::string unknown_fill(const std::string& what) const {
     return fmt::format("{}: Zarr: {}: {}, and the array does not say their values; they are encoded as 0",
@@ -337,7 +341,7 @@ class ZarrVolume final : public ServedVolume {
     const std::int64_t z = axes_[axis_of_z] ? first / piece_size(axis_of_z) : 0;
     for (std::int64_t y = 0; y < pieces_along(axis_of_y); ++y)
       for (std::int64_t x = 0; x < pieces_along(axis_of_x); ++x) {
-        const auto piece = pieces_.read(numbers_of_piece(z, y, x));
+        const auto piece = pieces_.read(numbers_of(image_.array.piece, z, y, x));
         place(piece ? &*piece : nullptr, first, y * piece_size(axis_of_y), x * piece_size(axis_of_x));
         say_working();
       }
