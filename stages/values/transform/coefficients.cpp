@@ -85,6 +85,12 @@ class CoefficientPass {
     return static_cast<std::int32_t>(static_cast<std::uint64_t>((level * std::int64_t{step} + 128) >> 8));
   }
 
+  // The axes along which a coefficient is the first or the last one of its band, as in Band::steps.
+  static std::size_t end_along_x(const Band& band, std::int64_t x) { return x == 0 || x == band.size.x - 1; }
+  static std::size_t ends_of_row(const Band& band, std::int64_t y, std::int64_t z) {
+    return (y == 0 || y == band.size.y - 1 ? 2U : 0U) + (z == 0 || z == band.size.z - 1 ? 4U : 0U);
+  }
+
   // The lowest band: differences to predictions.
   void code_means() {
     const Band& band = shape_.bands[0];
@@ -107,14 +113,15 @@ class CoefficientPass {
                                                       : (sum * 21846) >> 16;
           std::int64_t difference = 0;
           if constexpr (Coder::encoding) {
-            const std::int64_t magnitude = (std::abs(std::int64_t{c[x]}) * 256 + band.step / 2) / band.step;
+            const std::int64_t magnitude =
+                (std::abs(std::int64_t{c[x]}) * 256 + band.steps[0] / 2) / band.steps[0];
             const std::int64_t limited = std::min<std::int64_t>(magnitude, largest_magnitude);
             difference = (c[x] < 0 ? -limited : limited) - predicted;
           }
           difference = model_.means.code_signed(coder_, difference);
           *level = static_cast<std::int32_t>(
               std::clamp<std::int64_t>(predicted + difference, -largest_magnitude, largest_magnitude));
-          c[x] = dequantized(*level, band.step);
+          c[x] = dequantized(*level, band.steps[0]);
         }
       }
   }
@@ -159,18 +166,23 @@ class CoefficientPass {
 
   // Of an encoder: which blocks have a coefficient that may not be 0. False if none has.
   bool find_active(const Band& band, const BandPlace& own, std::span<std::uint8_t> active) {
-    const auto least =
-        static_cast<std::int32_t>(std::min(static_cast<float>(band.step) * (least_active / 256), 2e9f));
+    std::array<std::int32_t, 8> least;
+    for (std::size_t ends = 0; ends < least.size(); ++ends)
+      least[ends] = static_cast<std::int32_t>(
+          std::min(static_cast<float>(band.steps[ends]) * (least_active / 256), 2e9f));
     bool any = false;
     for (std::int64_t z = 0; z < band.size.z; ++z)
       for (std::int64_t y = 0; y < band.size.y; ++y) {
         const std::int32_t* const c = row_of(band, y, z);
         std::uint8_t* const flags = active.data() + ((z / block) * own.blocks.y + y / block) * own.blocks.x;
-        for (std::int64_t x = 0; x < band.size.x; ++x)
-          if (c[x] > least || c[x] < -least) {
+        const std::size_t ends = ends_of_row(band, y, z);
+        for (std::int64_t x = 0; x < band.size.x; ++x) {
+          const std::int32_t limit = least[ends + end_along_x(band, x)];
+          if (c[x] > limit || c[x] < -limit) {
             flags[x / block] = 1;
             any = true;
           }
+        }
       }
     return any;
   }
@@ -203,7 +215,7 @@ class CoefficientPass {
     std::uint8_t* m = magnitudes_.at(own, at);
     const auto level_context = static_cast<std::size_t>(std::min(band.level - 1, 3)) * 3;
     std::uint32_t sum = 0;
-    const float per_step = 256.0f / static_cast<float>(band.step);
+    const std::size_t ends = ends_of_row(band, at.y, at.z);
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k, ++m, ++c) {
       const std::int32_t left = m[-1], left_2 = m[-2];
       const std::int32_t expected = std::clamp(
@@ -217,10 +229,12 @@ class CoefficientPass {
       context.expected = expected_class * orientations + static_cast<std::size_t>(band.orientation);
       context.mixer = level_context + (expected_class == 0 ? 0 : expected_class < 16 ? 1 : 2);
       context.refined = expected_class / 2;
+      const std::uint32_t step = band.steps[ends + end_along_x(band, at.x + static_cast<std::int64_t>(k))];
       std::int32_t magnitude = 0;
       bool negative = false;
       if constexpr (Coder::encoding) {
         negative = *c < 0;
+        const float per_step = 256.0f / static_cast<float>(step);
         magnitude = encode_magnitude(context, static_cast<float>(std::abs(std::int64_t{*c})) * per_step);
       } else {
         magnitude = decode_magnitude(context);
@@ -229,7 +243,7 @@ class CoefficientPass {
         negative = code_sign(band, around, m, negative);
         sum += static_cast<std::uint32_t>(*m = static_cast<std::uint8_t>(std::min(magnitude, 255)));
       }
-      *c = dequantized(negative ? -std::int64_t{magnitude} : magnitude, band.step);
+      *c = dequantized(negative ? -std::int64_t{magnitude} : magnitude, step);
     }
     return sum;
   }

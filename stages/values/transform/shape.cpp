@@ -12,6 +12,11 @@ constexpr std::int64_t least_length = 4;
 constexpr std::uint64_t norms[2][most_levels + 1] = {{1024, 1167, 1374, 1596, 1840, 2117, 2434},
                                                      {1024, 909, 1007, 1200, 1403, 1621, 1866}};
 
+// At a face, the errors of coefficients and of their mirror images add up. So in the finest high bands, the first and
+// the last coefficients have a smaller step: this part of that of the band, in 2^-8.
+constexpr int levels_with_fine_ends = 2;
+constexpr std::uint64_t step_at_ends = 171;
+
 // A band along one axis.
 struct Part {
   bool high = false;
@@ -39,7 +44,13 @@ class Maker {
       norm *= norms[high][n];
     }
     band.is_mean = shape_.bands.empty();
-    band.step = static_cast<std::uint32_t>(std::max<std::uint64_t>((step_ + norm / 2) / norm, 1));
+    band.steps[0] = static_cast<std::uint32_t>(std::max<std::uint64_t>((step_ + norm / 2) / norm, 1));
+    for (std::size_t ends = 1; ends < band.steps.size(); ++ends) {
+      band.steps[ends] = band.steps[0];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if ((ends >> axis & 1) != 0 && parts[axis].high && parts[axis].splits <= levels_with_fine_ends)
+          band.steps[ends] = static_cast<std::uint32_t>((band.steps[ends] * step_at_ends + 128) >> 8);
+    }
     shape_.bands.push_back(band);
     return static_cast<int>(shape_.bands.size()) - 1;
   }

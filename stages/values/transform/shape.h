@@ -32,13 +32,15 @@ constexpr int fraction_bits(std::size_t bytes_of_sample) { return bytes_of_sampl
 inline constexpr int no_band = -1;
 
 struct Band {
-  Index3 low, size;        ///< its box in the array of coefficients
-  int level = 0;           ///< of its finest split along x and y, in a dyadic split also z; 1 is the finest
-  int orientation = 0;     ///< 1, 2, 4: high along x, y, z
-  bool is_mean = false;    ///< low along all axes
-  std::uint32_t step = 1;  ///< of its coefficients, in 2^-8 of their unit
-  int parent = no_band;    ///< the band of the next level with the same orientation
-  Index3 parent_shift{};   ///< the parent of a coefficient is at its position >> this
+  Index3 low, size;      ///< its box in the array of coefficients
+  int level = 0;         ///< of its finest split along x and y, in a dyadic split also z; 1 is the finest
+  int orientation = 0;   ///< 1, 2, 4: high along x, y, z
+  bool is_mean = false;  ///< low along all axes
+  /// Of its coefficients, in 2^-8 of their unit. By the axes along which a coefficient is the first or the last one:
+  /// 1, 2, 4 for x, y, z.
+  std::array<std::uint32_t, 8> steps;
+  int parent = no_band;   ///< the band of the next level with the same orientation
+  Index3 parent_shift{};  ///< the parent of a coefficient is at its position >> this
   /// Bands that are coded before, whose coefficients belong to the same place; those along z may be half as long.
   std::array<int, 3> siblings = {no_band, no_band, no_band};
   std::array<int, 3> sibling_shift{};

@@ -66,7 +66,7 @@ std::int64_t cost_of(std::span<const std::int32_t> coefficients, const Transform
     for (std::int64_t z = band.low.z; z < band.low.z + band.size.z; ++z)
       for (std::int64_t y = band.low.y; y < band.low.y + band.size.y; ++y) {
         sum += magnitudes_of_row(coefficients.data() + (z * shape.size.y + y) * shape.size.x + band.low.x, n,
-                                 256.0f / static_cast<float>(band.step), magnitudes.data());
+                                 256.0f / static_cast<float>(band.steps[0]), magnitudes.data());
         std::fill_n(magnitudes.data() + n, 4, 0);
         for (std::size_t i = 0; i < n; i += 4) {
           const std::int32_t four = magnitudes[i] + magnitudes[i + 1] + magnitudes[i + 2] + magnitudes[i + 3];

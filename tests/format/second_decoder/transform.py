@@ -35,6 +35,7 @@ class Band:
         self.orientation = highs[0] + 2 * highs[1] + 4 * highs[2]
         self.level = max(level, 1)
         self.step = max((step + norm // 2) // norm, 1)
+        self.fine_axes = [axis for axis in range(3) if highs[axis] and splits[axis] <= 2]
         self.parent, self.parent_shift, self.siblings = None, (0, 0, 0), []
         self.magnitudes, self.signs, self.sums, self.is_zero = {}, {}, {}, True
 
@@ -152,7 +153,11 @@ class Coefficients:
 
     def put(self, band, x, y, z, level):
         place = band.low[0] + x, band.low[1] + y, band.low[2] + z
-        self.values[place] = int32(level * band.step + 128 >> 8)
+        step = band.step
+        for axis in band.fine_axes:
+            if (x, y, z)[axis] in (0, band.size[axis] - 1):
+                step = step * 171 + 128 >> 8
+        self.values[place] = int32(level * step + 128 >> 8)
 
     def decode_means(self, band):
         levels = {}
