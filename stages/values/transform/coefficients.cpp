@@ -218,8 +218,11 @@ class CoefficientPass {
     const std::size_t ends = ends_of_row(band, at.y, at.z);
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k, ++m, ++c) {
       const std::int32_t left = m[-1], left_2 = m[-2];
-      const std::int32_t expected = std::clamp(
-          group.expected[k] + around.weights[0] * left + around.weights[9] * left_2, 0, (1 << 22) - 1);
+      const std::size_t place = ends + end_along_x(band, at.x + static_cast<std::int64_t>(k));
+      // Most neighbours have the step of the band; of a finer one, larger magnitudes are expected.
+      const std::int64_t weighted = group.expected[k] + around.weights[0] * left + around.weights[9] * left_2;
+      const auto expected = static_cast<std::int32_t>(
+          std::clamp<std::int64_t>(weighted * band.finer[place] >> 8, 0, (1 << 22) - 1));
       const std::size_t expected_class = std::min(log_scale<1>(static_cast<std::uint32_t>(expected)), 31u);
       const std::int32_t near = std::min(group.around[k] + 2 * left + left_2, 63),
                          parent = std::min(group.parent[k], 63);
@@ -229,7 +232,7 @@ class CoefficientPass {
       context.expected = expected_class * orientations + static_cast<std::size_t>(band.orientation);
       context.mixer = level_context + (expected_class == 0 ? 0 : expected_class < 16 ? 1 : 2);
       context.refined = expected_class / 2;
-      const std::uint32_t step = band.steps[ends + end_along_x(band, at.x + static_cast<std::int64_t>(k))];
+      const std::uint32_t step = band.steps[place];
       std::int32_t magnitude = 0;
       bool negative = false;
       if constexpr (Coder::encoding) {

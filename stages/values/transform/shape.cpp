@@ -13,9 +13,11 @@ constexpr std::uint64_t norms[2][most_levels + 1] = {{1024, 1167, 1374, 1596, 18
                                                      {1024, 909, 1007, 1200, 1403, 1621, 1866}};
 
 // At a face, the errors of coefficients and of their mirror images add up. So in the finest high bands, the first and
-// the last coefficients have a smaller step: this part of that of the band, in 2^-8.
+// the last coefficients have finer steps.
 constexpr int levels_with_fine_ends = 2;
-constexpr std::uint64_t step_at_ends = 171;
+std::uint32_t finer(std::uint32_t step) {
+  return static_cast<std::uint32_t>((3 * std::uint64_t{step} + 2) >> 2);
+}
 
 // A band along one axis.
 struct Part {
@@ -49,7 +51,8 @@ class Maker {
       band.steps[ends] = band.steps[0];
       for (std::size_t axis = 0; axis < 3; ++axis)
         if ((ends >> axis & 1) != 0 && parts[axis].high && parts[axis].splits <= levels_with_fine_ends)
-          band.steps[ends] = static_cast<std::uint32_t>((band.steps[ends] * step_at_ends + 128) >> 8);
+          band.steps[ends] = finer(band.steps[ends]);
+      band.finer[ends] = static_cast<std::uint32_t>((std::uint64_t{band.steps[0]} << 8) / band.steps[ends]);
     }
     shape_.bands.push_back(band);
     return static_cast<int>(shape_.bands.size()) - 1;

@@ -39,6 +39,13 @@ class Band:
         self.parent, self.parent_shift, self.siblings = None, (0, 0, 0), []
         self.magnitudes, self.signs, self.sums, self.is_zero = {}, {}, {}, True
 
+    def step_at(self, place):
+        step = self.step
+        for axis in self.fine_axes:
+            if place[axis] in (0, self.size[axis] - 1):
+                step = 3 * step + 2 >> 2
+        return step
+
 
 def axis_lengths(size, split):
     lengths = []
@@ -153,11 +160,7 @@ class Coefficients:
 
     def put(self, band, x, y, z, level):
         place = band.low[0] + x, band.low[1] + y, band.low[2] + z
-        step = band.step
-        for axis in band.fine_axes:
-            if (x, y, z)[axis] in (0, band.size[axis] - 1):
-                step = step * 171 + 128 >> 8
-        self.values[place] = int32(level * step + 128 >> 8)
+        self.values[place] = int32(level * band.step_at((x, y, z)) + 128 >> 8)
 
     def decode_means(self, band):
         levels = {}
@@ -222,7 +225,8 @@ class Coefficients:
             features[23 + i] = sum(other.magnitudes.get((at[0] + dx, at[1] + dy, at[2] + dz), 0) for dx, dy, dz in
                                    ((-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1)))
         weights = WEIGHTS[band.orientation + 8 * (band.level > 1)]
-        e = clamp(sum(w * f for w, f in zip(weights, features)), 0, (1 << 22) - 1)
+        finer = 256 * band.step // band.step_at((x, y, z))
+        e = clamp(sum(w * f for w, f in zip(weights, features)) * finer >> 8, 0, (1 << 22) - 1)
         e_class = min(log_scale(1, e), 31)
         context = (12 * NEAR_CLASS[min(near, 63)] + NEAR_CLASS[min(of_parent, 63)], 8 * e_class + band.orientation,
                    3 * min(band.level - 1, 3) + (0 if e_class == 0 else 1 if e_class < 16 else 2), e_class // 2)
