@@ -304,7 +304,7 @@ class ZarrVolume final : public ServedVolume {
     const ZarrArray& array = image_.array;
     auto missing =
         missing_of(array.piece, "chunks", [&](const auto& numbers) { return pieces_.has(numbers); });
-    if (!missing && array.shards && array.has_fill)
+    if (!missing && array.shards)
       missing = missing_of(array.chunk, "shards",
                            [&](const auto& numbers) { return store_->has(array.key(numbers)); });
     if (missing && missing->empty()) return;
