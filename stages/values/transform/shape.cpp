@@ -15,7 +15,7 @@ constexpr std::uint64_t norms[2][most_levels + 1] = {{1024, 1167, 1374, 1596, 18
 // At a face, the errors of coefficients and of their mirror images add up. So in the finest high bands, the first and
 // the last coefficients have finer steps.
 constexpr int levels_with_fine_ends = 2;
-std::uint32_t finer(std::uint32_t step) {
+std::uint32_t step_at_end(std::uint32_t step) {
   return static_cast<std::uint32_t>((3 * std::uint64_t{step} + 2) >> 2);
 }
 
@@ -47,11 +47,11 @@ class Maker {
     }
     band.is_mean = shape_.bands.empty();
     band.steps[0] = static_cast<std::uint32_t>(std::max<std::uint64_t>((step_ + norm / 2) / norm, 1));
-    for (std::size_t ends = 1; ends < band.steps.size(); ++ends) {
+    for (std::size_t ends = 0; ends < band.steps.size(); ++ends) {
       band.steps[ends] = band.steps[0];
       for (std::size_t axis = 0; axis < 3; ++axis)
         if ((ends >> axis & 1) != 0 && parts[axis].high && parts[axis].splits <= levels_with_fine_ends)
-          band.steps[ends] = finer(band.steps[ends]);
+          band.steps[ends] = step_at_end(band.steps[ends]);
       band.finer[ends] = static_cast<std::uint32_t>((std::uint64_t{band.steps[0]} << 8) / band.steps[ends]);
     }
     shape_.bands.push_back(band);

@@ -39,10 +39,9 @@ struct Band {
   /// Of its coefficients, in 2^-8 of their unit. By the axes along which a coefficient is the first or the last one:
   /// 1, 2, 4 for x, y, z.
   std::array<std::uint32_t, 8> steps;
-  std::array<std::uint32_t, 8> finer = {
-      256};               ///< how many times smaller these are than the first one, in 2^-8
-  int parent = no_band;   ///< the band of the next level with the same orientation
-  Index3 parent_shift{};  ///< the parent of a coefficient is at its position >> this
+  std::array<std::uint32_t, 8> finer;  ///< how many times smaller these are than the first one, in 2^-8
+  int parent = no_band;                ///< the band of the next level with the same orientation
+  Index3 parent_shift{};               ///< the parent of a coefficient is at its position >> this
   /// Bands that are coded before, whose coefficients belong to the same place; those along z may be half as long.
   std::array<int, 3> siblings = {no_band, no_band, no_band};
   std::array<int, 3> sibling_shift{};

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <random>
 
@@ -77,9 +76,6 @@ void damage(Random& random, Bytes& bytes, std::uint64_t begin, std::uint64_t end
     bytes[i] = static_cast<std::byte>(random());
 }
 
-/// 1,000 of each kind, or 100,000 in a long run; 200 with sanitizers.
-int times() { return sanitized ? 200 : std::getenv("TAGRID_LONG") != nullptr ? 100'000 : 1'000; }
-
 /// Sizes at which blocks, stripes and groups of pages begin: one stripe, several, a last block that is short.
 struct Example {
   Bytes whole;
@@ -142,7 +138,7 @@ TEST(Parity, BytesDoNotDependOnMemory) {
 TEST(Parity, AnyBlocksUpToThePromiseComeBack) {
   const auto all = examples();
   Random random(3);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     auto places = units(example.layout);
     std::ranges::shuffle(places, random);
@@ -159,7 +155,7 @@ TEST(Parity, AnyBlocksUpToThePromiseComeBack) {
 TEST(Parity, AnyBurstUpToThePromiseComesBack) {
   const auto all = examples();
   Random random(4);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     Bytes bytes = example.whole;
     const std::uint64_t length = example.layout.burst(),
@@ -173,7 +169,7 @@ TEST(Parity, AnyBurstUpToThePromiseComesBack) {
 TEST(Parity, EndsThatAreCutOrOverwrittenComeBack) {
   const auto all = examples();
   Random random(5);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     Bytes bytes = example.whole;
     const std::uint64_t length = below(random, example.layout.burst() + 1);
@@ -190,7 +186,7 @@ TEST(Parity, EndsThatAreCutOrOverwrittenComeBack) {
 TEST(Parity, FlippedBitsInDescriptionsComeBack) {
   const auto all = examples();
   Random random(6);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     Bytes bytes = example.whole;
     const std::uint64_t base = example.layout.file_size;
@@ -209,7 +205,7 @@ TEST(Parity, BeyondThePromiseNothingIsWrong) {
   const auto all = examples();
   Random random(7);
   int refused = 0;
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Example& example = all[static_cast<std::size_t>(i) % all.size()];
     Bytes bytes = example.whole;
     const int count = 1 + static_cast<int>(below(random, 40));
@@ -225,7 +221,7 @@ TEST(Parity, BeyondThePromiseNothingIsWrong) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, times() / 4);
+  EXPECT_GT(refused, damaged_files() / 4);
 }
 
 TEST(Parity, BesideTheFile) {
@@ -234,7 +230,7 @@ TEST(Parity, BesideTheFile) {
   Bytes parity;
   write_parity(BytesInMemory(file), 5000, 0, into(parity));
   const ParityLayout layout = ParityLayout::of(file.size(), 5000);
-  for (int i = 0; i < times() / 10; ++i) {
+  for (int i = 0; i < damaged_files() / 10; ++i) {
     Bytes damaged = file, damaged_parity = parity;
     const std::uint64_t begin = below(random, file.size() - layout.burst());
     if (i % 3 == 0)
@@ -261,7 +257,7 @@ TEST(Parity, AnIntactFileIsIntact) {
 TEST(Parity, FalseDescriptionsAreRefused) {
   Random random(9);
   const Bytes file = random_bytes(random, 40'000);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     ParityLayout layout =
         ParityLayout::of(1 + (random() >> below(random, 64)) % (std::uint64_t{1} << 54), 5000);
     layout.stripes ^= static_cast<std::uint32_t>(random() >> below(random, 64)) & (i % 2 ? ~0U : 0U);

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 #include "io/errors/errors.h"
@@ -22,9 +21,6 @@ namespace {
 using Random = std::mt19937_64;
 
 std::uint64_t below(Random& random, std::uint64_t end) { return random() % end; }
-
-/// 1,000 of each kind, or 100,000 in a long run; 200 with sanitizers.
-int times() { return sanitized ? 200 : std::getenv("TAGRID_LONG") != nullptr ? 100'000 : 1'000; }
 
 /// A part of a file, from its first byte to the byte after its last one.
 struct Part {
@@ -156,7 +152,7 @@ TEST_F(ProtectedTag, IsOpenedByThreeReads) {
 
 TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamage) {
   Random random(1);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
     std::string bytes = whole_;
     const std::uint64_t count = 1 + below(random, layout_.parity);
@@ -172,7 +168,7 @@ TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamage) {
 
 TEST_F(ProtectedTag, AnyPartComesBackFromABurst) {
   Random random(2);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
     std::string bytes = whole_;
     const std::uint64_t begin = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
@@ -184,7 +180,7 @@ TEST_F(ProtectedTag, AnyPartComesBackFromABurst) {
 
 TEST_F(ProtectedTag, BothEndsMayBeMissing) {
   Random random(3);
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     std::string bytes = whole_;
     const std::uint64_t length = 1 + below(random, layout_.burst());
     if (i % 3 == 0)
@@ -202,7 +198,7 @@ TEST_F(ProtectedTag, BothEndsMayBeMissing) {
 TEST_F(ProtectedTag, MoreDamageIsNeverRepairedWrongly) {
   Random random(4);
   int refused = 0;
-  for (int i = 0; i < times(); ++i) {
+  for (int i = 0; i < damaged_files(); ++i) {
     std::string bytes = whole_;
     const std::uint64_t count = 1 + below(random, 3 * layout_.parity);
     for (std::uint64_t k = 0; k < count; ++k) {
@@ -216,7 +212,7 @@ TEST_F(ProtectedTag, MoreDamageIsNeverRepairedWrongly) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, times() / 10);
+  EXPECT_GT(refused, damaged_files() / 10);
 }
 
 TEST_F(ProtectedTag, SalvageFindsTheIndexWithoutTheFoot) {

@@ -47,6 +47,9 @@ bool ZarrPieces::has(const std::vector<std::int64_t>& numbers) {
   const InChunk place = in_chunk(numbers);
   const std::string key = array_.key(place.chunk);
   if (!array_.shards) return store_.has(key);
+  // A shard has many pieces; it is opened once.
+  if (const auto known = indices_.find(key); known != indices_.end())
+    return known->second[place.number].is_written();
   const auto file = store_.find(key);
   return file && index_of(key, *file->bytes, place.count)[place.number].is_written();
 }

@@ -285,8 +285,9 @@ class ZarrVolume final : public ServedVolume {
       warnings.push_back(fmt::format("{}: Zarr: its attributes are too long to be kept", store_->path()));
   }
 
-  std::int64_t pieces_along(std::size_t i) const {
-    return axes_[i] ? (dims[static_cast<int>(i)] - 1) / piece_size(i) + 1 : 1;
+  /// How many pieces or chunks of this size the volume has along an axis.
+  std::int64_t parts_along(std::size_t i, const std::vector<std::int64_t>& size) const {
+    return axes_[i] ? (dims[static_cast<int>(i)] - 1) / size[*axes_[i]] + 1 : 1;
   }
   /// The numbers of a piece or chunk of this volume, which has this size.
   std::vector<std::int64_t> numbers_of(const std::vector<std::int64_t>& size, std::int64_t z, std::int64_t y,
@@ -318,15 +319,13 @@ class ZarrVolume final : public ServedVolume {
   /// to look at.
   std::optional<std::string> missing_of(const std::vector<std::int64_t>& size, const char* word,
                                         const auto& has) const {
-    const auto along = [&](std::size_t i) {
-      return axes_[i] ? (dims[static_cast<int>(i)] - 1) / size[*axes_[i]] + 1 : 1;
-    };
     std::int64_t all = 1, missing = 0;
     for (std::size_t i = 0; i < 3; ++i)
-      if (__builtin_mul_overflow(all, along(i), &all) || all > most_looked_at) return std::nullopt;
-    for (std::int64_t z = 0; z < along(axis_of_z); ++z)
-      for (std::int64_t y = 0; y < along(axis_of_y); ++y)
-        for (std::int64_t x = 0; x < along(axis_of_x); ++x) {
+      if (__builtin_mul_overflow(all, parts_along(i, size), &all) || all > most_looked_at)
+        return std::nullopt;
+    for (std::int64_t z = 0; z < parts_along(axis_of_z, size); ++z)
+      for (std::int64_t y = 0; y < parts_along(axis_of_y, size); ++y)
+        for (std::int64_t x = 0; x < parts_along(axis_of_x, size); ++x) {
           if (!has(numbers_of(size, z, y, x))) ++missing;
           say_working();
         }
@@ -339,9 +338,10 @@ class ZarrVolume final : public ServedVolume {
 
   void read_slab(std::int64_t first) {
     const std::int64_t z = axes_[axis_of_z] ? first / piece_size(axis_of_z) : 0;
-    for (std::int64_t y = 0; y < pieces_along(axis_of_y); ++y)
-      for (std::int64_t x = 0; x < pieces_along(axis_of_x); ++x) {
-        const auto piece = pieces_.read(numbers_of(image_.array.piece, z, y, x));
+    const std::vector<std::int64_t>& size = image_.array.piece;
+    for (std::int64_t y = 0; y < parts_along(axis_of_y, size); ++y)
+      for (std::int64_t x = 0; x < parts_along(axis_of_x, size); ++x) {
+        const auto piece = pieces_.read(numbers_of(size, z, y, x));
         place(piece ? &*piece : nullptr, first, y * piece_size(axis_of_y), x * piece_size(axis_of_x));
         say_working();
       }

@@ -287,7 +287,8 @@ TEST(Transform, ErrorsFallWithTheStepAndBytesRise) {
   }
 }
 
-// Faces of bricks must not be seen. If steps were not finer there, the errors of this noise would be 1.18 times those inside.
+// Faces of bricks must not be seen. If steps were not finer there, the errors of this noise would be 1.18 times those
+// inside.
 TEST(Transform, ErrorsAtFacesAreCloseToThoseInside) {
   constexpr std::int64_t edge = 64;
   constexpr Index3 size{edge, edge, edge};
