@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
+#include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/all_volumes.h"
 #include "io/formats/table/formats.h"
