@@ -14,38 +14,14 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/text/text.h"
+#include "tools/formats/zarr/json.h"
 
 namespace tagrid {
 namespace {
 
-constexpr std::uint64_t most_metadata = std::uint64_t{16} << 20;
-constexpr int most_nested = 64;
 constexpr std::size_t most_axes = 32;
 /// Bytes of a piece: more than programs write, and what Blosc can have.
 constexpr std::uint64_t most_piece = (std::uint64_t{1} << 31) - 1;
-
-Json parsed(const std::vector<std::byte>& bytes, const std::string& name) try {
-  const auto* begin = reinterpret_cast<const char*>(bytes.data());
-  return Json::parse(begin, begin + bytes.size(), [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > most_nested) throw BrokenInput(name + ": is nested too deeply");
-    return true;
-  });
-} catch (const Json::exception&) {
-  throw BrokenInput(name + ": is not JSON; it may be damaged");
-}
-
-/// The content of a file of metadata, if there is one.
-std::optional<Json> json_at(const ZarrStore& store, const std::string& key) {
-  const auto file = store.find(key);
-  if (!file) return std::nullopt;
-  Json json = parsed(file->all(most_metadata), file->bytes->name());
-  if (!json.is_object()) throw BrokenInput(file->bytes->name() + ": is no object of JSON");
-  return json;
-}
-
-std::string shown(const Json& json) {
-  return tagrid::quoted(json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
 
 /// Reads the metadata of one array.
 class Reading {
@@ -334,11 +310,6 @@ class Reading {
 
 }  // namespace
 
-std::string text_at(const Json& object, const char* name) {
-  const Json& value = member(object, name);
-  return value.is_string() ? value.get<std::string>() : "";
-}
-
 std::uint64_t ZarrArray::piece_bytes() const {
   std::uint64_t bytes = size_of(*type);
   for (const std::int64_t size : piece)
@@ -378,7 +349,14 @@ std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& pat
       node.attributes = json_at(store, joined(path, ".zattrs")).value_or(Json());
       break;
     }
-    if (node.metadata.is_null()) return std::nullopt;
+    // Some programs copy the description of levels alone.
+    if (node.metadata.is_null()) {
+      node.metadata_key = joined(path, ".zattrs");
+      auto attributes = json_at(store, node.metadata_key);
+      if (!attributes) return std::nullopt;
+      node.metadata = Json::object();
+      node.attributes = std::move(*attributes);
+    }
   }
   if (!node.attributes.is_object()) node.attributes = Json::object();
   return node;

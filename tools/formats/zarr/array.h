@@ -53,14 +53,11 @@ struct ZarrNode {
   bool is_version_2() const { return !metadata_key.ends_with("zarr.json"); }
 };
 
-/// The group or array at a path, if there is one. Throws BrokenInput if its metadata is not JSON.
+/// The group or array at a path, if there is one; also a group of version 2 that has nothing but attributes. Throws BrokenInput if its metadata is not JSON.
 std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& path);
 
 /// The array. Throws BrokenInput if anything in its metadata is not understood that may change samples, but
 /// for types that tagrid has not.
 ZarrArray zarr_array(const ZarrStore& store, const ZarrNode& node);
-
-/// The text at a member, or "".
-std::string text_at(const Json& object, const char* name);
 
 }  // namespace tagrid

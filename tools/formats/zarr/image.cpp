@@ -7,34 +7,38 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "tools/formats/words.h"
+#include "tools/formats/zarr/json.h"
 
 namespace tagrid {
 namespace {
 
-constexpr std::size_t most_nodes = 2000;  ///< that a search looks at
+/// What a search looks at before it refuses: a hostile store can have any number of folders in each other.
+constexpr std::size_t most_nodes = 100'000, deepest = 64;
 constexpr std::size_t most_named = 3;
-constexpr int deepest = 5;  ///< as a plate has it: rows, columns, fields, levels
 
 /// The descriptions of levels in a group, by any version of OME-Zarr; an empty list without them.
 const Json& multiscales_of(const Json& attributes) {
   static const Json none = Json::array();
-  const Json& ome = member(attributes, "ome");
-  const Json& list = member(ome.is_null() ? attributes : ome, "multiscales");
-  return list.is_array() ? list : none;
+  for (const Json* where : {&member(attributes, "ome"), &attributes})
+    if (const Json& list = member(*where, "multiscales"); list.is_array()) return list;
+  return none;
 }
 
+/// The paths of levels, as keys have them; "" for one that is no path in the store.
 std::vector<std::string> levels_of(const Json& multiscale) {
   std::vector<std::string> paths;
   const Json& datasets = member(multiscale, "datasets");
   if (datasets.is_array())
-    for (const Json& dataset : datasets)
-      if (std::string path = text_at(dataset, "path"); is_safe_name(path)) paths.push_back(std::move(path));
+    for (const Json& dataset : datasets) paths.push_back(plain_path(text_at(dataset, "path")));
+  for (std::string& path : paths)
+    if (!is_safe_name(path)) path.clear();
   return paths;
 }
 
@@ -115,6 +119,7 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
   for (std::size_t end = node.path.size(); end > 0;) {
     const std::size_t slash = node.path.rfind('/', end - 1);
     end = slash == std::string::npos ? 0 : slash;
+    if (image.group.empty()) image.group = node.path.substr(0, end);
     const auto group = zarr_node(store, node.path.substr(0, end));
     if (!group) continue;
     const std::string own = node.path.substr(end == 0 ? 0 : end + 1);
@@ -126,8 +131,15 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
       Description(joined(store.path(), key), multiscale, static_cast<std::size_t>(level - levels.begin()),
                   image);
       image.attributes = group->attributes;
+      image.group = group->path;
+      image.remarks.clear();
       return image;
     }
+    if (const Json& all = multiscales_of(group->attributes); !all.empty() && image.remarks.empty())
+      image.remarks.push_back(fmt::format(
+          "{}: OME-Zarr: the description of levels in {} does not name {}; where its samples lie is not "
+          "known",
+          store.path(), group->path.empty() ? "its root" : tagrid::quoted(group->path), tagrid::quoted(own)));
   }
   return image;
 }
@@ -154,11 +166,16 @@ class Candidates {
 
   std::vector<Choice> choices;
   std::vector<std::string> others;  ///< arrays that are no volumes
+  std::vector<std::string> unread;  ///< folders that cannot be listed
 
  private:
-  void search(const std::string& path, int depth) {
-    for (const std::string& name : store_.folders(path, most_nodes)) {
-      if (depth == deepest || ++count_ > most_nodes) return;
+  void search(const std::string& path, std::size_t depth) {
+    // Links may lead to a folder in many ways, and in circles.
+    if (!seen_.insert(store_.identity(path)).second) return;
+    if (depth == deepest) refuse(fmt::format("has more than {} folders in each other", deepest));
+    for (const std::string& name : folders_in(path)) {
+      if (++count_ > most_nodes)
+        refuse(fmt::format("has more than {} groups, arrays and folders", most_nodes));
       say_working();
       const std::string below = joined(path, name);
       const auto node = zarr_node(store_, below);
@@ -167,6 +184,18 @@ class Candidates {
       else if (!node || !add_levels(*node))
         search(below, depth + 1);
     }
+  }
+
+  [[noreturn]] void refuse(const std::string& why) const {
+    throw broken_zarr(store_.path(),
+                      why + ", and is not searched for volumes; choose an array with --dataset");
+  }
+
+  std::vector<std::string> folders_in(const std::string& path) try {
+    return store_.folders(path);
+  } catch (const WorldError& error) {
+    unread.emplace_back(error.what());
+    return {};
   }
 
   void add(const ZarrNode& node) {
@@ -187,10 +216,11 @@ class Candidates {
       if (levels.empty()) continue;
       has_any = true;
       const std::string path = joined(group.path, levels.front());
-      const auto node = zarr_node(store_, path);
+      const auto node = levels.front().empty() ? std::nullopt : zarr_node(store_, path);
       if (!node || !node->is_array)
         throw broken_zarr(store_.path(),
-                          fmt::format("the finest level is {}, which is missing", tagrid::quoted(path)));
+                          fmt::format("the finest level is {}, which is missing",
+                                      tagrid::quoted(path.empty() ? shown(multiscale) : path)));
       const ZarrArray array = zarr_array(store_, *node);
       require_finest(group, levels, array);
       if (array.type)
@@ -205,6 +235,7 @@ class Candidates {
   void require_finest(const ZarrNode& group, const std::vector<std::string>& levels,
                       const ZarrArray& first) const {
     for (const std::string& level : levels) {
+      if (level.empty()) continue;
       const std::string path = joined(group.path, level);
       std::optional<ZarrArray> other;
       try {
@@ -225,6 +256,7 @@ class Candidates {
 
   const ZarrStore& store_;
   std::size_t count_ = 0;
+  std::set<std::string> seen_;
 };
 
 ZarrImage one_of(const ZarrStore& store, const Candidates& all, const std::string& wanted) {
@@ -233,9 +265,14 @@ ZarrImage one_of(const ZarrStore& store, const Candidates& all, const std::strin
         store.path(),
         fmt::format(
             "has no array that is a volume of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits{}{}",
-            all.others.empty() ? "" : "; ", listed(all.others, most_named)));
+            all.others.empty() ? "" : "; ", listed(all.others, most_named)) +
+            (all.unread.empty() ? "" : "; " + listed(all.unread, most_named)));
   const std::string path = all.choices[chosen(store.path(), "dataset", wanted, all.choices)].name;
-  return image_of(store, *zarr_node(store, path));
+  ZarrImage image = image_of(store, *zarr_node(store, path));
+  if (wanted.empty() && !all.unread.empty())
+    image.remarks.push_back(fmt::format("{}: is read, because it is the only volume that was found, but: {}",
+                                        joined(store.path(), path), listed(all.unread, most_named)));
+  return image;
 }
 
 }  // namespace
@@ -252,9 +289,7 @@ std::array<std::optional<std::size_t>, 3> ZarrImage::space() const {
 }
 
 ZarrImage chosen_image(const ZarrStore& store, const std::string& wanted) {
-  std::string path = wanted;
-  while (path.starts_with('/')) path.erase(0, 1);
-  while (path.ends_with('/')) path.pop_back();
+  const std::string path = plain_path(wanted);
   const auto root = zarr_node(store, "");
   if (path.empty()) return one_of(store, Candidates(store, root ? &*root : nullptr, ""), "");
   const auto node = zarr_node(store, path);

@@ -43,15 +43,29 @@ ZarrPieces::InChunk ZarrPieces::in_chunk(const std::vector<std::int64_t>& number
   return place;
 }
 
-bool ZarrPieces::has(const std::vector<std::int64_t>& numbers) {
-  const InChunk place = in_chunk(numbers);
-  const std::string key = array_.key(place.chunk);
-  if (!array_.shards) return store_.has(key);
-  // A shard has many pieces; it is opened once.
-  if (const auto known = indices_.find(key); known != indices_.end())
-    return known->second[place.number].is_written();
+std::uint64_t ZarrPieces::count(const std::vector<std::int64_t>& chunk, const PieceBox& box) {
+  if (!array_.shards) return 1;
+  const std::string key = array_.key(chunk);
   const auto file = store_.find(key);
-  return file && index_of(key, *file->bytes, place.count)[place.number].is_written();
+  if (!file) return 0;
+  std::vector<std::int64_t> first = chunk;
+  for (std::size_t axis = 0; axis < chunk.size(); ++axis)
+    first[axis] *= array_.chunk[axis] / array_.piece[axis];
+  const Index& index = index_of(key, *file->bytes, in_chunk(first).count);
+  std::uint64_t written = 0;
+  for (std::size_t number = 0; number < index.size(); ++number) {
+    if (!index[number].is_written()) continue;
+    bool is_inside = true;
+    std::size_t rest = number;
+    for (std::size_t axis = chunk.size(); axis-- > 0;) {
+      const auto ratio = static_cast<std::size_t>(array_.chunk[axis] / array_.piece[axis]);
+      const std::int64_t at = first[axis] + static_cast<std::int64_t>(rest % ratio);
+      is_inside &= at >= box.first[axis] && at < box.end[axis];
+      rest /= ratio;
+    }
+    written += is_inside ? 1 : 0;
+  }
+  return written;
 }
 
 std::optional<std::vector<std::byte>> ZarrPieces::read(const std::vector<std::int64_t>& numbers) {

@@ -14,14 +14,20 @@
 
 namespace tagrid {
 
+/// Pieces of an array: from the number first[axis] to the one before end[axis].
+struct PieceBox {
+  std::vector<std::int64_t> first, end;
+};
+
 /// The pieces of one array: its chunks, or the chunks in its shards.
 class ZarrPieces {
  public:
   /// Both must outlive this.
   ZarrPieces(const ZarrStore& store, const ZarrArray& array) : store_(store), array_(array) {}
 
-  /// Whether the piece with these numbers along each axis was written. Throws BrokenInput.
-  bool has(const std::vector<std::int64_t>& numbers);
+  /// How many pieces in a box were written to the file of the chunk with these numbers, which is there. Throws
+  /// BrokenInput.
+  std::uint64_t count(const std::vector<std::int64_t>& chunk, const PieceBox& box);
   /// The bytes of the piece with these numbers along each axis, in the order and the byte order of the array;
   /// nothing if it was never written. Throws BrokenInput.
   std::optional<std::vector<std::byte>> read(const std::vector<std::int64_t>& numbers);

@@ -31,18 +31,22 @@ class FolderStore final : public ZarrStore {
     const auto status = status_of(path_of(key));
     return status && S_ISREG(status->st_mode);
   }
-  std::vector<std::string> folders(const std::string& folder, std::size_t most) const override {
-    std::vector<std::string> names;
+  void list(const std::string& folder,
+            const std::function<void(const std::string& name, bool is_folder)>& look) const override {
+    const std::string where = path_of(folder);
     std::error_code error;
-    for (fs::directory_iterator entry(path_of(folder), error), end; !error && entry != end;
-         entry.increment(error)) {
+    fs::directory_iterator entry(where, error);
+    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       std::error_code unknown;
-      const std::string name = entry->path().filename().string();
-      if (names.size() < most && !name.starts_with('.') && entry->is_directory(unknown))
-        names.push_back(name);
+      const bool is_folder = entry->is_directory(unknown);
+      if (is_folder || entry->is_regular_file(unknown)) look(entry->path().filename().string(), is_folder);
     }
-    std::ranges::sort(names, comes_before);
-    return names;
+    if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
+      throw world_error("cannot be listed", where, error.value());
+  }
+  std::string identity(const std::string& folder) const override {
+    const auto status = status_of(path_of(folder));
+    return status ? fmt::format("{} {}", status->st_dev, status->st_ino) : folder;
   }
   std::string path_of(const std::string& key) const override { return joined(path(), key); }
 };
@@ -57,23 +61,23 @@ class ZipStore final : public ZarrStore {
     return ZarrFile{zip_.open(key, *member), member->crc};
   }
   bool has(const std::string& key) const override { return zip_.member(key) != nullptr; }
-  std::vector<std::string> folders(const std::string& folder, std::size_t most) const override {
-    std::vector<std::string> names;
+  void list(const std::string& folder,
+            const std::function<void(const std::string& name, bool is_folder)>& look) const override {
     const std::string prefix = folder.empty() ? "" : folder + "/";
     const auto& members = zip_.members();
     for (auto member = members.lower_bound(prefix);
-         member != members.end() && member->first.starts_with(prefix) && names.size() < most;) {
+         member != members.end() && member->first.starts_with(prefix);) {
       const std::size_t slash = member->first.find('/', prefix.size());
-      if (slash == std::string::npos) {
+      const bool is_folder = slash != std::string::npos;
+      const std::string name = member->first.substr(prefix.size(), is_folder ? slash - prefix.size() : slash);
+      look(name, is_folder);
+      if (is_folder)
+        member = members.lower_bound(prefix + name + static_cast<char>('/' + 1));
+      else
         ++member;
-        continue;
-      }
-      names.push_back(member->first.substr(prefix.size(), slash - prefix.size()));
-      member = members.lower_bound(prefix + names.back() + static_cast<char>('/' + 1));
     }
-    std::ranges::sort(names, comes_before);
-    return names;
   }
+  std::string identity(const std::string& folder) const override { return folder; }
   std::string path_of(const std::string&) const override { return path(); }
 
  private:
@@ -97,6 +101,22 @@ std::unique_ptr<ZarrStore> open_zarr_store(const std::string& path) {
   std::error_code unknown;
   if (fs::is_directory(path, unknown)) return std::make_unique<FolderStore>(path);
   return std::make_unique<ZipStore>(path);
+}
+
+std::vector<std::string> ZarrStore::folders(const std::string& folder) const {
+  std::vector<std::string> names;
+  list(folder, [&](const std::string& name, bool is_folder) {
+    if (is_folder && !name.starts_with('.')) names.push_back(name);
+  });
+  std::ranges::sort(names, comes_before);
+  return names;
+}
+
+std::string plain_path(std::string_view path) {
+  std::string plain;
+  for (const std::string_view part : split(path, '/'))
+    if (!part.empty() && part != ".") plain += (plain.empty() ? "" : "/") + std::string(part);
+  return plain;
 }
 
 std::string joined(const std::string& folder, const std::string& name) {

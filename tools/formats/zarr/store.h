@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,11 +33,16 @@ class ZarrStore {
   /// The file with this key, if there is one.
   virtual std::optional<ZarrFile> find(const std::string& key) const = 0;
   virtual bool has(const std::string& key) const = 0;
-  /// The names of the folders in a folder, sorted as people do; at most `most`.
-  virtual std::vector<std::string> folders(const std::string& folder, std::size_t most) const = 0;
+  /// Calls `look` with the name of each file and folder in a folder, in any order. None if there is no such folder.
+  virtual void list(const std::string& folder,
+                    const std::function<void(const std::string& name, bool is_folder)>& look) const = 0;
+  /// What is the same for all paths that links make of one folder.
+  virtual std::string identity(const std::string& folder) const = 0;
   /// The path of a file of the source: the zip file itself, or a file of the folder.
   virtual std::string path_of(const std::string& key) const = 0;
   const std::string& path() const { return path_; }
+  /// The names of the folders in a folder that are not hidden, sorted as people do.
+  std::vector<std::string> folders(const std::string& folder) const;
 
  protected:
   explicit ZarrStore(std::string path) : path_(std::move(path)) {}
@@ -48,6 +54,9 @@ class ZarrStore {
 /// Opens the folder or the zip file at `path`. Of a zip file, the table at its end is read: all members must
 /// be stored as they are, and have names of their own that lead nowhere else.
 std::unique_ptr<ZarrStore> open_zarr_store(const std::string& path);
+
+/// "a/b" for "./a/b", "/a/b/" and the like, as programs write paths in a store.
+std::string plain_path(std::string_view path);
 
 /// "a/b" for "a" and "b"; without one of them, the other.
 std::string joined(const std::string& folder, const std::string& name);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -15,89 +14,22 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"
-#include "io/text/foreign_number.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "stages/sample/coding_parameters.h"
 #include "tools/formats/words.h"
+#include "tools/formats/zarr/description.h"
 #include "tools/formats/zarr/image.h"
 #include "tools/formats/zarr/pieces.h"
+#include "tools/formats/zarr/presence.h"
+#include "tools/formats/zarr/series.h"
 #include "tools/formats/zarr/store.h"
 
 namespace tagrid {
 namespace {
 
-/// Attributes that are kept as pairs; more would be a file of its own.
-constexpr std::size_t most_attributes = std::size_t{1} << 18;
-/// Chunks whose presence is looked at, as a folder may have millions.
-constexpr std::int64_t most_looked_at = 100'000;
 constexpr std::size_t axis_of_x = 0, axis_of_y = 1, axis_of_z = 2;
-
-/// An axis besides x, y and z: of moments, of channels, or of anything else.
-struct OtherAxis {
-  std::size_t axis = 0;
-  std::string letter, word;
-  std::int64_t size = 1;
-};
-
-std::vector<OtherAxis> other_axes(const ZarrImage& image) {
-  const auto space = image.space();
-  std::vector<OtherAxis> others;
-  for (std::size_t axis = image.axes.size(); axis-- > 0;) {
-    if (std::ranges::find(space, std::optional(axis)) != space.end()) continue;
-    std::string name = lower_case(image.axes[axis].name);
-    // Up to version 0.2, all arrays have these axes.
-    if (name.empty() && image.axes.size() == 5) name = axis == 0 ? "t" : "c";
-    const std::string word = name == "t" || name == "time"      ? "moment"
-                             : name == "c" || name == "channel" ? "channel"
-                                                                : name;
-    const std::string letter = word == "moment"    ? "t"
-                               : word == "channel" ? "c"
-                               : name.empty()      ? fmt::format("a{}_", axis)
-                                                   : printable(name);
-    others.push_back({axis, letter, word.empty() ? fmt::format("axis {}", axis) : printable(word),
-                      image.array.shape[axis]});
-  }
-  return others;
-}
-
-/// The number along each axis of the volume that `wanted` names; along x, y and z, 0.
-std::vector<std::int64_t> chosen_volume(const std::string& path, const ZarrImage& image,
-                                        const std::string& wanted) {
-  const std::vector<OtherAxis> others = other_axes(image);
-  std::int64_t count = 1;
-  for (const OtherAxis& other : others)
-    if (other.size < 1 || other.size > most_volumes / count)
-      throw broken_zarr(path, fmt::format("has {} of {} along the axis {}, which is too many volumes",
-                                          other.size, other.word, other.letter));
-    else
-      count *= other.size;
-  const auto numbers_of = [&](std::int64_t volume) {
-    std::vector<std::int64_t> numbers(image.axes.size(), 0);
-    for (const OtherAxis& other : others) {
-      numbers[other.axis] = volume % other.size;
-      volume /= other.size;
-    }
-    return numbers;
-  };
-  if (count == 1 && wanted.empty()) return numbers_of(0);
-  std::vector<Choice> choices;
-  for (std::int64_t volume = 0; volume < count; ++volume) {
-    const std::vector<std::int64_t> numbers = numbers_of(volume);
-    Choice choice;
-    for (const OtherAxis& other : others) {
-      if (other.size == 1) continue;
-      choice.name += fmt::format("{}{}", other.letter, numbers[other.axis] + 1);
-      choice.text += fmt::format("{}{} {} of {}", choice.text.empty() ? "" : ", ", other.word,
-                                 numbers[other.axis] + 1, other.size);
-    }
-    choices.push_back(std::move(choice));
-  }
-  return numbers_of(static_cast<std::int64_t>(chosen(path, "series", wanted, choices)));
-}
 
 class ZarrVolume final : public ServedVolume {
  public:
@@ -110,24 +42,24 @@ class ZarrVolume final : public ServedVolume {
       throw broken_zarr(path,
                         fmt::format("{} has {} samples, which are not supported; use integers of 8, 16 or 32 "
                                     "bits or floats of 32 or 64 bits",
-                                    shown_path(), array.type_name));
+                                    shown_path(image_), array.type_name));
     const auto space = image_.space();
     if (!space[axis_of_x] || !space[axis_of_y])
-      throw broken_zarr(path, fmt::format("{} has less than two axes", shown_path()));
+      throw broken_zarr(path, fmt::format("{} has less than two axes", shown_path(image_)));
     for (std::size_t i = 0; i < 3; ++i) {
       axes_[i] = space[i];
       dims[static_cast<int>(i)] = space[i] ? array.shape[*space[i]] : 1;
     }
     type = *array.type;
     if (!is_volume_size(dims) || !sample_bytes(dims, type))
-      throw broken_zarr(path, fmt::format("{} has {} x {} x {} samples, which are no volume", shown_path(),
-                                          dims.x, dims.y, dims.z));
+      throw broken_zarr(path, fmt::format("{} has {} x {} x {} samples, which are no volume",
+                                          shown_path(image_), dims.x, dims.y, dims.z));
     numbers_ = chosen_volume(path, image_, option(options, "series"));
     files = {store_->path_of(image_.metadata_key)};
     slab_ = axes_[axis_of_z] ? std::min(array.piece[*axes_[axis_of_z]], dims.z) : 1;
     memory = pieces_.memory() + static_cast<std::uint64_t>(slab_ + 1) * slice_bytes();
     find_strides();
-    describe();
+    describe_image(*store_, image_, axes_, *this);
     count_missing();
   }
 
@@ -146,9 +78,6 @@ class ZarrVolume final : public ServedVolume {
   }
 
  private:
-  std::string shown_path() const {
-    return image_.array.path.empty() ? "the array" : tagrid::quoted(image_.array.path);
-  }
   std::uint64_t slice_bytes() const { return static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type); }
   std::int64_t piece_size(std::size_t i) const { return axes_[i] ? image_.array.piece[*axes_[i]] : 1; }
 
@@ -161,128 +90,6 @@ class ZarrVolume final : public ServedVolume {
       strides_[axis] = stride;
       stride *= static_cast<std::uint64_t>(image_.array.piece[axis]);
     }
-  }
-
-  void describe() {
-    pairs = {{"zarr_dataset", "/" + image_.array.path}};
-    if (!image_.name.empty()) pairs.emplace_back("zarr_name", image_.name);
-    add_attributes("zarr_attributes", image_.attributes);
-    if (image_.array.attributes != image_.attributes)
-      add_attributes("zarr_array_attributes", image_.array.attributes);
-    for (std::size_t i = 0; i < 3; ++i)
-      if (axes_[i]) geometry.units[i] = image_.axes[*axes_[i]].unit;
-    if (image_.has_scale) set_spacing();
-    if (image_.has_translation) {
-      for (std::size_t i = 0; i < 3; ++i)
-        if (axes_[i]) geometry.origin[i] = image_.axes[*axes_[i]].translation;
-      geometry.has_origin = true;
-    }
-    set_scale();
-    if (std::string lost = lost_by_mixed_units(geometry); !lost.empty())
-      warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_->path(), lost));
-    geometry = in_one_unit(geometry);
-    const Json& header = member(member(image_.attributes, "tagrid"), "nrrd_header");
-    if (header.is_string() && has_places_of(header.get<std::string>())) {
-      nrrd = header.get<std::string>();
-      // Without any line, these would count.
-      geometry = {};
-      pairs.clear();
-      return;
-    }
-    add_rescale(rescale, pairs);  // which a reader's "rescale" would not do beside lines of NRRD
-    if (header.is_string()) keep_pairs_of(header.get<std::string>());
-    nrrd = nrrd_fields_of(geometry, pairs);
-  }
-
-  /// The number of an attribute, which may be a text or a list of one.
-  ForeignNumber number_at(const char* name) const {
-    const Json* value = &member(image_.array.attributes, name);
-    if (value->is_array() && value->size() == 1) value = &value->front();
-    if (value->is_null()) return {};
-    if (value->is_number()) return foreign_number(value->get<double>());
-    const std::string text = value->is_string() ? value->get<std::string>() : value->dump();
-    return foreign_number(std::optional<std::string_view>(text));
-  }
-
-  /// The attributes of netCDF, as xarray writes them (https://cfconventions.org).
-  void set_scale() {
-    const std::string object = fmt::format("{}: Zarr: {}", store_->path(), shown_path());
-    ForeignNumber slope = number_at("scale_factor"), intercept = number_at("add_offset");
-    if (slope.is_number() && slope.value == 0) slope.outcome = ForeignNumber::Outcome::unreadable;
-    constexpr const char* unknown = "how values follow from samples is not known";
-    for (const auto& [name, number] :
-         {std::pair("scale_factor", &slope), std::pair("add_offset", &intercept)}) {
-      const std::string remark = remark_on(*number, name, unknown);
-      if (number->is_unreadable() && scale_doubt.empty())
-        scale_doubt = fmt::format("{}: {}", object, remark);
-      else if (!remark.empty() && number->is_number())
-        warnings.push_back(fmt::format("{}: {}", object, remark));
-    }
-    if (const std::string text = text_of_flag("_Unsigned"); !is_float_type(type) && scale_doubt.empty())
-      scale_doubt = about_other_sign(object, text, name_of(type).starts_with('i'));
-    if (scale_doubt.empty() && (slope.is_number() || intercept.is_number()))
-      rescale = {slope.value_or(1), intercept.value_or(0), text_at(image_.array.attributes, "units")};
-    for (const char* name : {"_FillValue", "missing_value"})
-      if (const ForeignNumber missing = number_at(name); missing.is_number())
-        not_understood.push_back(about_missing_samples(object, fmt::format("{}", missing.value), name));
-  }
-  std::string text_of_flag(const char* name) const {
-    const Json& value = member(image_.array.attributes, name);
-    return value.is_boolean() ? (value.get<bool>() ? "true" : "false")
-                              : text_at(image_.array.attributes, name);
-  }
-
-  /// True if samples are where the header lines that tagrid keeps in its files put them. False for levels that
-  /// are not the finest one, and if somebody changed the places.
-  bool has_places_of(const std::string& header) const try {
-    if (!image_.is_finest) return false;
-    const Geometry said = in_one_unit(volume_info(dims, type, header).geometry);
-    for (std::size_t i = 0; i < 3; ++i)
-      if (spacing_or_1(said, i) != spacing_or_1(geometry, i) || said.origin[i] != geometry.origin[i] ||
-          length_unit(said.units[i]) != length_unit(geometry.units[i]))
-        return false;
-    return true;
-  } catch (const BrokenInput&) {
-    return false;  // another program's
-  }
-
-  void keep_pairs_of(const std::string& header) try {
-    const Geometry said = geometry_of(header);
-    const KeyValues kept = pairs_without_places(header);
-    pairs.insert(pairs.begin(), kept.begin(), kept.end());  // of equal keys, the last one counts
-    if (said.has_directions || !said.space.empty())
-      warnings.push_back(fmt::format(
-          "{}: OME-Zarr: the header that tagrid wrote is of another level or of other places; scale "
-          "and translation count, and its directions and coordinate system are left out",
-          store_->path()));
-  } catch (const BrokenInput&) {
-    // Another program's.
-  }
-
-  /// A negative scale mirrors the volume, which directions can say. A scale of 0 says nothing.
-  void set_spacing() {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double scale = axes_[i] ? image_.axes[*axes_[i]].scale : Geometry::unknown;
-      geometry.has_spacing = true;
-      if (scale == 0)
-        warnings.push_back(
-            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is not known",
-                        store_->path(), "xyz"[i]));
-      else
-        geometry.spacing[i] = std::abs(scale);
-      if (scale < 0) geometry.has_directions = true;
-      if (axes_[i]) geometry.directions[i][i] = scale == 0 ? 1 : scale;
-    }
-    if (!axes_[axis_of_z]) geometry.directions[axis_of_z][axis_of_z] = 1;
-  }
-
-  void add_attributes(const std::string& key, const Json& attributes) {
-    if (attributes.empty()) return;
-    std::string text = attributes.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (text.size() <= most_attributes)
-      pairs.emplace_back(key, std::move(text));
-    else
-      warnings.push_back(fmt::format("{}: Zarr: its attributes are too long to be kept", store_->path()));
   }
 
   /// How many pieces or chunks of this size the volume has along an axis.
@@ -299,41 +106,37 @@ class ZarrVolume final : public ServedVolume {
     return numbers;
   }
 
-  /// Says how many chunks are missing: they may be so on purpose, or be lost. Where a volume has too many chunks in
-  /// shards, how many shards.
+  PieceBox pieces_of_volume() const {
+    const std::vector<std::int64_t>& size = image_.array.piece;
+    PieceBox box = {numbers_of(size, 0, 0, 0), {}};
+    for (const std::int64_t first : box.first) box.end.push_back(first + 1);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (axes_[i]) box.end[*axes_[i]] = parts_along(i, size);
+    return box;
+  }
+
+  /// Says how many chunks are missing: they may be so on purpose, or be lost.
   void count_missing() {
     const ZarrArray& array = image_.array;
-    auto missing =
-        missing_of(array.piece, "chunks", [&](const auto& numbers) { return pieces_.has(numbers); });
-    if (!missing && array.shards)
-      missing = missing_of(array.chunk, "shards",
-                           [&](const auto& numbers) { return store_->has(array.key(numbers)); });
-    if (missing && missing->empty()) return;
-    if (!array.has_fill)
-      not_understood.push_back(unknown_fill(missing.value_or("chunks that are missing")));
-    else if (missing)
-      warnings.push_back(fmt::format("{}: Zarr: {}: {}; their samples are the fill value", store_->path(),
-                                     shown_path(), *missing));
-  }
-  /// How many parts of this size of the volume are not there, in words; empty if all are. Nothing if they are too many
-  /// to look at.
-  std::optional<std::string> missing_of(const std::vector<std::int64_t>& size, const char* word,
-                                        const auto& has) const {
-    std::int64_t all = 1, missing = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      if (__builtin_mul_overflow(all, parts_along(i, size), &all) || all > most_looked_at)
-        return std::nullopt;
-    for (std::int64_t z = 0; z < parts_along(axis_of_z, size); ++z)
-      for (std::int64_t y = 0; y < parts_along(axis_of_y, size); ++y)
-        for (std::int64_t x = 0; x < parts_along(axis_of_x, size); ++x) {
-          if (!has(numbers_of(size, z, y, x))) ++missing;
-          say_working();
-        }
-    return missing == 0 ? "" : fmt::format("{} of {} {} are missing", missing, all, word);
-  }
-  std::string unknown_fill(const std::string& what) const {
-    return fmt::format("{}: Zarr: {}: {}, and the array does not say their values; they are encoded as 0",
-                       store_->path(), shown_path(), what);
+    const PieceBox box = pieces_of_volume();
+    std::uint64_t all = 1;  // at most as many as there are samples
+    for (std::size_t axis = 0; axis < box.end.size(); ++axis)
+      all *= static_cast<std::uint64_t>(box.end[axis] - box.first[axis]);
+    const ZarrPresence presence = presence_of(*store_, array, pieces_, box);
+    if (presence.written >= all) return;
+    const std::string missing = fmt::format("{} of {} chunks are missing", all - presence.written, all);
+    if (!presence.other_key.empty())
+      throw broken_zarr(
+          store_->path(),
+          fmt::format("{}: {}, but there is the file {}, where the metadata says {}; the separator of "
+                      "its keys or their beginning may be stated wrongly in {}",
+                      shown_path(image_), missing, tagrid::quoted(presence.other_key),
+                      tagrid::quoted(presence.expected_key), tagrid::quoted(image_.metadata_key)));
+    const std::string sentence = fmt::format("{}: Zarr: {}: {}", store_->path(), shown_path(image_), missing);
+    if (array.has_fill)
+      warnings.push_back(sentence + "; their samples are the fill value");
+    else
+      not_understood.push_back(sentence + ", and the array does not say their values; they are encoded as 0");
   }
 
   void read_slab(std::int64_t first) {
@@ -388,8 +191,8 @@ class ZarrVolume final : public ServedVolume {
   std::unique_ptr<ZarrStore> store_;
   ZarrImage image_;
   ZarrPieces pieces_;
-  std::array<std::optional<std::size_t>, 3> axes_;  ///< of the array, that are x, y, z
-  std::vector<std::int64_t> numbers_;               ///< of this volume along the other axes
+  SpaceAxes axes_;                     ///< of the array, that are x, y, z
+  std::vector<std::int64_t> numbers_;  ///< of this volume along the other axes
   std::vector<std::uint64_t> strides_;
   std::int64_t slab_ = 1, first_ = -1;
   std::vector<std::byte> slices_;  ///< from first_ on, little endian

@@ -17,9 +17,6 @@
 namespace tagrid {
 namespace {
 
-/// Longer lists of places are not kept as a pair.
-constexpr std::size_t most_kept = 1 << 14;
-
 /// "z:y:x" or "[z,y,x]", as older files have it in the data set, become three names.
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -30,104 +27,6 @@ std::vector<std::string> parts_of(const std::string& text) {
       parts.back() += c;
   return parts;
 }
-
-/// Gathers what the axes say, in the order x, y, z.
-class Places {
- public:
-  explicit Places(const std::string& path) : path_(path) {}
-
-  void add(std::size_t axis, const std::string& name, Axis places) {
-    names_[axis] = name;
-    axes_[axis] = std::move(places);
-  }
-  void add_missing(std::size_t axis, const std::string& name, std::uint64_t samples, const std::string& why) {
-    found_.warnings.push_back(fmt::format(
-        "{}: the axis {} is no list of {} places ({}), so the places of samples along {} are not known",
-        path_, name, samples, why, "xyz"[axis]));
-  }
-  /// There is only one sample along the axis, and nothing says where.
-  void add_none(std::size_t axis) { is_placed_[axis] = true; }
-
-  NexusPlaces finish() {
-    convert_units();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (axes_[axis]) place(axis, names_[axis], std::move(*axes_[axis]));
-    Geometry& geometry = found_.geometry;
-    geometry.has_spacing =
-        std::ranges::any_of(geometry.spacing, [](double spacing) { return !std::isnan(spacing); });
-    geometry.has_origin = geometry.has_spacing && std::ranges::all_of(is_placed_, [](bool is) { return is; });
-    if (!geometry.has_origin) geometry.origin = {};
-    if (uneven_) keep_slices();
-    return std::move(found_);
-  }
-
- private:
-  /// A volume has one unit for all axes.
-  void convert_units() {
-    std::array<std::string, 3> units;
-    std::array<bool, 3> used = {};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (axes_[axis]) {
-        units[axis] = axes_[axis]->unit;
-        used[axis] = axes_[axis]->places.size() > 1 || axes_[axis]->width > 0 || !units[axis].empty();
-      }
-    const UnitOfAxes common = common_unit(units, used);
-    if (!common.remark.empty()) found_.warnings.push_back(fmt::format("{}: {}", path_, common.remark));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!axes_[axis]) continue;
-      axes_[axis]->unit = common.units[axis];
-      if (!common.conversions[axis]) continue;
-      for (double& place : axes_[axis]->places) place = common.convert(axis, place);
-      axes_[axis]->rounding = common.convert(axis, axes_[axis]->rounding);
-      axes_[axis]->width = common.convert(axis, axes_[axis]->width);
-    }
-  }
-
-  void place(std::size_t axis, const std::string& name, Axis places) {
-    found_.geometry.units[axis] = places.unit;
-    if (!places.is_even() && !(axis == 2 && places.is_sorted())) return leave_out(axis, name, places);
-    found_.geometry.spacing[axis] = places.step();
-    if (std::isnan(places.step()) || places.step() == 0) found_.geometry.spacing[axis] = Geometry::unknown;
-    found_.geometry.origin[axis] = places.places.front();
-    is_placed_[axis] = true;
-    if (!places.is_even()) uneven_ = std::move(places);
-  }
-
-  void leave_out(std::size_t axis, const std::string& name, const Axis& places) {
-    const bool is_kept = places.places.size() <= most_kept;
-    found_.warnings.push_back(
-        fmt::format("{}: samples along {} lie at unequal distances (axis {}), but those of a volume lie at "
-                    "equal ones; the spacing along {} is left out{}",
-                    path_, "xyz"[axis], name, "xyz"[axis],
-                    is_kept ? fmt::format(", and the pair hdf5_{} keeps their places", name) : ""));
-    if (is_kept) found_.pairs.emplace_back("hdf5_" + name, fmt::format("{}", fmt::join(places.places, " ")));
-  }
-
-  void keep_slices() {
-    const std::vector<double>& places = uneven_->places;
-    const auto& origin = found_.geometry.origin;
-    std::string positions;
-    double smallest = std::abs(places[1] - places[0]), largest = smallest;
-    for (std::size_t z = 0; z < places.size(); ++z) {
-      positions += fmt::format("{}{} {} {}", z > 0 ? "; " : "", origin[0], origin[1], places[z]);
-      if (z == 0) continue;
-      smallest = std::min(smallest, std::abs(places[z] - places[z - 1]));
-      largest = std::max(largest, std::abs(places[z] - places[z - 1]));
-    }
-    found_.pairs.emplace_back("slice_positions", positions);
-    found_.warnings.push_back(
-        fmt::format("{}: slices lie at unequal distances, from {} to {}; the position of each slice is kept, "
-                    "but a mesh has equal steps",
-                    path_, smallest, largest));
-  }
-
-  std::string path_;
-  NexusPlaces found_;
-  std::array<std::string, 3> names_;
-  std::array<std::optional<Axis>, 3> axes_;
-  std::array<bool, 3> is_placed_ = {};
-  std::optional<Axis> uneven_;
-};
 
 }  // namespace
 
@@ -181,8 +80,8 @@ std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset) {
   return names.size() == 1 ? parts_of(names[0]) : names;
 }
 
-std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
-                                        const std::vector<hsize_t>& sizes) {
+std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, const std::string& name,
+                                         const std::vector<hsize_t>& sizes) {
   const auto [group_path, own_name] = group_and_name(name);
   const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
   const Hdf5Handle dataset = opened_dataset(file, name);
@@ -190,10 +89,10 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
   std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
   const bool may_be_emd = names.empty();
   if (may_be_emd) names = emd_axes(group.get(), own_name, sizes.size());
-  Places places(path);
+  AxesOfVolume places(path, "hdf5_");
   if (names.size() != sizes.size()) {
     if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
-      NexusPlaces none;
+      PlacesOfAxes none;
       none.warnings.push_back(
           fmt::format("{}: dimension scales say where samples of {} lie, which is not supported; the spacing "
                       "is not known",
@@ -203,7 +102,7 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
     const std::string axes =
         attribute_in_words(group.get(), "axes") + attribute_in_words(dataset.get(), "axes");
     if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;
-    NexusPlaces none;
+    PlacesOfAxes none;
     none.warnings.push_back(
         fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the places of "
                     "samples are not known",

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
+#include "tools/formats/axes.h"
 
 namespace tagrid {
 
@@ -22,18 +22,11 @@ std::string nexus_signal_of(hid_t group, const std::string& group_path);
 /// True if the data set at this path is the signal of its group.
 bool is_nexus_signal(hid_t file, const std::string& name);
 
-/// Where the axes of a group put the samples of a data set.
-struct NexusPlaces {
-  Geometry geometry;
-  KeyValues pairs;  ///< positions of slices at unequal distances, and axes that a geometry cannot say
-  std::vector<std::string> warnings;
-};
-
 /// Those of EMD, too. Nothing if the data set at the path `name` has no axes; warnings alone if the attribute
 /// that names them cannot be read. `sizes`: of the data set, the slowest axis first. `path` is that of the
 /// file.
-std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
-                                        const std::vector<hsize_t>& sizes);
+std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, const std::string& name,
+                                         const std::vector<hsize_t>& sizes);
 
 /// What a group stores about its signal and tagrid does not read: errors, a mask. One sentence for each.
 std::vector<std::string> nexus_companions(hid_t file, const std::string& path, const std::string& name);

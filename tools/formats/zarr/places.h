@@ -1,0 +1,34 @@
+// Where samples lie, by arrays and attributes beside them that are not those of OME-Zarr.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/formats/nifti/header.h"
+#include "stages/grid/box.h"
+#include "tools/formats/axes.h"
+#include "tools/formats/zarr/image.h"
+
+namespace tagrid {
+
+/// The axes x, y and z of an array; nothing for a z that is missing.
+using SpaceAxes = std::array<std::optional<std::size_t>, 3>;
+
+/// Coordinates as xarray writes them: arrays of one axis, in the group of the array, with the names of its axes. Nothing
+/// without any. Throws BrokenInput, WorldError.
+std::optional<PlacesOfAxes> coordinates_of(const ZarrStore& store, const ZarrImage& image,
+                                           const SpaceAxes& space, const Index3& dims);
+
+/// The header of NIfTI-Zarr in the array "nifti" of the group of levels; nothing without one. `why_not` becomes a
+/// sentence if there is such an array, and it is not the header of a volume of these dimensions. Throws WorldError.
+std::optional<NiftiHeader> nifti_header_of(const ZarrStore& store, const ZarrImage& image, const Index3& dims,
+                                           std::string& why_not);
+
+/// The names of attributes of the array and of the groups around it that may say where samples lie. Throws BrokenInput,
+/// WorldError.
+std::vector<std::string> unread_geometry(const ZarrStore& store, const ZarrImage& image);
+
+}  // namespace tagrid

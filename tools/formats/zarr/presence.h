@@ -1,0 +1,25 @@
+// Which chunks of a volume were written.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "tools/formats/zarr/array.h"
+#include "tools/formats/zarr/pieces.h"
+#include "tools/formats/zarr/store.h"
+
+namespace tagrid {
+
+struct ZarrPresence {
+  std::uint64_t written = 0;  ///< pieces of the volume
+  /// A file whose name would be the key of a chunk of the volume by another rule, and the key of this chunk; "" without
+  /// such a file.
+  std::string other_key, expected_key;
+};
+
+/// Counts the pieces of a volume by listing the folders of the array, so that it takes as long as there are files, whatever
+/// the size of the array. Reports that it works. Throws BrokenInput, WorldError.
+ZarrPresence presence_of(const ZarrStore& store, const ZarrArray& array, ZarrPieces& pieces,
+                         const PieceBox& volume);
+
+}  // namespace tagrid
