@@ -8,6 +8,7 @@
 #include "io/text/text.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
+#include "tools/formats/hdf5/reader/conventions.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
 #include "tools/formats/hdf5/reader/links.h"
@@ -179,6 +180,10 @@ DatasetChoice chosen_dataset(hid_t file, const std::string& path, const std::str
     throw broken_hdf5(path, fmt::format("the signal of a group is missing: {}; --dataset chooses a data set "
                                         "regardless of it",
                                         all.missing_signal()));
+  if (list.empty()) throw has_no_volume(file, path, all);
+  // The other levels are means of the finest one, which --dataset chooses by their paths.
+  if (is_imaris(file))
+    std::erase_if(list, [](const Candidate& one) { return !one.name.starts_with(finest_of_imaris); });
   if (list.empty()) throw has_no_volume(file, path, all);
   if (wanted.empty() && signals == 1) {
     DatasetChoice choice = {std::ranges::find(list, true, &Candidate::is_signal)->name, {}};

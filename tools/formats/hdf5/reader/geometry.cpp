@@ -11,14 +11,18 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
+#include "tools/formats/geometry_words.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/axis.h"
+#include "tools/formats/hdf5/reader/conventions.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/fields.h"
+#include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/meaning.h"
 #include "tools/formats/hdf5/reader/nexus.h"
+#include "tools/formats/hdf5/reader/unread.h"
 
 namespace tagrid {
 namespace {
@@ -73,10 +77,39 @@ void convert_units(const std::string& path, Geometry& geometry, std::vector<std:
   geometry.units = common.units;
 }
 
+/// True if the nine numbers are three unit vectors at right angles.
+bool is_rotation(const std::vector<double>& numbers) {
+  constexpr double rounding = 1e-4;
+  const auto vectors = three_vectors(numbers);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      double product = 0;
+      for (std::size_t row = 0; row < 3; ++row) product += vectors[i][row] * vectors[j][row];
+      if (!(std::abs(product - (i == j ? 1 : 0)) < rounding)) return false;
+    }
+  return true;
+}
+
+/// As image libraries have it: the rows of a matrix, whose columns are the directions of axes. tagrid's own attribute
+/// `directions` has the vectors of axes, as long as the spacing, instead.
+void apply_matrix(const char* name, const std::vector<double>& matrix, Fields& fields, Geometry& geometry) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t row = 0; row < 3; ++row)
+      geometry.directions[axis][row] = matrix[3 * row + axis] * spacing_or_1(geometry, axis);
+  geometry.has_directions = true;
+  if (!geometry.has_spacing)
+    fields.warnings.push_back(
+        fmt::format("{}: {} turns axes, but no spacing that is read comes with it; steps of 1 are "
+                    "taken",
+                    fields.name(), name));
+}
+
 /// What the attributes of the data set say.
 Geometry geometry_of_attributes(Fields& fields) {
   constexpr const char* no_spacing = "the spacing is not taken from it";
   Geometry geometry;
+  bool is_order_stated =
+      fields.has(hdf5_header_attribute) || fields.has("spacing_units") || fields.has("space");
   const auto spacing = fields.numbers("spacing", 3, no_spacing, are_spacings);
   const auto size = fields.numbers("element_size_um", 3, no_spacing, are_sizes);
   const std::string unit = fields.text("spacing_units", "the unit is not known");
@@ -89,8 +122,20 @@ Geometry geometry_of_attributes(Fields& fields) {
     geometry.has_spacing = true;
     geometry.units.fill("um");
   }
-  if (const auto d = fields.numbers("directions", 9, "the directions are not known", are_directions);
-      d.is_number()) {
+  const auto matrix = fields.numbers("direction", 9, "the directions are not known", are_directions);
+  const auto d = fields.numbers("directions", 9, "the directions are not known", are_directions);
+  const bool has_units_of_length = std::ranges::all_of(spacing.values, [](double one) { return one == 1; });
+  if (matrix.is_number()) {
+    apply_matrix("direction", matrix.values, fields, geometry);
+    is_order_stated = true;
+  } else if (d.is_number() && !is_order_stated && !has_units_of_length && is_rotation(d.values)) {
+    apply_matrix("directions", d.values, fields, geometry);
+    is_order_stated = true;
+    fields.warnings.push_back(fmt::format(
+        "{}: directions is taken as the rows of a matrix whose columns are the directions of x, y and z",
+        fields.name()));
+  } else if (d.is_number()) {
+    is_order_stated = true;
     geometry.directions = three_vectors(d.values);
     geometry.has_directions = true;
     geometry.units = units_of(unit);
@@ -108,6 +153,13 @@ Geometry geometry_of_attributes(Fields& fields) {
     std::ranges::copy(origin.values, geometry.origin.begin());
     geometry.has_origin = true;
   }
+  const auto depends_on_order = [](const AttributeNumbers& found) {
+    return found.is_number() && found.values[0] != found.values[2];
+  };
+  if (!is_order_stated && depends_on_order(spacing))
+    fields.warnings.push_back(about_assumed_order(fields.name(), "spacing"));
+  if (!is_order_stated && geometry.has_origin && geometry.origin[0] != geometry.origin[2])
+    fields.warnings.push_back(about_assumed_order(fields.name(), "origin"));
   geometry.space = fields.text("space", "the coordinate system is not known");
   return geometry;
 }
@@ -123,6 +175,11 @@ KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known)
     }
   return pairs;
 }
+
+/// Attributes that geometry_of_attributes() and other_meanings() read, or warn about.
+constexpr const char* attributes_read[] = {
+    "spacing", "spacing_units", "element_size_um", "direction",   "directions",
+    "origin",  "axis_order",    "dimension_order", "IMAGE_SCALE", "axistags"};
 
 constexpr const char* vtk_group = "/VTKHDF";
 constexpr std::string_view point_data = "/VTKHDF/PointData/", cell_data = "/VTKHDF/CellData/";
@@ -220,23 +277,39 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
         "{}: VTKHDF file: Origin, Spacing and Direction are not those that tagrid wrote; they count, "
         "and the unit and the coordinate system that it recorded are left out",
         path));
-  convert_units(path, geometry, fields.warnings);
-  warn(fields.warnings);
   KeyValues pairs = {{"hdf5_dataset", name}};
+  Convention convention;
+  bool are_axes_read = false;
   if (!geometry.has_spacing && !geometry.has_directions) {
-    if (const auto image = geometry_of_image_data(file, path, name, volume.dims, volume.warnings)) {
+    if (auto image = geometry_of_image_data(file, path, name, volume.dims, volume.warnings)) {
       geometry = *image;
+    } else if (auto other = convention_of(file, path, inside("/", name), volume.dims)) {
+      convention = std::move(*other);
+      geometry = convention.geometry;
+      warn(convention.warnings);
     } else if (auto places = nexus_places(file, path, name, dims_of(dataset.get()))) {
       geometry = places->geometry;
+      are_axes_read = true;
       pairs.insert(pairs.end(), places->pairs.begin(), places->pairs.end());
       warn(places->warnings);
     }
   }
+  if (convention.slope != 1 && volume.rescale == Rescale{} && volume.scale_doubt.empty())
+    volume.rescale.slope = convention.slope;
+  convert_units(path, geometry, fields.warnings);
+  warn(fields.warnings);
   for (std::string& sentence : nexus_companions(file, path, name))
     volume.not_understood.push_back(std::move(sentence));
   for (std::string& sentence :
-       other_meanings(file, name, fmt::format("{}: HDF5 file: {}", path, name), volume.dims))
+       other_meanings(file, name, fields.name(), volume.dims, convention.are_axes_placed))
     volume.not_understood.push_back(std::move(sentence));
+  std::vector<std::string> read = std::move(convention.known);
+  read.insert(read.end(), std::begin(attributes_read), std::end(attributes_read));
+  if (are_axes_read || has_names_of_axes(file, name)) read.emplace_back("axes");
+  if (is_vtkhdf_array(name)) read.insert(read.end(), {"Origin", "Spacing", "Direction"});
+  if (is_nexus_signal(file, name)) read.emplace_back("offset");
+  if (const auto names = unread_geometry(file, inside("/", name), read); !names.empty())
+    volume.not_understood.push_back(about_unread_geometry(fields.name(), names));
   for (auto& pair : other_attributes(dataset.get(), of_scale)) pairs.push_back(std::move(pair));
   add_rescale(volume.rescale, pairs);
   volume.nrrd = nrrd_fields_of(geometry, pairs);

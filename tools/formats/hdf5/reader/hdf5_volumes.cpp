@@ -10,11 +10,13 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
+#include "io/formats/nrrd/loss.h"
 #include "io/programs/serve_reader.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
+#include "tools/formats/hdf5/reader/conventions.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
 #include "tools/formats/hdf5/reader/storage.h"
@@ -42,6 +44,10 @@ class Hdf5Volume final : public ServedVolume {
       throw broken_hdf5(path, fmt::format("{} has {} samples, which are no volume", name, in_words(sizes)));
     dims = *size;
     type = stored->type;
+    if (const auto image = imaris_size(file_.get(), name, dims)) {
+      dims = *image;
+      is_padded_ = true;
+    }
     rank_ = sizes.size();
     files = {path};
     if (const std::string other = file_of(dataset_.get()); !other.empty() && other != path) {
@@ -57,7 +63,7 @@ class Hdf5Volume final : public ServedVolume {
     describe_dataset(file_.get(), path, name, *this);
     big_endian_ = stored->big_endian;
     look_at_layout(name);
-    has_plain_form = places.empty();
+    has_plain_form = places.empty() && !is_padded_;
   }
 
   ReaderPlainFile plain_file(std::size_t number) override {
@@ -102,10 +108,11 @@ class Hdf5Volume final : public ServedVolume {
     storage_ = name_of_storage(properties.get());
     const H5D_layout_t layout = H5Pget_layout(properties.get());
     require_own_samples(properties.get(), path_, name);
+    nrrd = with_loss(nrrd, loss_of(dataset_.get(), properties.get()));
     const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type);
     if (layout == H5D_CONTIGUOUS) {
       const haddr_t offset = H5Dget_offset(dataset_.get());
-      if (offset != HADDR_UNDEF) {
+      if (offset != HADDR_UNDEF && !is_padded_) {
         places = {{files.size() - 1, offset, dims.z, slice, big_endian_}};
         return;
       }
@@ -163,6 +170,7 @@ class Hdf5Volume final : public ServedVolume {
   Hdf5Handle file_, dataset_;
   std::string storage_;
   bool big_endian_ = false;
+  bool is_padded_ = false;  ///< samples behind the volume along each axis are no part of it
   bool is_zeroed_ = false;  ///< the library does not fill what was never written
   std::size_t rank_ = 0;
   std::int64_t slab_ = 1, first_ = -1;

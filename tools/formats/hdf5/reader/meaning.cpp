@@ -23,6 +23,14 @@
 namespace tagrid {
 namespace {
 
+/// "xyz" is three names, if there are three axes.
+std::vector<std::string> letters_of(std::vector<std::string> names, std::size_t axes) {
+  if (names.size() != 1 || names[0].size() != axes || axes < 2) return names;
+  std::vector<std::string> letters;
+  for (const char letter : names[0]) letters.emplace_back(1, letter);
+  return letters;
+}
+
 /// The names of axes that HDF5 dimensions have as labels, otherwise those of NeXus, of EMD, of MINC, of Velox,
 /// or of vigra and ilastik. `source` becomes the one that has them.
 std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, const std::string& path,
@@ -30,18 +38,23 @@ std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, const std::st
   source = "DIMENSION_LABELS";
   if (std::vector<std::string> labels = text_list_attribute(dataset, source); !labels.empty()) return labels;
   source = "axes";
-  if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty()) return names;
+  if (std::vector<std::string> names = names_of_nexus_axes(group, dataset); !names.empty())
+    return letters_of(std::move(names), dims_of(dataset).size());
   source = "EMD";
   if (std::vector<std::string> names =
           names_of_emd_axes(group, group_and_name(path).second, dims_of(dataset).size());
       !names.empty())
     return names;
   std::vector<std::string> names;
-  source = "dimorder";
-  std::string order = text_attribute(dataset, source).value_or("");
-  std::ranges::replace(order, ',', ' ');
-  for (const std::string_view name : words_of(order)) names.emplace_back(name.substr(0, name.find("space")));
-  if (!names.empty()) return names;
+  for (const char* attribute : {"dimorder", "axis_order", "dimension_order"}) {
+    source = attribute;
+    std::string order = text_attribute(dataset, source).value_or("");
+    std::ranges::replace(order, ',', ' ');
+    for (const std::string_view name : words_of(order))
+      names.emplace_back(name.substr(0, name.find("space")));
+    if (names.empty()) names = text_list_attribute(dataset, source);
+    if (!names.empty()) return letters_of(std::move(names), dims_of(dataset).size());
+  }
   source = "Velox";
   if (path.starts_with("/Data/Image/") && path.ends_with("/Data")) return {"y", "x", "frame"};
   source = "axistags";
@@ -74,8 +87,17 @@ ForeignNumber number_of_letters(hid_t group, const std::string& name) {
 
 }  // namespace
 
+bool has_names_of_axes(hid_t file, const std::string& name) {
+  const Hdf5Handle dataset = opened_dataset(file, name);
+  const Hdf5Handle group(H5Oopen(file, group_and_name(inside("/", name)).first.c_str(), H5P_DEFAULT),
+                         H5Oclose);
+  std::string source;
+  return names_of_axes(group.get(), dataset.get(), inside("/", name), source).size() ==
+         dims_of(dataset.get()).size();
+}
+
 std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
-                                        Index3 dims) {
+                                        Index3 dims, bool are_axes_placed) {
   std::vector<std::string> sentences;
   const auto say = [&](const std::string& what) { sentences.push_back(object + ": " + what); };
   const Hdf5Handle dataset = opened_dataset(file, name);
@@ -90,7 +112,7 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
     names.erase(
         names.begin(),
         names.begin() + (std::ranges::find_if(lengths, [](hsize_t n) { return n > 1; }) - lengths.begin()));
-  if (are_in_another_order(names))
+  if (!are_axes_placed && are_in_another_order(names))
     say(fmt::format("its axes are called {} ({}), the slowest one first, but are read as z, y, x",
                     fmt::join(names, ", "), source));
   const std::string subclass = text_attribute(dataset.get(), "IMAGE_SUBCLASS").value_or("");
@@ -111,6 +133,10 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
       say(fmt::format("{} is {}, which is not applied; numbers are kept as they are", scale,
                       tagrid::quoted(attribute_in_words(dataset.get(), scale))));
   // "/t00000/s00/0/cells"
+  if (path.starts_with("/t") && path.ends_with("/cells"))
+    say("BigDataViewer keeps the position of samples in an XML file, which is not read; --override-spacing "
+        "gives the "
+        "spacing");
   if (path.starts_with("/t") && path.ends_with("/cells") && H5Tequal(type.get(), H5T_STD_I16LE) > 0)
     say("BigDataViewer takes these numbers for unsigned ones; they are read as signed ones, as they are "
         "stored");

@@ -14,7 +14,11 @@ namespace tagrid {
 /// another order than z, y, x, numbers of colors, white as zero, other names of a scale, unsigned numbers that
 /// are stored as signed ones (BigDataViewer), or a smaller image than the data set (Imaris). `object` is for
 /// messages. Throws BrokenInput if samples are parts of colors.
+/// `are_axes_placed`: axes in another order have directions that say so.
 std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
-                                        Index3 dims);
+                                        Index3 dims, bool are_axes_placed);
+
+/// True if the file names each axis of the data set.
+bool has_names_of_axes(hid_t file, const std::string& name);
 
 }  // namespace tagrid

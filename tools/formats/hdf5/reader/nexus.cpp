@@ -23,7 +23,7 @@ std::vector<std::string> parts_of(const std::string& text) {
   for (const char c : text)
     if (c == ':' || c == ',')
       parts.emplace_back();
-    else if (c != '[' && c != ']' && c != ' ')
+    else if (std::string_view("[]() '\"").find(c) == std::string_view::npos)
       parts.back() += c;
   return parts;
 }
@@ -80,6 +80,61 @@ std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset) {
   return names.size() == 1 ? parts_of(names[0]) : names;
 }
 
+namespace {
+
+/// The scale of each axis, the slowest one first; nothing where there is none. Netcdf gives axes without places one that
+/// has no numbers.
+std::vector<Hdf5Handle> scales_of(hid_t dataset, std::size_t axes) {
+  std::vector<Hdf5Handle> scales(axes);
+  const Hdf5Handle attribute(H5Aopen(dataset, "DIMENSION_LIST", H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle space(attribute ? H5Aget_space(attribute.get()) : -1, H5Sclose);
+  const Hdf5Handle type(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose);
+  if (!space || H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(axes)) return scales;
+  std::vector<hvl_t> lists(axes, hvl_t{});
+  if (H5Aread(attribute.get(), type.get(), lists.data()) < 0) return scales;
+  for (std::size_t i = 0; i < axes; ++i) {
+    if (lists[i].len == 0) continue;
+    Hdf5Handle scale(H5Rdereference2(dataset, H5P_DEFAULT, H5R_OBJECT, lists[i].p), H5Oclose);
+    const bool is_dataset = scale && H5Iget_type(scale.get()) == H5I_DATASET;
+    if (is_dataset &&
+        !attribute_in_words(scale.get(), "NAME").starts_with("This is a netCDF dimension but not"))
+      scales[i] = std::move(scale);
+  }
+  H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, lists.data());
+  return scales;
+}
+
+std::string own_name_of(hid_t object) {
+  std::string name(static_cast<std::size_t>(std::max<ssize_t>(H5Iget_name(object, nullptr, 0), 0)), '\0');
+  H5Iget_name(object, name.data(), name.size() + 1);
+  return group_and_name(name).second;
+}
+
+/// Scales of dimensions, as netCDF 4 and h5py write them. Nothing if no axis has places.
+std::optional<PlacesOfAxes> places_of_scales(hid_t dataset, const std::string& path,
+                                             const std::vector<hsize_t>& sizes) {
+  const std::vector<Hdf5Handle> scales = scales_of(dataset, sizes.size());
+  AxesOfVolume places(path, "hdf5_");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t from_front = axis < sizes.size() ? sizes.size() - 1 - axis : sizes.size();
+    if (from_front == sizes.size() || !scales[from_front]) {
+      if (from_front == sizes.size() || sizes[from_front] == 1) places.add_none(axis);
+      continue;
+    }
+    const std::string name = own_name_of(scales[from_front].get());
+    AxisReading found = axis_of(scales[from_front].get(), sizes[from_front], path);
+    if (found.axis)
+      places.add(axis, name, std::move(*found.axis));
+    else
+      places.add_missing(axis, name, sizes[from_front], found.why_not);
+  }
+  const bool has_any =
+      std::ranges::any_of(scales, [](const Hdf5Handle& scale) { return static_cast<bool>(scale); });
+  return has_any ? std::optional(places.finish()) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                          const std::vector<hsize_t>& sizes) {
   const auto [group_path, own_name] = group_and_name(name);
@@ -91,14 +146,7 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
   if (may_be_emd) names = emd_axes(group.get(), own_name, sizes.size());
   AxesOfVolume places(path, "hdf5_");
   if (names.size() != sizes.size()) {
-    if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
-      PlacesOfAxes none;
-      none.warnings.push_back(
-          fmt::format("{}: dimension scales say where samples of {} lie, which is not supported; the spacing "
-                      "is not known",
-                      path, name));
-      return none;
-    }
+    if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) return places_of_scales(dataset.get(), path, sizes);
     const std::string axes =
         attribute_in_words(group.get(), "axes") + attribute_in_words(dataset.get(), "axes");
     if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "io/formats/nrrd/loss.h"
 #include "io/text/text.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
@@ -34,20 +38,36 @@ constexpr KnownFilter known_filters[] = {
     {32026, "Blosc2", "Python's package hdf5plugin has it"},
 };
 
+/// Filters that lose precision. Those of ZFP and SZ have modes that do not, but no file says so plainly.
+constexpr KnownFilter lossy_filters[] = {{32013, "ZFP (unless reversible)", ""},
+                                         {32017, "SZ", ""},
+                                         {32022, "BitGroom", ""},
+                                         {32023, "Granular BitRound", ""},
+                                         {32024, "SZ3", ""}};
+constexpr H5Z_filter_t filter_of_tagrid = 33184;
+/// How netCDF says that it rounded samples.
+constexpr std::pair<const char*, const char*> lossy_attributes[] = {
+    {"_QuantizeBitGroomNumberOfSignificantDigits", "netCDF, BitGroom"},
+    {"_QuantizeGranularBitRoundNumberOfSignificantDigits", "netCDF, Granular BitRound"},
+    {"_QuantizeBitRoundNumberOfSignificantBits", "netCDF, BitRound"}};
+
 struct Filter {
   H5Z_filter_t number;
   std::string name;
+  std::array<unsigned, 20> values = {};
 };
 
 Filter filter_of(hid_t properties, int position) {
   unsigned flags = 0;
-  std::size_t values = 0;
+  Filter filter;
+  std::size_t values = filter.values.size();
   std::array<char, 256> name = {};
-  const H5Z_filter_t number = H5Pget_filter2(properties, static_cast<unsigned>(position), &flags, &values,
-                                             nullptr, name.size() - 1, name.data(), nullptr);
+  filter.number = H5Pget_filter2(properties, static_cast<unsigned>(position), &flags, &values,
+                                 filter.values.data(), name.size() - 1, name.data(), nullptr);
   // Plugins give long names: "HDF5 lz4 filter; see ...".
   const std::string_view text = name.data();
-  return {number, std::string(text.substr(0, text.find_first_of(";(,")))};
+  filter.name = text.substr(0, text.find_first_of(";(,"));
+  return filter;
 }
 
 }  // namespace
@@ -78,6 +98,27 @@ std::string name_of_storage(hid_t properties) {
   }
   if (!names.empty()) return names;
   return H5Pget_layout(properties) == H5D_CHUNKED ? "chunks" : "not contiguous";
+}
+
+std::string loss_of(hid_t dataset, hid_t properties) {
+  std::string loss;
+  for (const auto& [attribute, words] : lossy_attributes)
+    if (H5Aexists(dataset, attribute) > 0) loss = loss_after(loss, words);
+  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
+    const Filter filter = filter_of(properties, i);
+    for (const KnownFilter& known : lossy_filters)
+      if (known.number == filter.number) loss = loss_after(loss, fmt::format("HDF5, {}", known.name));
+    // Integers with a number of bits that a user chose may lose their high bits; 0 lets the filter choose.
+    if (filter.number == H5Z_FILTER_SCALEOFFSET && (filter.values[0] != H5Z_SO_INT || filter.values[1] != 0))
+      loss = loss_after(
+          loss, filter.values[0] == H5Z_SO_INT
+                    ? fmt::format("HDF5, scaleoffset, {} bits", filter.values[1])
+                    : fmt::format("HDF5, scaleoffset, {} decimals", static_cast<int>(filter.values[1])));
+    const std::uint64_t bits = filter.values[0] | static_cast<std::uint64_t>(filter.values[1]) << 32;
+    if (filter.number == filter_of_tagrid && bits != 0)
+      loss = loss_after(loss, fmt::format("tagrid, maximum error {:.6g}", std::bit_cast<double>(bits)));
+  }
+  return loss;
 }
 
 void require_own_samples(hid_t properties, const std::string& path, const std::string& name) {

@@ -1,0 +1,36 @@
+// Where samples lie in files of programs that say so beside the samples: ITK, openPMD, MINC 2, Imaris, Chimera, EMAN and
+// CREMI.
+#pragma once
+
+#include <hdf5.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/formats/nrrd/geometry.h"
+#include "stages/grid/box.h"
+
+namespace tagrid {
+
+/// What a convention says of a data set.
+struct Convention {
+  Geometry geometry;
+  double slope = 1;                          ///< of the values
+  bool are_axes_placed = false;              ///< directions say where axes lead that are not z, y, x
+  std::vector<std::string> warnings, known;  ///< `known`: the names of attributes and fields that were read
+};
+
+/// That of the data set at the absolute path `name`, of these dimensions, of the file at `path`. Nothing if it follows none
+/// of these conventions. What cannot be read gives no position, and a warning.
+std::optional<Convention> convention_of(hid_t file, const std::string& path, const std::string& name,
+                                        const Index3& dims);
+
+/// True if the file is one of Imaris, whose volumes are those of "/DataSet/ResolutionLevel 0".
+bool is_imaris(hid_t file);
+inline constexpr const char* finest_of_imaris = "/DataSet/ResolutionLevel 0/";
+/// The size of the image in a data set of Imaris, which pads it to whole chunks; nothing if it is as large, or the file is
+/// not one of Imaris.
+std::optional<Index3> imaris_size(hid_t file, const std::string& name, const Index3& dims);
+
+}  // namespace tagrid
