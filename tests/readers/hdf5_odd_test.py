@@ -221,17 +221,6 @@ class Odd(ReaderTest):
         self.assertEqual(geometry["spacing"], [.25, .5, None])
         self.assertIn("the axis dim1 is no list of 5 places (it has 3)", self.messages)
 
-    def test_dimension_scales_are_said(self):
-        def write(file):
-            file["data"] = volume()
-            for i, size in enumerate(SHAPE):
-                file[f"axis{i}"] = numpy.arange(size) * 2.
-                file[f"axis{i}"].make_scale()
-                file["data"].dims[i].attach_scale(file[f"axis{i}"])
-        self.make(write)
-        self.assertIsNone(self.described()["geometry"]["spacing"])
-        self.assertIn("dimension scales say where samples of /data lie", self.messages)
-
     def test_samples_that_stand_for_missing_ones_are_said(self):
         for name in ("_FillValue", "missing_value"):
             self.with_attributes(**{name: numpy.int16(-99)})

@@ -54,7 +54,7 @@ std::optional<Convention> itk_of(hid_t file, const std::string& path, const std:
   const auto [group, own] = group_and_name(name);
   if (!name.starts_with("/ITKImage/") || own != "VoxelData") return std::nullopt;
   Convention found;
-  found.known = {"Origin", "Spacing", "Directions", "Dimension"};
+  found.known = {"Origin", "Spacing", "Directions", "Dimension", "VoxelType"};
   const auto spacing = numbers_at(file, path, group + "/Spacing", 3),
              origin = numbers_at(file, path, group + "/Origin", 3),
              directions = numbers_at(file, path, group + "/Directions", 9);

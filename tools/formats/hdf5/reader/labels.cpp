@@ -129,10 +129,8 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
   Convention found;
   const std::string object = fmt::format("{}: HDF5 file (MINC): {}", path, name);
   std::vector<std::string> letters;
-  std::string order = text_attribute(dataset.get(), "dimorder").value_or("");
-  std::ranges::replace(order, ',', ' ');
-  for (const std::string_view word : words_of(order))
-    letters.emplace_back(word.substr(0, word.find("space")));
+  const std::string order = text_attribute(dataset.get(), "dimorder").value_or("");
+  for (const std::string_view word : split(order, ',')) letters.emplace_back(word.substr(0, word.find("space")));
   SpaceOfLetters space;
   space.origin.emplace();
   for (std::size_t letter = 0; letter < 3; ++letter) {

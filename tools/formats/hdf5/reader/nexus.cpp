@@ -157,6 +157,12 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
                     path, group_path, tagrid::quoted(axes), sizes.size()));
     return none;
   }
+  // Outside of NeXus and EMD, the attribute may only say what axes are called.
+  if (!may_be_emd && !is_nexus_signal(file, name) && std::ranges::none_of(names, [&](const std::string& one) {
+        return opened_dataset(file, inside(group_path, one)) ||
+               !why_missing(file, inside(group_path, one)).starts_with("there is no ");
+      }))
+    return std::nullopt;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const bool is_there = axis < sizes.size();
     const std::size_t from_front = is_there ? sizes.size() - 1 - axis : 0;
