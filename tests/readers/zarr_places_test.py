@@ -87,6 +87,10 @@ class Coordinates(ReaderTest):
             self.assertEqual("samples that are -999.25, if there are any, stand for missing ones" in self.messages, value == -999.25)
             self.assertEqual(self.messages == "", math.isnan(value))
 
+    def test_samples_that_netcdf_rounded_have_a_loss(self):
+        write_v3(self.folder / "a.zarr", volume(), SHAPE, codecs=(), attributes={"_QuantizeBitGroomNumberOfSignificantDigits": 3})
+        self.assertEqual(self.encodes(volume(), "a.zarr")["source"]["pairs"]["lossy source"], "netCDF, BitGroom")
+
     def test_attributes_that_look_like_geometry_and_nobody_understands_are_said(self):
         write_group(self.folder / "a.zarr", {"voxel_size": [1, 2, 3], "original_name": "x", "title": "scale"})
         write_v3(self.folder / "a.zarr/ct", volume(), SHAPE, codecs=(), attributes={"pixelResolution": [1, 2, 3], "kV": 120})
@@ -120,6 +124,11 @@ class NiftiZarr(ReaderTest):
         numpy.testing.assert_allclose(geometry["origin"], image.affine[:3, 3], rtol=1e-6)
         self.assertEqual(geometry["space"], "right-anterior-superior")
         self.assertEqual(self.messages, "")
+
+    def test_a_header_that_contradicts_the_scale_is_said(self):
+        self.write(numpy.diag([1., 2, 5, 1]))
+        geometry = self.encodes(volume(), "a.nii.zarr", says="the scale of OME-Zarr is 3 along z, but the header of NIfTI says 5")["geometry"]
+        self.assertEqual(geometry["spacing"], [1, 2, 5])
 
     def test_a_header_that_cannot_be_read_is_said(self):
         for header, shape, said in ((b"\0" * 348, SHAPE, "it does not begin with such a header"), (b"\0" * 20, SHAPE, "such a header"),

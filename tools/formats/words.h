@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/text/text.h"
@@ -31,6 +32,12 @@ std::string listed(const std::vector<T>& all, std::size_t most) {
       fmt::format("{}", fmt::join(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(some), ", "));
   return some == all.size() ? text : fmt::format("{} and {} more", text, all.size() - some);
 }
+
+/// Attributes by which netCDF says that it rounded samples, and the words for this loss.
+inline constexpr std::pair<const char*, const char*> lossy_attributes[] = {
+    {"_QuantizeBitGroomNumberOfSignificantDigits", "netCDF, BitGroom"},
+    {"_QuantizeGranularBitRoundNumberOfSignificantDigits", "netCDF, Granular BitRound"},
+    {"_QuantizeBitRoundNumberOfSignificantBits", "netCDF, BitRound"}};
 
 /// About the attribute of netCDF that says which number stands for missing samples
 /// (https://cfconventions.org).

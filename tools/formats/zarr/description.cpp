@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/formats/nrrd/loss.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
@@ -56,7 +57,10 @@ class Describing {
     add_rescale(volume_.rescale,
                 volume_.pairs);  // which a reader's "rescale" would not do beside lines of NRRD
     if (header.is_string()) keep_pairs_of(header.get<std::string>());
-    volume_.nrrd = nrrd_fields_of(volume_.geometry, volume_.pairs);
+    std::string loss;
+    for (const auto& [attribute, words] : lossy_attributes)
+      if (image_.array.attributes.contains(attribute)) loss = loss_after(loss, words);
+    volume_.nrrd = with_loss(nrrd_fields_of(volume_.geometry, volume_.pairs), loss);
   }
 
  private:
@@ -66,10 +70,16 @@ class Describing {
     const auto nifti = nifti_header_of(store_, image_, volume_.dims, why_not);
     if (!why_not.empty()) volume_.not_understood.push_back(std::move(why_not));
     if (nifti) {
+      say_other_spacing(nifti->info.geometry);
       volume_.geometry = nifti->info.geometry;
+      // No samples follow this header.
+      for (const std::string& warning : nifti->warnings)
+        if (warning.find("vox_offset") == warning.npos)
+          volume_.warnings.push_back(fmt::format("{}: {}", store_.path(), warning));
+      volume_.not_understood.insert(volume_.not_understood.end(), nifti->not_understood.begin(),
+                                    nifti->not_understood.end());
       if (volume_.rescale == Rescale{}) volume_.rescale = nifti->rescale;
-      for (std::string doubt : {nifti->scale_doubt})
-        if (volume_.scale_doubt.empty()) volume_.scale_doubt = std::move(doubt);
+      if (volume_.scale_doubt.empty()) volume_.scale_doubt = nifti->scale_doubt;
     } else if (auto places =
                    image_.has_scale ? std::nullopt : coordinates_of(store_, image_, space_, volume_.dims)) {
       volume_.geometry = std::move(places->geometry);
@@ -79,6 +89,19 @@ class Describing {
     if (const auto names = unread_geometry(store_, image_); !names.empty())
       volume_.not_understood.push_back(
           about_unread_geometry(fmt::format("{}: Zarr: {}", store_.path(), shown_path(image_)), names));
+  }
+
+  void say_other_spacing(const Geometry& nifti) {
+    constexpr double rounding = 1e-3;  // of numbers of 32 bits, and of programs that divide
+    const Geometry scale = in_one_unit(volume_.geometry), header = in_one_unit(nifti);
+    const auto unit = length_unit(scale.units[0]), other = length_unit(header.units[0]);
+    for (std::size_t i = 0; i < 3 && image_.has_scale; ++i) {
+      const double length = unit && other ? converted(scale.spacing[i], *unit, *other) : scale.spacing[i];
+      if (std::abs(length - header.spacing[i]) <= rounding * std::abs(length)) continue;
+      volume_.warnings.push_back(fmt::format(
+          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI says {}; the header counts",
+          store_.path(), length, "xyz"[i], header.spacing[i]));
+    }
   }
 
   /// The number of an attribute, which may be a text or a list of one.

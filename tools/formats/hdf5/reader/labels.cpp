@@ -130,7 +130,8 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
   const std::string object = fmt::format("{}: HDF5 file (MINC): {}", path, name);
   std::vector<std::string> letters;
   const std::string order = text_attribute(dataset.get(), "dimorder").value_or("");
-  for (const std::string_view word : split(order, ',')) letters.emplace_back(word.substr(0, word.find("space")));
+  for (const std::string_view word : split(order, ','))
+    letters.emplace_back(word.substr(0, word.find("space")));
   SpaceOfLetters space;
   space.origin.emplace();
   for (std::size_t letter = 0; letter < 3; ++letter) {

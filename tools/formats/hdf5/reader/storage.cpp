@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "io/formats/nrrd/loss.h"
 #include "io/text/text.h"
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
@@ -45,12 +45,6 @@ constexpr KnownFilter lossy_filters[] = {{32013, "ZFP (unless reversible)", ""},
                                          {32023, "Granular BitRound", ""},
                                          {32024, "SZ3", ""}};
 constexpr H5Z_filter_t filter_of_tagrid = 33184;
-/// How netCDF says that it rounded samples.
-constexpr std::pair<const char*, const char*> lossy_attributes[] = {
-    {"_QuantizeBitGroomNumberOfSignificantDigits", "netCDF, BitGroom"},
-    {"_QuantizeGranularBitRoundNumberOfSignificantDigits", "netCDF, Granular BitRound"},
-    {"_QuantizeBitRoundNumberOfSignificantBits", "netCDF, BitRound"}};
-
 struct Filter {
   H5Z_filter_t number;
   std::string name;
