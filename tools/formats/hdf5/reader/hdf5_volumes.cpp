@@ -17,6 +17,7 @@
 #include "tools/formats/hdf5/handle.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
+#include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/storage.h"
 #include "tools/formats/words.h"
 
@@ -179,4 +180,6 @@ std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOpt
 }  // namespace
 }  // namespace tagrid
 
-int main() { return tagrid::serve_volumes("hdf5", tagrid::open_hdf5); }
+int main() {
+  return tagrid::serve_volumes("hdf5", tagrid::open_hdf5, {.may_need = tagrid::may_be_linked_to});
+}
