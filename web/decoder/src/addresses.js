@@ -1,4 +1,5 @@
 // Addresses in messages and errors: without what only their owner may see.
+import { isNode } from "./platform.js";
 
 /**
  * An address for a message: without the name and the password of a user, and without what follows a question mark or a
@@ -67,4 +68,13 @@ export function wordsOf(error) {
     // Of several attempts, such as with IPv4 and IPv6, only the code is said.
     words.push(one.message || one.code || one.name);
   return words.filter(Boolean).filter((word, i) => !words.slice(0, i).some((before) => before?.includes?.(word))).join(": ");
+}
+
+/** What may be the cause of an error of fetch() that browsers do not tell, so that pages cannot explore a network. */
+export function perhaps(url, error) {
+  const page = globalThis.location;
+  if (isNode || !page || !(error instanceof TypeError) || url.origin === page.origin || url.protocol === "blob:") return "";
+  if (page.protocol === "https:" && url.protocol === "http:" && !/^(localhost|127\.|\[::1\])/.test(url.hostname))
+    return "; a page of https: may not read http:";
+  return `; the server was not reached, or does not allow pages of ${page.origin} to read it (CORS)`;
 }

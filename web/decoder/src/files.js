@@ -1,6 +1,6 @@
 // The files of this package besides its modules: WebAssembly, and the worker.
 import { TagridError } from "./errors.js";
-import { shownAddress, wordsOf } from "./addresses.js";
+import { perhaps, shownAddress, wordsOf } from "./addresses.js";
 import { isNode, packageFile, startNodeWorker, startWebWorker } from "./platform.js";
 
 // Bundlers find and move files whose addresses are these very expressions, so nothing here is computed.
@@ -47,7 +47,7 @@ const whatToDo = (base) =>
     ? `base, ${shownAddress(base)}, must be the folder with the files of @tagrid/decoder, with "/" at its end`
     : "a bundler may have moved @tagrid/decoder without its files: its README says what to do; `base` says where they are";
 
-const notLoaded = (what, why, base) => new TagridError("not-supported", `cannot load ${what}: ${why}; ${whatToDo(base)}`);
+const notLoaded = (what, why, base) => new TagridError("not-supported", `cannot load ${what}: ${why.replace(/\.$/, "")}; ${whatToDo(base)}`);
 
 function urlOf(name, base) {
   try {
@@ -81,7 +81,7 @@ async function compileFrom(url, base) {
     type = file.headers?.get("Content-Type");
     bytes = file instanceof Uint8Array ? file : new Uint8Array(await file.arrayBuffer());
   } catch (error) {
-    throw notLoaded(shown, wordsOf(error).replaceAll(url.href, shown), base);
+    throw notLoaded(shown, wordsOf(error).replaceAll(url.href, shown) + perhaps(url, error), base);
   }
   // Some servers do not know the type of the file, and some send a page in place of what is missing.
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== "\0asm")

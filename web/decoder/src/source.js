@@ -1,5 +1,5 @@
 // Where the bytes of a file come from: a URL, a Blob, or an object of the caller.
-import { shownAddress, withoutSecrets, wordsOf } from "./addresses.js";
+import { perhaps, shownAddress, withoutSecrets, wordsOf } from "./addresses.js";
 import { TagridError, require, unlessAborted } from "./errors.js";
 import { isNode } from "./platform.js";
 
@@ -150,20 +150,11 @@ class UrlSource {
       if (error instanceof TagridError || error instanceof Passing || signal?.aborted) throw error;
       if (watch.isLate) throw new Passing(watch.inWords());
       const cause = this.#cleaned(error);
-      throw new Passing(`the request failed: ${wordsOf(cause)}${this.#perhaps(error)}`, { cause });
+      throw new Passing(`the request failed: ${wordsOf(cause)}${perhaps(this.#url, error)}`, { cause });
     } finally {
       --this.#atOnce;
       watch.end();
     }
-  }
-
-  /** What browsers do not tell, so that pages cannot explore a network. */
-  #perhaps(error) {
-    const page = globalThis.location;
-    if (isNode || !page || !(error instanceof TypeError) || this.#url.origin === page.origin || this.#url.protocol === "blob:") return "";
-    if (page.protocol === "https:" && this.#url.protocol === "http:" && !/^(localhost|127\.|\[::1\])/.test(this.#url.hostname))
-      return "; a page of https: may not read http:";
-    return `; the server was not reached, or does not allow pages of ${page.origin} to read it (CORS)`;
   }
 
   /** Throws unless the answer has the bytes; false if the file is empty. */
