@@ -46,7 +46,7 @@ function project(name) {
   for (const tool of ["vite", "webpack", "webpack-cli"])
     if (existsSync(join(modules, tool))) symlinkSync(join(modules, tool), join(at, "node_modules", tool));
   writeFileSync(join(at, "package.json"), '{ "name": "page", "private": true, "type": "module" }');
-  writeFileSync(join(at, "index.html"), '<!doctype html><title></title><script type="module" src="./main.js"></script>');
+  writeFileSync(join(at, "index.html"), '<!doctype html><meta charset="utf-8"><title></title><script type="module" src="./main.js"></script>');
   writeFileSync(join(at, "main.js"), `
     import { open } from "@tagrid/decoder";
     import { chunkedSource } from "@tagrid/niivue";
@@ -118,7 +118,7 @@ test("webpack builds a page", { skip: missing("webpack", "webpack-cli") }, async
   const at = project("webpack");
   node(at, join(modules, "webpack-cli", "bin", "cli.js"), "./main.js", "--mode", "production", "-o", "dist");
   copyFileSync(join(golden, scan), join(at, "dist", scan));
-  writeFileSync(join(at, "dist", "index.html"), '<!doctype html><title></title><script src="main.js"></script>');
+  writeFileSync(join(at, "dist", "index.html"), '<!doctype html><meta charset="utf-8"><title></title><script src="main.js"></script>');
   await requireReadFrom(join(at, "dist"));
 });
 

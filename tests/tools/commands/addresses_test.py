@@ -475,6 +475,28 @@ class Addresses(ProgramTest):
             self.refused("two addresses differ only", "serve", server.url + "/get?file=1", server.url + "/get?file=2",
                          code=64)
 
+    def test_no_message_has_a_secret_and_no_output_is_an_address(self):
+        self.tagrid("phantom", "--dims", "8,8,8", "-o", "a.nrrd")
+        self.environment["NO_COLOR"] = "1"
+        for address in ("http://SECRETUSER:SECRETPW@127.0.0.1:9/x.tag?X-Amz-Signature=SECRETSIG#SECRET",
+                        "s3://SECRETKEY:SECRETPW@bucket/x.tag?X-Amz-Signature=SECRETSIG"):
+            (self.folder / "list.tsv").write_text(f"a.nrrd\n{address}\n")
+            for command in ("info @", "info @ x", "info @ --json", "info --frob=@", "decode @ -o o.nrrd", "decode small.tag -o @",
+                            "decode small.tag @", "decode small.tag --region @ -o x.nrrd", "decode small.tag --volume @ -o -",
+                            "preview small.tag -o @", "mesh small.tag -o @", "surface small.tag --iso 1 -o @", "view @",
+                            "view small.tag @", "serve @", "verify small.tag --against @", "restore small.tag -o @", "restore @ -o d",
+                            "encode @", "encode a.nrrd -o @", "encode a.nrrd @", "encode a.nrrd -o z.tag --json @",
+                            "encode a.nrrd -o z.tag --spool @", "estimate @", "convert @", "convert --find @",
+                            "convert --manifest list.tsv --output-dir @", "convert --manifest @ --output-dir d", "repair @",
+                            "repair small.tag -o @", "protect @ --parity 5%", "formats @", "phantom -o @", "frobnicate @", "@"):
+                with self.subTest(command, address=address):
+                    before = sorted(os.listdir(self.folder))
+                    run = subprocess.run([TAGRID, *(word.replace("@", address) if "@" in word else word for word in command.split())],
+                                         cwd=self.folder, env=self.environment, capture_output=True, check=False)
+                    self.assertIn(run.returncode, (64, 65, 74), run)
+                    self.assertNotIn(b"SECRET", run.stdout + run.stderr)
+                    self.assertEqual(sorted(os.listdir(self.folder)), before)
+
     # Object stores.
 
     def signed(self, secret, token=""):
