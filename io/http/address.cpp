@@ -19,18 +19,24 @@ std::string variable(std::initializer_list<const char*> names) {
   return "";
 }
 
+bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c); }
+
 bool is_bucket(std::string_view name) {
-  return name.size() >= 3 && name.size() <= 63 && std::ranges::all_of(name, [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '-' || c == '.' ||
-                  c == '_';
-         });
+  // A name of dots would be a step in a path.
+  return name.size() >= 3 && name.size() <= 63 && is_letter_or_digit(name.front()) &&
+         is_letter_or_digit(name.back()) && name.find("..") == name.npos &&
+         std::ranges::all_of(
+             name, [](char c) { return is_letter_or_digit(c) || c == '-' || c == '.' || c == '_'; });
 }
 
-Address object_at(const std::string& name) {
-  const std::string_view rest = std::string_view(name).substr(std::string_view("s3://").size());
+Address object_at(const std::string& text, const std::string& name) {
+  const std::string_view rest = std::string_view(text).substr(std::string_view("s3://").size());
   const std::size_t slash = rest.find('/');
   const std::string_view bucket = rest.substr(0, slash), key = rest.substr(std::min(slash, rest.size()));
   if (!is_bucket(bucket) || key.size() < 2) throw UsageError(name + ": must be s3://BUCKET/KEY");
+  if (is_signed_address(key))
+    throw UsageError(name +
+                     ": has a signature, which addresses of s3:// do not have; use its https:// address");
   Address address;
   address.name = name;
   address.is_object = true;
@@ -45,6 +51,9 @@ Address object_at(const std::string& name) {
   while (server.ends_with('/')) server.pop_back();
   if (!server.empty() && (!is_address(server) || server.starts_with("s3")))
     throw UsageError(name + ": AWS_ENDPOINT_URL must begin with http:// or https://");
+  // What follows a question mark would be no path.
+  if (server.find_first_of("?#") != server.npos)
+    throw UsageError(name + ": AWS_ENDPOINT_URL must be the address of a server, without ? and #");
   const std::string path = percent_encoded(key, "/"), host = "s3." + address.region + ".amazonaws.com";
   // A name with dots does not fit the certificate of the server.
   const bool is_host = bucket.find_first_of("._") == bucket.npos;
@@ -61,7 +70,7 @@ Address object_at(const std::string& name) {
 
 Address address_of(const std::string& text) {
   const std::string name = shown_address(text);
-  if (name.starts_with("s3://")) return object_at(name);
+  if (name.starts_with("s3://")) return object_at(text, name);
   Address address;
   address.name = name;
   address.url = text;

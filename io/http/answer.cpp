@@ -15,6 +15,9 @@ std::optional<std::uint64_t> size_in(std::string_view text) {
   return number && *number >= 0 ? std::optional(static_cast<std::uint64_t>(*number)) : std::nullopt;
 }
 
+/// Of all answers to a request: one, or the last one after redirections.
+constexpr std::size_t most_header_bytes = std::size_t{256} << 10;
+
 /// A value of a header for a message.
 std::string shown(std::string_view value) { return quoted(value.empty() ? "nothing" : value); }
 
@@ -70,7 +73,9 @@ std::optional<ContentRange> content_range_of(std::string_view text) {
   return range;
 }
 
-void Answer::take_header(std::string_view line) {
+bool Answer::take_header(std::string_view line) {
+  header_bytes_ += line.size();
+  if (header_bytes_ > most_header_bytes) return false;
   line = trimmed(line.substr(0, line.find_last_not_of("\r\n") + 1));
   if (line.starts_with("HTTP/")) {
     range_.reset();
@@ -83,16 +88,16 @@ void Answer::take_header(std::string_view line) {
     const auto status =
         blank == line.npos ? std::nullopt : whole_number_of(trimmed(line.substr(blank)).substr(0, 3));
     status_ = static_cast<int>(status.value_or(0));
-    return;
+    return true;
   }
   // What follows the body, in a trailer, was not checked.
-  if (are_headers_checked_) return;
+  if (are_headers_checked_) return true;
   const std::size_t colon = line.find(':');
-  if (colon == line.npos) return;
+  if (colon == line.npos) return true;
   const std::string name = lower_case(line.substr(0, colon));
   const std::string_view value = trimmed(line.substr(colon + 1));
   constexpr std::size_t longest = 1000;
-  if (value.size() > longest) return;
+  if (value.size() > longest) return true;
   if (name == "content-range") range_ = content_range_of(value).value_or(ContentRange{});
   if (name == "etag") etag_ = value;
   if (name == "last-modified") modified_ = value;
@@ -101,6 +106,7 @@ void Answer::take_header(std::string_view line) {
   if (name == "x-amz-bucket-region") region_ = value;
   if (name == "retry-after")
     seconds_ = static_cast<int>(std::clamp<std::int64_t>(whole_number_of(value).value_or(0), 0, 30));
+  return true;
 }
 
 Wrong Answer::wrong_status() const {
@@ -173,6 +179,8 @@ bool Answer::take_body(std::span<const std::byte> bytes) {
 }
 
 std::optional<Wrong> Answer::wrong() {
+  if (header_bytes_ > most_header_bytes)
+    return Wrong{fmt::format("the server sends more than {} KiB of headers", most_header_bytes >> 10)};
   if (status_ == 0) return Wrong{"the server answers with something else than HTTP"};
   if (!are_headers_checked_ || (wrong_ && status_ >= 300)) wrong_ = wrong_headers();
   are_headers_checked_ = true;

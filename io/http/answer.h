@@ -34,7 +34,8 @@ class Answer {
       : address_(address), position_(position), to_(to), version_(version) {}
 
   /// A line of the headers. A status line begins the headers of another answer: after a redirection.
-  void take_header(std::string_view line);
+  /// Returns false if there are so many that they may have no end.
+  bool take_header(std::string_view line);
   /// Bytes of the body. Returns false if there is no use for more of it.
   bool take_body(std::span<const std::byte> bytes);
   /// After all of it. Nothing if the answer is right.
@@ -60,7 +61,7 @@ class Answer {
   std::optional<ContentRange> range_;
   std::string etag_, modified_, encoding_, type_, region_, text_;
   int seconds_ = 0;
-  std::size_t expected_ = 0, taken_ = 0;
+  std::size_t expected_ = 0, taken_ = 0, header_bytes_ = 0;
   bool are_headers_checked_ = false;
   std::optional<Wrong> wrong_;
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <memory>
@@ -11,22 +12,11 @@
 #include "io/errors/errors.h"
 #include "io/http/answer.h"
 #include "io/http/curl_library.h"
+#include "io/http/patience.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-// A server that is silent for so long is given up.
-long seconds_of_silence() {
-  constexpr long usual = 30, most = 3600;
-  const char* given = std::getenv("TAGRID_HTTP_TIMEOUT");
-  if (given == nullptr || *given == '\0') return usual;
-  const auto seconds = whole_number_of(given);
-  if (!seconds || *seconds < 1 || *seconds > most)
-    throw UsageError(fmt::format("TAGRID_HTTP_TIMEOUT: {}: must be a number of seconds from 1 to {}",
-                                 quoted(given), most));
-  return static_cast<long>(*seconds);
-}
 
 constexpr int most_requests = 4;
 
@@ -41,13 +31,39 @@ void wait_before_request(int number, int wanted) {
 }
 
 std::size_t take_header(char* line, std::size_t size, std::size_t count, void* answer) {
-  static_cast<Answer*>(answer)->take_header({line, size * count});
-  return size * count;
+  return static_cast<Answer*>(answer)->take_header({line, size * count}) ? size * count : 0;
 }
 
 std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* answer) {
   const std::span all(bytes, size * count);
   return static_cast<Answer*>(answer)->take_body(std::as_bytes(all)) ? all.size() : 0;
+}
+
+/// What libcurl is asked about now and then while it waits.
+struct Watch {
+  const Answer& answer;
+  const std::atomic<std::size_t>& at_once;
+  Waiting waiting;
+};
+
+int is_over(void* watch, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+  auto& [answer, at_once, waiting] = *static_cast<Watch*>(watch);
+  return waiting.is_over(answer.taken(), at_once, Waiting::Clock::now()) ? 1 : 0;
+}
+
+/// Of a server that was given up after it had sent `bytes`.
+Wrong too_slow(std::size_t bytes, const Patience& patience) {
+  const auto seconds = patience.seconds.count();
+  if (bytes == 0)
+    return {fmt::format("the server does not answer in time: it has sent nothing of the file for {} seconds "
+                        "(TAGRID_HTTP_TIMEOUT)",
+                        seconds),
+            true};
+  return {
+      fmt::format("the server does not answer in time: it sends less than {} bytes a second; a "
+                  "TAGRID_HTTP_TIMEOUT of more than {} seconds waits longer",
+                  patience.bytes / static_cast<std::uint64_t>(seconds), std::max<std::int64_t>(seconds, 30)),
+      true};
 }
 
 /// The lines that a request has besides those that libcurl writes.
@@ -99,8 +115,6 @@ Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, co
     case CURLE_COULDNT_RESOLVE_HOST:
     case CURLE_COULDNT_RESOLVE_PROXY:
       return {curl.easy_strerror(code), true};
-    case CURLE_OPERATION_TIMEDOUT:
-      return {"the server does not answer in time", true};
     case CURLE_PARTIAL_FILE:
       return {"the connection ended before all of the answer", true};
     case CURLE_PEER_FAILED_VERIFICATION:
@@ -111,23 +125,24 @@ Wrong failure_of(CURLcode code, const char* details, const CurlLibrary& curl, co
   }
 }
 
-void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, const RequestLines& lines) {
+void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, const RequestLines& lines,
+                 const Patience& patience) {
   const auto set = [&](CURLoption option, auto value) {
     if (curl.easy_setopt(handle, option, value) != CURLE_OK)
       throw WorldError(address.name + ": needs libcurl, which is too old here: it does not know an option");
   };
-  const long silence = seconds_of_silence();
   const bool is_secure = address.url.size() > 5 && (address.url[4] == 's' || address.url[4] == 'S');
   set(CURLOPT_URL, address.url.c_str());
   set(CURLOPT_PROTOCOLS_STR, "http,https");
   // What was asked for secretly is not answered openly.
   set(CURLOPT_REDIR_PROTOCOLS_STR, is_secure ? "https" : "http,https");
   set(CURLOPT_FOLLOWLOCATION, address.is_object ? 0L : 1L);
+  // Keys are no paths: "a/../b" is an object, and "../x" is none of another bucket. The path that is sent is signed.
+  set(CURLOPT_PATH_AS_IS, address.is_object ? 1L : 0L);
   set(CURLOPT_MAXREDIRS, 8L);
   set(CURLOPT_NOSIGNAL, 1L);
-  set(CURLOPT_CONNECTTIMEOUT, silence);
-  set(CURLOPT_LOW_SPEED_TIME, silence);
-  set(CURLOPT_LOW_SPEED_LIMIT, 100L);
+  set(CURLOPT_CONNECTTIMEOUT, static_cast<long>(patience.seconds.count()));
+  set(CURLOPT_NOPROGRESS, 0L);
   set(CURLOPT_BUFFERSIZE, 128L << 10);
   set(CURLOPT_USERAGENT, "tagrid");
   set(CURLOPT_HTTPHEADER, lines.get());
@@ -167,6 +182,7 @@ CURL* Object::connection() {
 std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
                             std::optional<ObjectVersion>& version) {
   const CurlLibrary& curl = curl_library();
+  const Patience patience = patience_with_servers();
   const auto give_back = [this](CURL* handle) {
     const std::lock_guard lock(mutex_);
     idle_.push_back(handle);
@@ -176,8 +192,9 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
     RequestLines lines(curl);
     add_lines(lines, address_, version);
     curl.easy_reset(handle.get());
-    set_options(curl, handle.get(), address_, lines);
+    set_options(curl, handle.get(), address_, lines, patience);
     Answer answer(address_, position, to, version);
+    Watch watch{answer, at_once_, Waiting(patience, Waiting::Clock::now())};
     char details[CURL_ERROR_SIZE] = "";
     const std::string range = fmt::format("{}-{}", position, position + to.size() - 1);
     curl.easy_setopt(handle.get(), CURLOPT_RANGE, range.c_str());
@@ -185,10 +202,16 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
     curl.easy_setopt(handle.get(), CURLOPT_HEADERDATA, static_cast<void*>(&answer));
     curl.easy_setopt(handle.get(), CURLOPT_WRITEFUNCTION, take_body);
     curl.easy_setopt(handle.get(), CURLOPT_WRITEDATA, static_cast<void*>(&answer));
+    curl.easy_setopt(handle.get(), CURLOPT_XFERINFOFUNCTION, is_over);
+    curl.easy_setopt(handle.get(), CURLOPT_XFERINFODATA, static_cast<void*>(&watch));
     curl.easy_setopt(handle.get(), CURLOPT_ERRORBUFFER, static_cast<char*>(details));
+    ++at_once_;
     const CURLcode code = curl.easy_perform(handle.get());
+    --at_once_;
     curl.easy_setopt(handle.get(), CURLOPT_ERRORBUFFER, static_cast<char*>(nullptr));
+    const bool is_late = code == CURLE_OPERATION_TIMEDOUT || code == CURLE_ABORTED_BY_CALLBACK;
     std::optional<Wrong> wrong;
+    if (is_late) wrong = too_slow(answer.taken(), patience);
     if (code == CURLE_OK || code == CURLE_WRITE_ERROR) wrong = answer.wrong();
     if (!wrong && code != CURLE_OK) wrong = failure_of(code, details, curl, address_, answer.is_redirected());
     if (!wrong) {
@@ -200,7 +223,7 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
     const bool is_unreachable =
         !version && (code == CURLE_COULDNT_RESOLVE_HOST || code == CURLE_COULDNT_RESOLVE_PROXY ||
                      code == CURLE_COULDNT_CONNECT || code == CURLE_SSL_CONNECT_ERROR);
-    const int most = code == CURLE_OPERATION_TIMEDOUT ? 2 : most_requests;
+    const int most = is_late ? 2 : most_requests;
     if (!wrong->again || number >= most || is_unreachable)
       throw WorldError(fmt::format("{}: {}{}", address_.name, wrong->what,
                                    number > 1 ? fmt::format(" ({} requests)", number) : ""));

@@ -3,6 +3,7 @@
 
 #include <curl/curl.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
@@ -44,7 +45,8 @@ class Object {
   Address address_;
   std::optional<ObjectVersion> version_;
   std::mutex mutex_;
-  std::vector<CURL*> idle_;  ///< connections that no thread uses
+  std::vector<CURL*> idle_;               ///< connections that no thread uses
+  std::atomic<std::size_t> at_once_ = 0;  ///< requests that wait for the server
 };
 
 }  // namespace tagrid

@@ -1,8 +1,12 @@
 #include "io/http/open_address.h"
 
+#include <map>
 #include <memory>
+#include <mutex>
+#include <string>
 #include <utility>
 
+#include "io/errors/errors.h"
 #include "io/files/open_source.h"
 #include "io/http/address.h"
 #include "io/http/curl_library.h"
@@ -27,6 +31,17 @@ std::shared_ptr<const ByteSource> open_address(const Address& address) {
 
 std::string declare_address(const std::string& text) {
   const Address address = address_of(text);
+  // Names are without what follows a question mark, so two addresses may have one.
+  static std::mutex mutex;
+  static std::map<std::string, std::string> urls;
+  {
+    const std::lock_guard lock(mutex);
+    if (const auto [known, is_new] = urls.emplace(address.name, address.url);
+        !is_new && known->second != address.url)
+      throw UsageError(address.name +
+                       ": two addresses differ only in what is not shown of them, such as what follows a "
+                       "question mark; give one of them at a time");
+  }
   declare_source(address.name, memory_of_curl + ReadAhead::kept_bytes + first_bytes,
                  [address] { return open_address(address); });
   return address.name;

@@ -21,6 +21,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/system_call.h"
+#include "io/programs/environment.h"
 
 namespace tagrid {
 namespace {
@@ -50,15 +51,6 @@ class Ends {
  private:
   std::array<int, 2> ends_ = {-1, -1};
 };
-
-// Messages of the program should be the same everywhere.
-std::vector<std::string> environment() {
-  std::vector<std::string> variables;
-  for (char** variable = environ; *variable != nullptr; ++variable)
-    if (!std::string_view(*variable).starts_with("LC_ALL=")) variables.emplace_back(*variable);
-  variables.emplace_back("LC_ALL=C");
-  return variables;
-}
 
 #ifdef TAGRID_SANITIZED
 constexpr bool limits_memory = false;  // sanitizers take terabytes of addresses
@@ -140,7 +132,7 @@ void FormatProgram::start() {
     throw world_error("cannot make a pipe to it", program_, errno);
   // A program that reads ahead is stopped less often. It is no harm if the system does not allow it.
   fcntl(output[1], F_SETPIPE_SZ, 1 << 20);
-  std::vector<std::string> names = {program_}, texts = environment();
+  std::vector<std::string> names = {program_}, texts = environment_of_programs();
   const std::vector<char*> arguments = pointers(names), variables = pointers(texts);
   const pid_t parent = getpid();
   process_ = fork();

@@ -110,7 +110,7 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
 }
 
-int serve_volumes(const std::string& name, const OpenServed& open) {
+int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside) {
   begin_to_answer();
   say({{"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}});
   std::unique_ptr<ServedVolume> volume;
@@ -119,7 +119,7 @@ int serve_volumes(const std::string& name, const OpenServed& open) {
     try {
       const OrderedJson request = OrderedJson::parse(line);
       // tagrid starts a program for each source.
-      if (path.empty() && request.contains("path")) confine_to(request.at("path"));
+      if (path.empty() && request.contains("path")) confine_to(request.at("path"), beside);
       path = request.value("path", path);
       answer(request, open, volume);
     } catch (const SeveralVolumes& several) {

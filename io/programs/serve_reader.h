@@ -12,6 +12,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/programs/reader_conversation.h"
 #include "io/programs/serve.h"
+#include "io/sandbox/sandbox.h"
 #include "io/volume/sample_places.h"
 
 namespace tagrid {
@@ -61,7 +62,8 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
 using OpenServed =
     std::function<std::unique_ptr<ServedVolume>(const std::string& path, const ReaderOptions& options)>;
 
-/// Answers requests on the standard input until it ends. Returns the exit code of the program.
-int serve_volumes(const std::string& name, const OpenServed& open);
+/// Answers requests on the standard input until it ends. Returns the exit code of the program. From its first request
+/// on, the program is confined to the source that this names, and to the files `beside` it.
+int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside = {});
 
 }  // namespace tagrid

@@ -41,11 +41,11 @@ Ruleset everything(int version) {
 
 std::size_t size_of_ruleset(int version) { return version >= 6 ? 24 : version >= 4 ? 16 : 8; }
 
-void allow(int rules, const std::string& path) {
+void allow(int rules, const std::string& path, std::uint64_t of_folders) {
   const Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
   struct stat status = {};
   if (place < 0 || fstat(place, &status) != 0) return;
-  const PathBeneath rule{S_ISDIR(status.st_mode) ? read_file | read_folder : read_file, place};
+  const PathBeneath rule{S_ISDIR(status.st_mode) ? of_folders : read_file, place};
   if (syscall(SYS_landlock_add_rule, rules, path_beneath, &rule, 0) == 0) return;
   // A file system of the kernel's own, such as that of files in memory. Landlock takes no rules for it, and
   // forbids nothing on it.
@@ -59,14 +59,15 @@ int landlock_version() {
   return version < 0 ? 0 : static_cast<int>(version);
 }
 
-void allow_reading_only(const std::vector<std::string>& paths) {
+void allow_reading_only(const Readable& readable) {
   const int version = landlock_version();
   if (version == 0) return;
   const Ruleset forbidden = everything(version);
   const Descriptor rules(
       static_cast<int>(syscall(SYS_landlock_create_ruleset, &forbidden, size_of_ruleset(version), 0)));
   if (rules < 0) throw world_error("cannot make", "the sandbox", errno);
-  for (const std::string& path : paths) allow(rules, path);
+  for (const std::string& path : readable.paths) allow(rules, path, read_file | read_folder);
+  for (const std::string& path : readable.listed) allow(rules, path, read_folder);
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
       syscall(SYS_landlock_restrict_self, static_cast<int>(rules), 0) != 0)
     throw world_error("cannot enter", "the sandbox", errno);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -54,25 +55,70 @@ void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
   }
 }
 
-std::vector<std::string> readable(const std::string& path) {
-  std::vector<std::string> paths(std::begin(of_libraries), std::end(of_libraries));
-  for (const char* variable : of_users) add_listed(variable, paths);
+/// Hidden entries that are no secrets: those of Zarr, and what systems put into every directory.
+bool is_harmless(std::string_view name) {
+  return !name.starts_with('.') || name.starts_with(".z") || name.starts_with("._") || name == ".DS_Store";
+}
+
+/// The directory of a scan.
+void add_folder(const fs::path& folder, Readable& readable) {
   std::error_code error;
-  if (const fs::path program = fs::read_symlink("/proc/self/exe", error); !error)
-    paths.push_back(program.parent_path().string());
-  const fs::path given = fs::absolute(path, error);
-  if (error) return paths;
-  paths.push_back(path);
-  if (fs::is_directory(given, error)) {
-    add_targets<fs::recursive_directory_iterator>(given, paths);
-    return paths;
+  std::vector<std::string> entries;
+  bool has_hidden = false;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (is_harmless(entry->path().filename().string()))
+      entries.push_back(entry->path().string());
+    else
+      has_hidden = true;
   }
-  paths.push_back(given.parent_path().string());
-  add_targets<fs::directory_iterator>(given.parent_path(), paths);
+  if (error || !has_hidden) {
+    readable.paths.push_back(folder.string());
+  } else {
+    // A rule for a directory holds for all of it, so its entries have one each.
+    readable.paths.insert(readable.paths.end(), entries.begin(), entries.end());
+    readable.listed.push_back(folder.string());
+  }
+  add_targets<fs::recursive_directory_iterator>(folder, readable.paths);
+}
+
+/// A file, and those of its directory that it may need.
+void add_file(const fs::path& file, const FilesBeside& beside, Readable& readable) {
+  const fs::path folder = file.parent_path();
+  const std::string own = file.filename().string();
+  if (beside.names_a_tree && beside.names_a_tree(own)) {
+    add_folder(folder, readable);
+    return;
+  }
+  readable.paths.push_back(file.string());
+  if (beside.are_listed) readable.listed.push_back(folder.string());
+  if (!beside.may_need) return;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    std::error_code of_entry;
+    if (!name.starts_with('.') && beside.may_need(own, name) && entry->is_regular_file(of_entry))
+      readable.paths.push_back(entry->path().string());
+  }
+}
+
+Readable readable_by(const std::string& path, const FilesBeside& beside) {
+  Readable readable{{std::begin(of_libraries), std::end(of_libraries)}, {}};
+  for (const char* variable : of_users) add_listed(variable, readable.paths);
+  std::error_code error;
+  // Its directory may be the home of a user.
+  if (const fs::path program = fs::read_symlink("/proc/self/exe", error); !error)
+    readable.paths.push_back(program.string());
+  const fs::path given = fs::absolute(path, error);
+  if (error) return readable;
+  if (fs::is_directory(given, error)) {
+    add_folder(given, readable);
+    return readable;
+  }
+  add_file(given, beside, readable);
   // Files that a header names lie beside the header itself, not beside a link to it.
-  if (const fs::path itself = fs::canonical(given, error); !error)
-    paths.push_back(itself.parent_path().string());
-  return paths;
+  if (const fs::path itself = fs::canonical(given, error); !error && itself != given)
+    add_file(itself, beside, readable);
+  return readable;
 }
 
 }  // namespace
@@ -89,12 +135,12 @@ std::string sandbox_in_words() {
                       : fmt::format("Landlock {}, seccomp", version);
 }
 
-void confine_to(const std::string& path) {
+void confine_to(const std::string& path, const FilesBeside& beside) {
   if (!sandbox_is_on()) return;
   // A core dump of a compromised process is a file, too.
   const rlimit none = {0, 0};
   setrlimit(RLIMIT_CORE, &none);
-  allow_reading_only(readable(path));
+  allow_reading_only(readable_by(path, beside));
   allow_calls_of_readers();
 }
 

@@ -18,13 +18,24 @@ bool is_address(std::string_view text) {
   return text.find(slashes) != text.npos && (scheme == "http" || scheme == "https" || scheme == "s3");
 }
 
+bool is_signed_address(std::string_view text) {
+  const std::size_t query = text.find('?');
+  const std::string lower = lower_case(query == text.npos ? "" : text.substr(query));
+  return lower.find("signature=") != lower.npos;
+}
+
 std::string shown_address(std::string_view text) {
   if (!is_address(text)) return std::string(text);
   const std::size_t begin = text.find(slashes) + slashes.size();
   const std::string scheme = lower_case(text.substr(0, begin));
   std::string_view rest = text.substr(begin);
-  // The key of an object may contain any characters, and has no secrets.
-  if (scheme == "s3://") return scheme + std::string(rest);
+  if (scheme == "s3://") {
+    // The key of an object may contain any characters, and has no secrets. A user or a signature is a mistake.
+    if (rest.substr(0, rest.find('/')).find_first_of(":@") != rest.npos)
+      rest.remove_prefix(rest.rfind('@') + 1);
+    if (is_signed_address(rest)) rest = rest.substr(0, rest.find('?'));
+    return scheme + std::string(rest);
+  }
   // A password with one of these characters ends too early, and must not be shown either.
   const std::string_view host = rest.substr(0, rest.find_first_of("/?#"));
   const std::size_t colon = host.rfind(':');

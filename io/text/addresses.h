@@ -9,6 +9,9 @@ namespace tagrid {
 /// True for the texts that are addresses and not names of files: http://, https:// and s3://.
 bool is_address(std::string_view text);
 
+/// True if a signature is in the query of an address: whoever has the address may read what is there.
+bool is_signed_address(std::string_view text);
+
 /// An address for messages: without the name and the password of a user, and without what follows a question
 /// mark, which is often a signature. Other texts stay as they are.
 std::string shown_address(std::string_view text);

@@ -8,6 +8,7 @@ import secrets
 import weakref
 
 from ._errors import ArgumentError
+from ._sources import shown_address
 
 
 class NewFile:
@@ -26,7 +27,7 @@ class NewFile:
             pass
         except OSError as error:
             # For example, a name that is too long: fail now, not when the file is complete.
-            raise OSError(error.errno, error.strerror, name) from None
+            raise OSError(error.errno, error.strerror, shown_address(name)) from None
         if os.path.isdir(self._path):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), self._path)
         if os.path.exists(self._path) and not os.path.isfile(self._path):
@@ -45,7 +46,7 @@ class NewFile:
                 continue
             except OSError as error:
                 # The caller knows the given name, not that of the temporary file.
-                raise OSError(error.errno, error.strerror, os.fsdecode(path)) from None
+                raise OSError(error.errno, error.strerror, shown_address(os.fsdecode(path))) from None
         # No buffer, because a forked process would write it a second time.
         self._file = os.fdopen(descriptor, "wb", buffering=0)
         self._remove = weakref.finalize(self, _remove_own, self._temporary, os.getpid())

@@ -19,9 +19,26 @@ from ._tagrid import Reader
 def describe(source: Any) -> str:
     """A short name of a source, for messages and repr()."""
     if isinstance(source, (str, bytes, os.PathLike)) and not is_memory(source):
-        return os.fsdecode(source)
+        return shown_address(os.fsdecode(source))
     name = getattr(source, "name", None)
-    return name if isinstance(name, str) else type(source).__name__
+    return shown_address(name) if isinstance(name, str) else type(source).__name__
+
+
+def shown_address(name: str) -> str:
+    """An address without what only its owner may see: the name and the password of a user, and what follows a question
+    mark, which is often a signature. Other names stay as they are."""
+    address = re.match(r"(\w[\w+.-]*://)(.*)", name, re.DOTALL)
+    if not address:
+        return name
+    scheme, rest = address.groups()
+    host = re.split(r"[/?#]", rest, maxsplit=1)[0]
+    # A password with one of these characters ends too early, and must not be shown either.
+    ends = re.search(r"(^[^:]*(:\d*)?|\])$", host.rpartition("@")[2]) or "@" in host
+    if ends:
+        rest = host.rpartition("@")[2] + rest[len(host):]
+    else:
+        rest = rest.rpartition("@")[2]
+    return scheme + re.split(r"[?#]", rest, maxsplit=1)[0]
 
 
 class OverviewOf:
@@ -126,7 +143,7 @@ def _raise_what_python_knows(path: str | bytes) -> None:
             raise
         advice = ("tagrid.open() takes files of this machine; for a URL give fsspec.open(URL).open(), or an object with "
                   "read_at(offset, size) and size")
-        raise FileNotFoundError(errno.ENOENT, advice, os.fsdecode(path)) from None
+        raise FileNotFoundError(errno.ENOENT, advice, shown_address(os.fsdecode(path))) from None
     try:
         if stat.S_ISDIR(os.fstat(descriptor).st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fsdecode(path))

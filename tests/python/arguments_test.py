@@ -116,6 +116,17 @@ class Arguments(unittest.TestCase):
         for url in ("http://localhost/a.tag", "s3://bucket/a.tag", f"file://{self.path}"):
             error = self.refused(FileNotFoundError, "for a URL give fsspec.open(URL).open()|read_at(offset, size)", tagrid.open, url)
             self.assertEqual(error.filename, url)
+        for url, shown in (("https://user:SECRET@host:8/a.tag?X-Amz-Signature=SECRET", "https://host:8/a.tag"),
+                           ("https://user:SE/CRET@host/a.tag#SECRET", "https://host/a.tag"), ("s3://key:SECRET@bucket/a.tag", "s3://bucket/a.tag"),
+                           ("https://host/a@b.tag", "https://host/a@b.tag"), ("https://[::1]:8/a@b", "https://[::1]:8/a@b")):
+            error = self.refused(FileNotFoundError, "for a URL give", tagrid.open, url)
+            self.assertEqual(error.filename, shown)
+            self.assertNotIn("SECRET", str(error))
+            far = type("Far", (), {"name": url, "size": 5000, "read_at": lambda self, offset, size: b"x" * size})()
+            self.assertIn(shown, str(self.refused(tagrid.DamagedError, "not a .tag file", tagrid.open, far)))
+            with self.assertRaises(OSError) as failed:
+                tagrid.encode(SAMPLES, url)
+            self.assertNotIn("SECRET", str(failed.exception))
         self.refused(TypeError, "tagrid.encode(array)", tagrid.open, SAMPLES)
         self.assertNotIn("xxxx", str(self.refused(tagrid.DamagedError, "not a .tag file", tagrid.encode, b"x" * 5000)))
         for memory in (np.frombuffer(DATA, np.uint8), np.frombuffer(DATA, np.uint8).repeat(2)[::2]):

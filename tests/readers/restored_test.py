@@ -207,7 +207,7 @@ def describe(path):
     with open(path + ".opened", "a+") as file:
         file.write("x")
         opened = file.tell()
-    if opened == int(os.environ["CHANGE_AT"]):
+    if opened == int(os.environ["TAGRID_CHANGE_AT"]):
         with open(path, "r+b") as file:
             value, = struct.unpack("<H", file.read(2))
             file.seek(0)
@@ -223,7 +223,7 @@ for request in map(json.loads, sys.stdin):
             self.write("scan.change", self.volume())
             (self.folder / "scan.change.opened").unlink(missing_ok=True)
             run = subprocess.run([PROGRAM, "encode", "scan.change", "--max-error", "5", "--rm", "-f"], cwd=self.folder, text=True, stderr=subprocess.PIPE,
-                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
+                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at)})
             opened = (self.folder / "scan.change.opened").stat().st_size
             codes.append(run.returncode)
             self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
@@ -249,9 +249,9 @@ def change(path):
 def describe(path):
     with open(path + ".opened", "a+") as file:
         file.write("x")
-        if str(file.tell()) == os.environ["CHANGE_AT"]:
+        if str(file.tell()) == os.environ["TAGRID_CHANGE_AT"]:
             change(path)
-    places = {} if os.environ["CHANGE_AT"] == "slices" else {"places": [{"slices": 4}]}
+    places = {} if os.environ["TAGRID_CHANGE_AT"] == "slices" else {"places": [{"slices": 4}]}
     return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "complete": True, **places}
 print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
 for request in map(json.loads, sys.stdin):
@@ -270,7 +270,7 @@ for request in map(json.loads, sys.stdin):
             for old in ("scan.change.opened", "scan.tag"):
                 (self.folder / old).unlink(missing_ok=True)
             run = subprocess.run([PROGRAM, "encode", "scan.change", *options], cwd=self.folder, text=True, stderr=subprocess.PIPE,
-                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
+                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at)})
             if change_at == "slices":
                 self.assertEqual(run.returncode, 0, run.stderr)
                 self.assertIn("scan.change: was linked, given other permissions, or changed with its time set back",

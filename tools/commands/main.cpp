@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/text/addresses.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line.h"
 #include "tools/options/shared_options.h"
@@ -74,6 +75,9 @@ int run(Ranks& ranks, int argc, char** argv) {
   }
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
+    // Any message may quote an argument, such as one too many.
+    for (const std::string_view text : {argument, argument.substr(argument.find('=') + 1)})
+      if (is_address(text)) show_instead_of(std::string(text), shown_address(text));
     if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
       throw UsageError("an argument is empty; is a shell variable unset?");
   }

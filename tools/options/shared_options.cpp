@@ -17,7 +17,17 @@ namespace tagrid {
 
 CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::string& value,
                              const std::string& value_name, const std::string& help) {
-  return command.add_option(names, value, help)->option_text(value_name);
+  CLI::Option* option = command.add_option(names, value, help)->option_text(value_name);
+  // A name that is an address would be a directory called "http:".
+  if (value_name == "FILE" || value_name == "DIR")
+    option->check(CLI::Validator(
+        [](const std::string& given) {
+          return is_address(given)
+                     ? shown_address(given) + ": is an address; this must be a name on this machine"
+                     : std::string();
+        },
+        ""));
+  return option;
 }
 
 CLI::Validator one_of(const std::vector<std::string>& words) {

@@ -15,6 +15,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/files/temporaries.h"
@@ -116,7 +118,27 @@ double processor_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-void say_line(std::string_view text) { say_to_terminal(printable(text) + "\n"); }
+namespace {
+
+// Texts with secrets, and what is shown in place of them.
+std::vector<std::pair<std::string, std::string>>& secrets() {
+  static std::vector<std::pair<std::string, std::string>> all;
+  return all;
+}
+
+}  // namespace
+
+void show_instead_of(const std::string& text, const std::string& shown) {
+  if (!text.empty() && text != shown) secrets().emplace_back(text, shown);
+}
+
+void say_line(std::string_view text) {
+  std::string line(text);
+  for (const auto& [secret, shown] : secrets())
+    for (std::size_t at = 0; (at = line.find(secret, at)) != line.npos; at += shown.size())
+      line.replace(at, secret.size(), shown);
+  say_to_terminal(printable(line) + "\n");
+}
 
 void say_to_terminal(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);

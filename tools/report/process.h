@@ -27,6 +27,9 @@ std::uint64_t peak_memory();
 /// The processor time of all threads of this process so far, in seconds.
 double processor_seconds();
 
+/// From now on, say_line() writes `shown` in place of `text`, which has a secret. Not for several threads.
+void show_instead_of(const std::string& text, const std::string& shown);
+
 /// Writes a line for people to standard error, in the form of printable(). Failures are ignored.
 void say_line(std::string_view text);
 /// The same for a text that is formatted.

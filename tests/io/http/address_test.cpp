@@ -37,6 +37,9 @@ TEST(Address, MessagesHaveNoSecrets) {
       {"https://[::1]/a@b", "https://[::1]/a@b"},
       {"https://host/a.tag#part", "https://host/a.tag"},
       {"s3://bucket/a@b?c", "s3://bucket/a@b?c"},
+      {"s3://key:secret@bucket/k", "s3://bucket/k"},
+      {"s3://key:sec/ret@bucket/k", "s3://bucket/k"},
+      {"s3://bucket/k?X-Amz-Signature=abc", "s3://bucket/k"},
       {"scan@2x?.tag", "scan@2x?.tag"}};
   for (const auto& [text, shown] : cases) EXPECT_EQ(shown_address(text), shown);
 }
@@ -58,20 +61,40 @@ TEST_F(ObjectAddress, BucketsAreHostsWhereTheirNamesFitACertificate) {
   EXPECT_EQ(address_of("s3://bucket/k").region, "eu-west-2");
 }
 
+// Keys are no paths: the server is asked for what they are.
+TEST_F(ObjectAddress, KeysKeepTheirBytes) {
+  setenv("AWS_ENDPOINT_URL", "http://minio", 1);
+  const std::pair<const char*, const char*> cases[] = {{"a/../b", "a/../b"},
+                                                       {"../other/x", "../other/x"},
+                                                       {"./a", "./a"},
+                                                       {"a//b", "a//b"},
+                                                       {"/a", "/a"},
+                                                       {"%2e%2e/a", "%252e%252e/a"},
+                                                       {"a?b=c#d", "a%3Fb%3Dc%23d"},
+                                                       {"100%", "100%25"},
+                                                       {"a b", "a%20b"},
+                                                       {"\xE2\x82\xAC", "%E2%82%AC"},
+                                                       {"a/", "a/"},
+                                                       {"~-_.", "~-_."}};
+  for (const auto& [key, path] : cases)
+    EXPECT_EQ(address_of(std::string("s3://bucket/") + key).url, std::string("http://minio/bucket/") + path);
+}
+
 TEST_F(ObjectAddress, AnotherServerHasBucketsInItsPaths) {
   setenv("AWS_ENDPOINT_URL", "http://minio:9000/", 1);
   EXPECT_EQ(address_of("s3://bucket/\xC3\xA4+b").url, "http://minio:9000/bucket/%C3%A4%2Bb");
   setenv("AWS_ENDPOINT_URL_S3", "https://s3.example/x", 1);
   EXPECT_EQ(address_of("s3://bucket/k").url, "https://s3.example/x/bucket/k");
-  for (const char* wrong : {"minio:9000", "file:///", "s3://a/b"}) {
+  for (const char* wrong : {"minio:9000", "file:///", "s3://a/b", "http://minio/?x=", "http://minio/#"}) {
     setenv("AWS_ENDPOINT_URL_S3", wrong, 1);
     EXPECT_THROW(address_of("s3://bucket/k"), UsageError);
   }
 }
 
 TEST_F(ObjectAddress, WhatIsNoBucketOrHasHalfOfTheKeysIsRefused) {
-  for (const char* text :
-       {"s3://", "s3://bucket", "s3://bucket/", "s3://a/k", "s3://user:x@host/k", "s3:///k"})
+  for (const char* text : {"s3://", "s3://bucket", "s3://bucket/", "s3://a/k", "s3://user:x@host/k",
+                           "s3:///k", "s3://../host/k", "s3://.../k", "s3://a..b/k", "s3://.ab/k",
+                           "s3://ab-/k", "s3://a%2e/k", "s3://host/k?X-Amz-Signature=x"})
     EXPECT_THROW(address_of(text), UsageError) << text;
   setenv("AWS_ACCESS_KEY_ID", "key", 1);
   EXPECT_THROW(address_of("s3://bucket/k"), UsageError);

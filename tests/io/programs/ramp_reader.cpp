@@ -102,11 +102,14 @@ class Ramp final : public ServedVolume {
 }  // namespace tagrid
 
 int main() {
-  return tagrid::serve_volumes("ramp", [](const std::string& path, const tagrid::ReaderOptions& options) {
+  const tagrid::FilesBeside beside = {.may_need = [](auto, auto other) { return other.ends_with(".ramp"); },
+                                      .are_listed = true};
+  const auto open = [](const std::string& path, const tagrid::ReaderOptions& options) {
     const auto series = options.find("series");
     if (series == options.end()) return std::make_unique<tagrid::Ramp>(path);
     const std::vector<tagrid::Choice> list = {{"a", "the first"}, {"b", "the second"}, {"a", "the third"}};
     tagrid::chosen(path, "series", series->second == "all" ? "" : series->second, list);
     return std::make_unique<tagrid::Ramp>(path);
-  });
+  };
+  return tagrid::serve_volumes("ramp", open, beside);
 }

@@ -101,16 +101,54 @@ TEST_F(Sandbox, KeepsAReaderFromTheRestOfTheMachine) {
 
 TEST_F(Sandbox, LetsItReadTheSourceAndWhatLinksLeadTo) {
   file("scans/b.ramp", "1 1 1 any");
-  const std::string other = file("elsewhere/slice", "x");
-  std::filesystem::create_symlink(other, path("scans/link"));
+  const std::string other = file("elsewhere/slice.ramp", "x");
+  std::filesystem::create_symlink(other, path("scans/link.ramp"));
+  expect_done("read", path("scans/a.ramp"));
   expect_done("read", path("scans/b.ramp"));
   expect_done("list", path("scans"));
-  expect_done("read", path("scans/link"));
+  expect_done("read", path("scans/link.ramp"));
   // Samples lie beside the header itself, not beside a link to it.
   std::filesystem::create_symlink(file("elsewhere/c.ramp", "3 4 5 tries read " + other),
                                   path("scans/c.ramp"));
   const auto source = open_with_reader(TAGRID_RAMP_READER, path("scans/c.ramp"), {});
   EXPECT_EQ(text_of_key(source->info().nrrd_fields, "outcome"), "done");
+}
+
+// A scan in the home of a user is no way to the rest of it.
+TEST_F(Sandbox, KeepsAReaderFromWhatLiesBesideTheSource) {
+  for (const char* folder : {"scans/.ssh", "scans/more", "scans/d.ramp"})
+    std::filesystem::create_directory(path(folder));
+  std::filesystem::create_symlink(path("elsewhere"), path("scans/folder.ramp"));
+  for (const char* name :
+       {"scans/.ssh/id", "scans/.netrc", "scans/.hidden.ramp", "scans/notes.txt", "scans/credentials",
+        "scans/more/e.ramp", "scans/d.ramp/f.ramp", "elsewhere/g.ramp"})
+    expect_refused("read", file(name, "secret"));
+  expect_refused("read", path("scans/folder.ramp/g.ramp"));
+}
+
+// Of a directory: all that is not hidden.
+TEST_F(Sandbox, LetsItReadADirectoryWithoutWhatIsHiddenThere) {
+  std::filesystem::create_directories(path("scans/more/.zarr"));
+  std::filesystem::create_directory(path("scans/.ssh"));
+  for (const char* name :
+       {"scans/.ssh/id", "scans/.netrc", "scans/b", "scans/.zarray", "scans/more/.zarr/c", "elsewhere/d"})
+    file(name, "x");
+  std::filesystem::create_symlink(path("elsewhere/d"), path("scans/more/link"));
+  const auto tries = [&](const std::string& at) {
+    EXPECT_EXIT(
+        {
+          confine_to(path("scans"), {});
+          _exit(open(at.c_str(), O_RDONLY) < 0 ? 1 : 0);
+        },
+        ::testing::ExitedWithCode(at.find(".ssh") != at.npos || at.find(".netrc") != at.npos ||
+                                  at.find("passwd") != at.npos),
+        "")
+        << at;
+  };
+  for (const char* name : {"scans", "scans/b", "scans/.zarray", "scans/more", "scans/more/.zarr/c",
+                           "scans/more/link", "scans/.ssh/id", "scans/.netrc"})
+    tries(path(name));
+  tries("/etc/passwd");
 }
 
 // Landlock has no rules for them.
@@ -119,7 +157,7 @@ TEST_F(Sandbox, TakesFilesOfTheKernelsOwnFileSystems) {
   const std::string name = "/proc/self/fd/" + std::to_string(in_memory);
   EXPECT_EXIT(
       {
-        allow_reading_only({name});
+        allow_reading_only({{name}, {}});
         _exit(access("/etc/passwd", F_OK) == 0 && open("/etc/passwd", O_RDONLY) < 0 ? 0 : 1);
       },
       ::testing::ExitedWithCode(0), "");

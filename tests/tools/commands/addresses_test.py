@@ -17,8 +17,9 @@ import unittest
 import urllib.parse
 
 from program import ProgramTest, TAGRID, numpy
-from web_server import (WebServer, after, gzipped, of_another_protocol, page, page_as_part, part_as_200, redirected_to,
-                        short, silent, silent_in_body, until, without_ranges)
+from web_server import (WebServer, after, endless_headers, gzipped, late_trickle, of_another_protocol, page, page_as_part,
+                        part_as_200, redirected_to, short, silent, silent_in_body, slow_link, slow_redirections,
+                        trickled_body, trickled_headers, trickled_status, until, without_ranges)
 
 IS_SANITIZED = b"__asan_init" in TAGRID.read_bytes()
 # Servers of this machine are not reached through a proxy.
@@ -318,6 +319,12 @@ class Addresses(ProgramTest):
                 ("another protocol", of_another_protocol, "HTTP/0.9"),
                 ("silence", silent, "the server does not answer in time"),
                 ("silence in the body", silent_in_body, "the server does not answer in time"),
+                ("a trickle", trickled_body, "sends less than 4096 bytes a second; a TAGRID_HTTP_TIMEOUT of more"),
+                ("a trickle after half", late_trickle, "sends less than 4096 bytes a second"),
+                ("a trickle of headers", trickled_headers, "for 2 seconds (TAGRID_HTTP_TIMEOUT)"),
+                ("a trickle of statuses", trickled_status, "for 2 seconds (TAGRID_HTTP_TIMEOUT)"),
+                ("slow redirections", slow_redirections, "for 2 seconds (TAGRID_HTTP_TIMEOUT)"),
+                ("endless headers", endless_headers, "headers"),
                 ("a loop", redirected_to("/scan.tag"), "is redirected again and again"),
                 ("a redirection to a file", redirected_to(f"file://{self.folder}/local.tag"), "neither http nor https"),
                 ("a redirection to ftp", redirected_to("ftp://127.0.0.1/scan.tag"), "neither http nor https"),
@@ -454,6 +461,42 @@ class Addresses(ProgramTest):
         shutil.copy(self.folder / "small.tag", folder / "small.tag")
         self.tagrid("info", "./http://x/small.tag")
 
+    def test_a_slow_server_is_waited_for(self):
+        with self.server(slow_link) as server:
+            begin = time.monotonic()
+            run = self.tagrid("info", server.url + "/scan.tag", "--json").stdout
+            self.assertGreater(time.monotonic() - begin, 5)
+        self.assertEqual(run.replace(server.url.encode() + b"/scan.tag", b"local.tag"),
+                         self.tagrid("info", "local.tag", "--json").stdout)
+
+    def test_addresses_that_look_alike_are_not_one_file(self):
+        with self.server(**{"/get?file=1": self.data, "/get?file=2": self.small}) as server:
+            self.tagrid("info", server.url + "/get?file=2", "--no-levels")
+            self.refused("two addresses differ only", "serve", server.url + "/get?file=1", server.url + "/get?file=2",
+                         code=64)
+
+    def test_no_message_has_a_secret_and_no_output_is_an_address(self):
+        self.tagrid("phantom", "--dims", "8,8,8", "-o", "a.nrrd")
+        self.environment["NO_COLOR"] = "1"
+        for address in ("http://SECRETUSER:SECRETPW@127.0.0.1:9/x.tag?X-Amz-Signature=SECRETSIG#SECRET",
+                        "s3://SECRETKEY:SECRETPW@bucket/x.tag?X-Amz-Signature=SECRETSIG"):
+            (self.folder / "list.tsv").write_text(f"a.nrrd\n{address}\n")
+            for command in ("info @", "info @ x", "info @ --json", "info --frob=@", "decode @ -o o.nrrd", "decode small.tag -o @",
+                            "decode small.tag @", "decode small.tag --region @ -o x.nrrd", "decode small.tag --volume @ -o -",
+                            "preview small.tag -o @", "mesh small.tag -o @", "surface small.tag --iso 1 -o @", "view @",
+                            "view small.tag @", "serve @", "verify small.tag --against @", "restore small.tag -o @", "restore @ -o d",
+                            "encode @", "encode a.nrrd -o @", "encode a.nrrd @", "encode a.nrrd -o z.tag --json @",
+                            "encode a.nrrd -o z.tag --spool @", "estimate @", "convert @", "convert --find @",
+                            "convert --manifest list.tsv --output-dir @", "convert --manifest @ --output-dir d", "repair @",
+                            "repair small.tag -o @", "protect @ --parity 5%", "formats @", "phantom -o @", "frobnicate @", "@"):
+                with self.subTest(command, address=address):
+                    before = sorted(os.listdir(self.folder))
+                    run = subprocess.run([TAGRID, *(word.replace("@", address) if "@" in word else word for word in command.split())],
+                                         cwd=self.folder, env=self.environment, capture_output=True, check=False)
+                    self.assertIn(run.returncode, (64, 65, 74), run)
+                    self.assertNotIn(b"SECRET", run.stdout + run.stderr)
+                    self.assertEqual(sorted(os.listdir(self.folder)), before)
+
     # Object stores.
 
     def signed(self, secret, token=""):
@@ -469,7 +512,8 @@ class Addresses(ProgramTest):
                 return handler.respond(403, {}, b"<Error><Code>AccessDenied</Code></Error>") or True
             key, day, region, names, signature = found.groups()
             lines = [f"{name}:{headers[name]}" for name in names.split(";")]
-            canonical = "\n".join(["GET", handler.path, "", *lines, "", names, headers["x-amz-content-sha256"]])
+            path = urllib.parse.quote(urllib.parse.unquote(handler.path), safe="/-_.~")
+            canonical = "\n".join(["GET", path, "", *lines, "", names, headers["x-amz-content-sha256"]])
             scope = f"{day}/{region}/s3/aws4_request"
             text = "\n".join(["AWS4-HMAC-SHA256", headers["x-amz-date"], scope,
                               hashlib.sha256(canonical.encode()).hexdigest()])
@@ -509,6 +553,35 @@ class Addresses(ProgramTest):
                                        f"s3://bucket.x/{key}")
                 self.assertNotIn("another", message)
                 self.assertEqual(server.region, "us-east-1")
+
+    def test_keys_are_not_paths(self):
+        """Each key names its own object, and no other: those beside it hold another volume."""
+        keys = ["a/../b.tag", "../other/x.tag", "a/./b.tag", "..", ".", "a//b.tag", "/b.tag", "%2e%2e/other/x.tag",
+                "a?b.tag", "a#b.tag", "100%.tag", "a b.tag", "\u20ac/\u00e4.tag", "a/", "..%2fother/x.tag", "a&b=c+d.tag"]
+        others = {f"/{bucket}/{key}": self.data for bucket in ("good", "other")
+                  for key in ("b.tag", "x.tag", "a/b.tag", "a", "", "other/x.tag")}
+        small = self.tagrid("decode", "small.tag", "-o", "-").stdout
+        for key in keys:
+            for secret in ("", "secret"):
+                misbehave = self.signed(secret) if secret else lambda handler, _: setattr(
+                    handler, "path", urllib.parse.unquote(handler.path))
+                with self.subTest(key, secret=secret), self.server(
+                        misbehave, **{**others, f"/good/{key}": self.small}) as server:
+                    self.environment.update(AWS_ENDPOINT_URL=server.url)
+                    if secret:
+                        self.environment.update(AWS_ACCESS_KEY_ID="KEY", AWS_SECRET_ACCESS_KEY=secret)
+                    self.assertEqual(self.tagrid("decode", f"s3://good/{key}", "-o", "-").stdout, small)
+                    self.assertEqual({path for path, _ in server.requests},
+                                     {"/good/" + urllib.parse.quote(key, safe="/-_.~")})
+                    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+                        self.environment.pop(name, None)
+        for bucket in ("..", "...", "a..b", ".good", "%2e%2e", "good%2f..%2fother"):
+            self.refused("must be s3://BUCKET/KEY", "info", f"s3://{bucket}/x.tag", code=64)
+
+    def test_an_object_has_no_user_and_no_signature(self):
+        self.environment["AWS_ENDPOINT_URL"] = "http://127.0.0.1:9"
+        for address in ("s3://KEY:SECRET@bucket/scan.tag", "s3://bucket/scan.tag?X-Amz-Signature=SECRET"):
+            self.assertNotIn("SECRET", self.refused("s3://bucket/scan.tag", "info", address, code=64))
 
     def test_objects_without_keys_are_read_without_a_signature(self):
         with self.server(**{"/bucket/scan.tag": self.data}) as server:

@@ -49,7 +49,7 @@ class Handler(BaseHTTPRequestHandler):
             self.close_connection = True
 
     def content(self):
-        return self.server.files.get(self.path.split("?")[0])
+        return self.server.files.get(self.path, self.server.files.get(self.path.split("?")[0]))
 
     def wanted(self):
         """The range of the request: first byte and the byte after the last one."""
@@ -149,6 +149,59 @@ def silent_in_body(handler, _):
     span = handler.wanted()
     handler.answer(body=handler.content()[span[0]:span[0] + 100], length=span[1] - span[0])
     time.sleep(20)
+    return True
+
+
+def trickle(handler, piece, seconds=0.25):
+    """Sends pieces as long as someone listens: never silent, and never done."""
+    handler.close_connection = True
+    while True:
+        handler.wfile.write(piece)
+        time.sleep(seconds)
+
+
+def trickled_body(handler, _):
+    span = handler.wanted()
+    handler.answer(body=b"", length=span[1] - span[0])
+    trickle(handler, b"T" * 60)
+
+
+def late_trickle(handler, _):
+    """Half of the part at once, and then little now and then."""
+    span = handler.wanted()
+    middle = (span[0] + span[1]) // 2
+    handler.answer(body=handler.content()[span[0]:middle], length=span[1] - span[0])
+    trickle(handler, b"T" * 200, 1.5)
+
+
+def trickled_headers(handler, _):
+    handler.wfile.write(b"HTTP/1.1 206 Partial Content\r\n")
+    trickle(handler, b"X-More: 1\r\n")
+
+
+def trickled_status(handler, _):
+    trickle(handler, b"HTTP/1.1 100 Continue\r\n\r\n")
+
+
+def endless_headers(handler, _):
+    handler.wfile.write(b"HTTP/1.1 206 Partial Content\r\n")
+    trickle(handler, b"X-More: " + b"x" * 8000 + b"\r\n", 0)
+
+
+def slow_redirections(handler, number):
+    time.sleep(0.9)
+    handler.respond(302, {"Location": f"/hop{number}/scan.tag"})
+    return True
+
+
+def slow_link(handler, _):
+    """A right answer, at 32 KiB a second."""
+    span = handler.wanted()
+    content = handler.content()[slice(*span)]
+    handler.answer(body=b"", length=len(content))
+    for at in range(0, len(content), 8192):
+        handler.wfile.write(content[at:at + 8192])
+        time.sleep(0.25)
     return True
 
 

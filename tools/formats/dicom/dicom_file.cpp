@@ -204,6 +204,10 @@ std::optional<DicomFile> read_dicom_file(const std::string& path) {
   }
 }
 
+bool is_name_of_dicomdir(std::string_view name) {
+  return lower_case(fs::path(name).stem().string()) == "dicomdir";
+}
+
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path) {
   if (!has_magic(beginning_of(path))) return std::nullopt;
   DcmFileFormat format;
@@ -212,6 +216,11 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
   const auto type = text_of(*format.getMetaInfo(), DCM_MediaStorageSOPClassUID);
   if (!type || *type != UID_MediaStorageDirectoryStorage) return std::nullopt;
   if (result.bad()) throw BrokenInput(fmt::format("{}: DICOM directory: {}", path, result.text()));
+  if (!is_name_of_dicomdir(fs::path(path).filename().string()))
+    throw BrokenInput(
+        fmt::format("{}: is a DICOM directory under another name, so the files that it names are not read; "
+                    "call it DICOMDIR",
+                    path));
   std::vector<std::string> files;
   DcmSequenceOfItems* records = nullptr;
   format.getDataset()->findAndGetSequence(DCM_DirectoryRecordSequence, records);

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -129,6 +130,10 @@ class BrokenDicomFile : public BrokenInput {
 /// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an
 /// image, such as a report. Throws BrokenDicomFile and WorldError.
 std::optional<DicomFile> read_dicom_file(const std::string& path);
+
+/// True for the name that DICOM gives to such directories, whatever its extension is. The reader may open what lies
+/// below one; a scan that is none does not open more by saying that it is one.
+bool is_name_of_dicomdir(std::string_view name);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path);

@@ -277,5 +277,8 @@ int main() {
   OFLog::configure(OFLogger::OFF_LOG_LEVEL);
   // Archives store unknown attributes as UN.
   dcmEnableUnknownVRConversion.set(OFTrue);
-  return tagrid::serve_volumes("dicom", tagrid::open_dicom);
+  return tagrid::serve_volumes("dicom", tagrid::open_dicom,
+                               {.may_need = tagrid::may_be_of_series,
+                                .are_listed = true,
+                                .names_a_tree = tagrid::is_name_of_dicomdir});
 }

@@ -182,6 +182,12 @@ std::string about_siblings(const std::string& path, const DicomSeries& series,
 
 }  // namespace
 
+bool may_be_of_series(std::string_view own, std::string_view other) {
+  NamesOfImages names;
+  names.add(std::string(own));
+  return names.are_like(std::string(other));
+}
+
 ImageFiles image_files_at(const std::string& path) {
   std::error_code unknown;
   ImageFiles files = fs::is_directory(path, unknown) ? images_in_folder(path) : images_of_file(path);

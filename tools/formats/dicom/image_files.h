@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/formats/dicom/dicom_file.h"
@@ -27,6 +28,10 @@ struct ImageFiles {
 /// images: the same extension, or the same texts between numbers. If there is no image, the first
 /// unreadable file is the error. Throws BrokenInput and WorldError.
 ImageFiles image_files_at(const std::string& path);
+
+/// True if the names of two files are alike as those of images of a series are: the same extension, or the same texts
+/// between numbers.
+bool may_be_of_series(std::string_view own, std::string_view other);
 
 /// The unreadable files that may be images of a series: files that name the series, and other files whose
 /// names are like those of its files, or unlike those of all images.

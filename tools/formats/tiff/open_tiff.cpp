@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "io/text/text.h"
 #include "tools/formats/slice_files.h"
 #include "tools/formats/tiff/tiff_volumes.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
@@ -188,7 +190,18 @@ std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOpt
   return slices_of(std::move(volumes), number);
 }
 
+/// OME-XML names other files of its set, and may lie in a file of its own.
+bool may_be_of_set(std::string_view own, std::string_view other) {
+  constexpr std::array of_sets = {".tif", ".tiff", ".tf2", ".tf8", ".btf", ".ome", ".xml"};
+  const std::string extension = lower_case(fs::path(other).extension().string());
+  return std::ranges::find(of_sets, extension) != of_sets.end() ||
+         (!extension.empty() && extension == lower_case(fs::path(own).extension().string()));
+}
+
 }  // namespace
 }  // namespace tagrid
 
-int main() { return tagrid::serve_volumes("tiff", tagrid::open_tiff); }
+int main() {
+  return tagrid::serve_volumes("tiff", tagrid::open_tiff,
+                               {.may_need = tagrid::may_be_of_set, .are_listed = true});
+}

@@ -138,7 +138,10 @@ export interface OpenOptions {
   connections?: number;
   /** How often a request is repeated after a failure that may pass. The default is 3. */
   retries?: number;
-  /** Milliseconds without a byte after which a request counts as failed. The default is 30000. */
+  /**
+   * Milliseconds after which a request counts as failed if the server has sent nothing of the file, and then whenever it
+   * sent less than 4096 bytes a second on average. The default is 30000; with a longer time, fewer bytes are enough.
+   */
   timeout?: number;
   /** Bytes of compressed bricks that are kept. The default is 64 MB. */
   blockCache?: number;
@@ -159,13 +162,19 @@ export interface OpenOptions {
    */
   ifMatch?: boolean;
 
-  /** Where the files of this package are, if not beside its index.js: the URL of a folder, with "/" at its end. */
+  /**
+   * Where the files of this package are, if a bundler has left them elsewhere than index.js says: the URL of a folder,
+   * with "/" at its end, relative to the page. The README says which bundlers need it.
+   */
   base?: string | URL;
   /** False: do not use vector instructions, to compare. */
   simd?: boolean;
 }
 
-/** Opens a .tag file: two requests, of 320 KiB, or of up to 832 KiB for a large file. The result is volume 0 of the file. */
+/**
+ * Opens a .tag file: two requests, of 320 KiB, or of up to 832 KiB for a large file. The result is volume 0 of the file.
+ * A URL begins with http: or https:, and has no name and no password; see `headers`.
+ */
 export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
 
 export type ErrorCode =
@@ -194,7 +203,10 @@ export type ErrorCode =
   /** A bug in this package. */
   | "bug";
 
-/** All errors of this package, except that an aborted call fails with the reason of its signal. */
+/**
+ * All errors of this package. Neither messages nor causes have passwords, `headers`, or what follows a "?" in addresses.
+ * (An aborted call fails with the reason of its signal, and the cause of a failed `Source.read()` is its own error.)
+ */
 export class TagridError extends Error {
   readonly code: ErrorCode;
   /** The HTTP status, if a server answered with an error. */

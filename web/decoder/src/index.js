@@ -2,11 +2,12 @@
 import { Bricks } from "./bricks.js";
 import { TagridError, require, unlessAborted } from "./errors.js";
 import { fieldsOf } from "./fields.js";
+import { baseOf, compile } from "./files.js";
 import { cores } from "./platform.js";
 import { Pool } from "./pool.js";
 import { Queue, Recent } from "./queue.js";
 import { openSource, within } from "./source.js";
-import { Wasm, boxBytes, compile, types } from "./wasm.js";
+import { Wasm, boxBytes, types } from "./wasm.js";
 
 export { TagridError };
 export const version = "1.0.0-rc.1";
@@ -17,20 +18,20 @@ const partsOfIndex = 16;
 const activityCache = 64 * megabyte;
 
 export async function open(given, options = {}) {
-  const { signal, workers, connections = 8, retries, simd = true, base = import.meta.url } = options;
+  const { signal, workers, connections = 8, retries, simd = true } = options;
   require(workers === undefined || (Number.isInteger(workers) && workers >= 0 && workers <= 256), "workers must be 0 to 256");
   require(Number.isInteger(connections) && connections >= 1 && connections <= 64, "connections must be 1 to 64");
   require(retries === undefined || (Number.isInteger(retries) && retries >= 0), "retries must be 0 or more");
   require(options.size === undefined || (Number.isSafeInteger(options.size) && options.size >= 0),
     "size must be a whole number of bytes");
   signal?.throwIfAborted();
-  const where = new URL(base, globalThis.location?.href ?? import.meta.url);
+  const base = baseOf(options.base);
   const [source, module, count] = await unlessAborted(
-    Promise.all([openSource(given, options), compile("tagrid", where, simd), workers ?? cores().then((n) => Math.max(n - 1, 1))]),
+    Promise.all([openSource(given, options), compile("tagrid", base, simd), workers ?? cores().then((n) => Math.max(n - 1, 1))]),
     signal,
   );
-  const gridPool = async () => new Pool(await compile("tagrid_grid", where, simd), where, count);
-  const file = new File(source, module, new Pool(module, where, count), gridPool, connections, options);
+  const gridPool = async () => new Pool(await compile("tagrid_grid", base, simd), base, count);
+  const file = new File(source, module, new Pool(module, base, count), gridPool, connections, options);
   try {
     const blocks = file.wasm.create(source.size);
     await file.call(blocks, () => file.wasm.open(blocks), signal);

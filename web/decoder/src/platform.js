@@ -20,23 +20,25 @@ export async function packageFile(url) {
   return readFile(url);
 }
 
-/** A worker with `onMessage` and `onError`. In Node.js it keeps the process alive only while it `works`. */
-export async function startWorker(url, { onMessage, onError }) {
-  if (isNode) {
-    const { Worker } = await nodeModule("worker_threads");
-    const worker = new Worker(url);
-    worker.on("message", onMessage);
-    worker.on("error", onError);
-    return {
-      post: (message) => worker.postMessage(message),
-      works: (busy) => (busy ? worker.ref() : worker.unref()),
-      end: () => worker.terminate(),
-    };
-  }
-  const worker = new Worker(url, { type: "module" });
+/** A worker with `onMessage` and `onError`. It keeps the process alive only while it `works`. */
+export async function startNodeWorker(url, { onMessage, onError }) {
+  const { Worker } = await nodeModule("worker_threads");
+  const worker = new Worker(url);
+  worker.on("message", onMessage);
+  worker.on("error", onError);
+  return {
+    post: (message) => worker.postMessage(message),
+    works: (busy) => (busy ? worker.ref() : worker.unref()),
+    end: () => worker.terminate(),
+  };
+}
+
+/** The same in a browser. `make` makes the worker; the error of one that was not loaded has no message. */
+export function startWebWorker(make, { onMessage, onError }) {
+  const worker = make();
   worker.onmessage = (event) => onMessage(event.data);
-  worker.onerror = (event) => onError(new Error(event.message || "the worker cannot be loaded"));
-  worker.onmessageerror = () => onError(new Error("the worker cannot be given a message"));
+  worker.onerror = (event) => onError(new Error(event.message ?? ""));
+  worker.onmessageerror = () => onError(new Error("it cannot be given a message"));
   return { post: (message) => worker.postMessage(message), works: () => {}, end: () => worker.terminate() };
 }
 

@@ -1,11 +1,11 @@
 // Workers that decode bricks. Without workers, the calling thread does.
 import { Decoders } from "./decoders.js";
 import { TagridError } from "./errors.js";
-import { startWorker } from "./platform.js";
+import { startWorker, workerNotLoaded } from "./files.js";
 
 export class Pool {
   #module;
-  #url;
+  #base;
   #size;
   #inline;
   #workers = new Set();
@@ -14,7 +14,7 @@ export class Pool {
 
   constructor(module, base, size) {
     this.#module = module;
-    this.#url = new URL("worker.js", base);
+    this.#base = base;
     this.#size = size;
     if (size === 0) this.#inline = new Decoders(module);
   }
@@ -69,22 +69,24 @@ export class Pool {
       else entry.reject(new TagridError(code, message));
       this.#work();
     };
-    const onError = (cause) => {
+    const onError = async (cause) => {
       this.#workers.delete(worker);
       worker.port?.end();
       const failed = worker.entry ? [worker.entry] : [];
       // One that never worked is not replaced: the next one would fail, too. So nobody is left for what waits.
       if (!worker.worked && this.#workers.size === 0) failed.push(...this.#waiting.splice(0));
-      const code = worker.worked ? "bug" : "not-supported";
-      for (const entry of failed)
-        entry.reject(new TagridError(code, `a worker (${this.#url.href}) failed: ${cause.message}`, { cause }));
       if (worker.worked) this.#work();
+      if (failed.length === 0) return;
+      const error = worker.worked
+        ? new TagridError("bug", `a worker failed: ${cause.message}`, { cause })
+        : await workerNotLoaded(this.#base, cause);
+      for (const entry of failed) entry.reject(error);
     };
     const withMark = (message) => {
       worker.worked = true;
       onMessage(message);
     };
-    startWorker(this.#url, { onMessage: withMark, onError }).then(
+    startWorker(this.#base, { onMessage: withMark, onError }).then(
       (port) => {
         if (this.#closed) return port.end();
         worker.port = port;

@@ -1,4 +1,5 @@
 // Where the bytes of a file come from: a URL, a Blob, or an object of the caller.
+import { perhaps, shownAddress, withoutSecrets, wordsOf } from "./addresses.js";
 import { TagridError, require, unlessAborted } from "./errors.js";
 import { isNode } from "./platform.js";
 
@@ -20,12 +21,25 @@ export async function openSource(given, options) {
 }
 
 function urlOf(given) {
+  const shown = shownAddress(given);
+  let url;
   try {
-    return new URL(given, globalThis.location?.href);
-  } catch (cause) {
-    throw new TagridError("invalid-argument", `${given} is no URL`, { cause });
+    url = new URL(given, globalThis.location?.href);
+  } catch {
+    throw new TagridError("invalid-argument", `${shown} is not a URL; ${insteadOfFiles}`);
   }
+  if (!["http:", "https:", "blob:", "data:"].includes(url.protocol))
+    throw new TagridError("invalid-argument", `${shown}: addresses begin with http: or https:, not with ${url.protocol}; ${insteadOfFiles}`);
+  // No fetch() sends them, and its error would name them.
+  if (url.username || url.password)
+    throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must have no name and no password; ` +
+      "give open() the headers { Authorization: ... }");
+  return url;
 }
+
+const insteadOfFiles = isNode
+  ? "of a file of this machine, give open() the Blob of fs.openAsBlob()"
+  : "of a file of this machine, give open() a File, as from <input type=file>";
 
 class BlobSource {
   #blob;
@@ -68,16 +82,19 @@ class UrlSource {
   #options;
   #kept = [];
   #first; // what the first answer said of the file
+  #atOnce = 0; // requests that share the connection
+  #cleaned;
   size;
 
   constructor(url, options) {
     this.#url = url;
     this.#options = { retries: 3, timeout: 30000, fetch: globalThis.fetch, ...dropUndefined(options) };
+    this.#cleaned = withoutSecrets(url, this.#options.headers);
     this.#options.ifMatch ??= isNode || url.origin === globalThis.location?.origin;
   }
 
   #fail(code, what, extra) {
-    return new TagridError(code, `${this.#url.href}: ${what}`, extra);
+    return new TagridError(code, `${shownAddress(this.#url.href)}: ${what}`, extra);
   }
 
   async open(signal) {
@@ -107,7 +124,7 @@ class UrlSource {
         if (signal?.aborted) throw signal.reason;
         if (!(error instanceof Passing)) throw error;
         if (attempt >= this.#options.retries)
-          throw this.#fail("io-error", `${error.message} (tried ${attempt + 1} times)`, { cause: error, status: error.status });
+          throw this.#fail("io-error", `${error.message} (tried ${attempt + 1} times)`, { cause: error.cause, status: error.status });
         await pause(200 * 2 ** attempt, signal);
       }
     }
@@ -118,7 +135,8 @@ class UrlSource {
     const sent = { ...headers, Range: `bytes=${offset}-${offset + length - 1}` };
     const etag = this.#first?.etag;
     if (ifMatch && etag && !etag.startsWith("W/")) sent["If-Match"] = etag;
-    const watch = new Watch(timeout, signal);
+    const watch = new Watch(timeout, signal, () => this.#atOnce);
+    ++this.#atOnce;
     try {
       // The caches of browsers let only one request for an address pass at a time.
       const response = await fetch(this.#url, { headers: sent, credentials, cache: "no-store", signal: watch.signal });
@@ -130,9 +148,11 @@ class UrlSource {
       throw new Passing(`the server sent ${bytes.length} bytes in place of ${length} from byte ${offset} on`);
     } catch (error) {
       if (error instanceof TagridError || error instanceof Passing || signal?.aborted) throw error;
-      throw new Passing(watch.isLate ? `the server sent nothing for ${timeout} ms` : `the request failed: ${error?.message ?? error}`,
-        { cause: error });
+      if (watch.isLate) throw new Passing(watch.inWords());
+      const cause = this.#cleaned(error);
+      throw new Passing(`the request failed: ${wordsOf(cause)}${perhaps(this.#url, error)}`, { cause });
     } finally {
+      --this.#atOnce;
       watch.end();
     }
   }
@@ -184,30 +204,62 @@ export function within(pieces, offset, length) {
   return piece && piece.bytes.subarray(offset - piece.offset, offset - piece.offset + length);
 }
 
-/** Ends a request that the caller ends, or that sends nothing for some time. */
+// A server must send so many bytes a second, on average over the time of `timeout`; with a longer one than usual, fewer.
+const leastRate = 4096;
+const usualTimeout = 30000;
+
+/**
+ * Ends a request that the caller ends, or whose server does not begin to send the file, or sends too little of it, in
+ * some time. A limit on silence alone would not end: who sends a byte now and then is never silent.
+ */
 class Watch {
   #controller = new AbortController();
   #timer;
   #outer;
   #stop;
+  #atOnce;
+  #bytes = 0; // that arrived in the present time
+  #mostAtOnce = 1; // meanwhile
+  #hasBegun = false;
   isLate = false;
 
-  constructor(timeout, outer) {
+  constructor(timeout, outer, atOnce) {
     this.timeout = timeout;
     this.#outer = outer;
+    this.#atOnce = atOnce;
     this.#stop = () => this.#controller.abort(outer.reason);
     outer?.addEventListener("abort", this.#stop, { once: true });
-    this.again();
+    this.#wait();
   }
   get signal() {
     return this.#controller.signal;
   }
-  again() {
+  get #least() {
+    return (leastRate * Math.min(this.timeout, usualTimeout)) / 1000;
+  }
+  took(bytes) {
+    this.#bytes += bytes;
+    this.#mostAtOnce = Math.max(this.#mostAtOnce, this.#atOnce());
+    if (this.#hasBegun || bytes === 0) return;
+    this.#hasBegun = true;
+    this.#wait();
+  }
+  #wait() {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
+      if (this.#hasBegun && this.#bytes >= this.#least / this.#mostAtOnce) {
+        this.#bytes = 0;
+        this.#mostAtOnce = 1;
+        return this.#wait();
+      }
       this.isLate = true;
       this.#controller.abort(new Error("timeout"));
     }, this.timeout);
+  }
+  inWords() {
+    if (!this.#hasBegun) return `the server sent nothing of the file for ${this.timeout} ms`;
+    const rate = Math.round((1000 * this.#least) / this.timeout);
+    return `the server sends less than ${rate} bytes a second; a \`timeout\` of more than ${Math.max(this.timeout, usualTimeout)} ms waits longer`;
   }
   end() {
     clearTimeout(this.#timer);
@@ -229,7 +281,7 @@ async function read(response, length, watch) {
     }
     bytes.set(part.value, done);
     done += part.value.length;
-    watch.again();
+    watch.took(part.value.length);
   }
 }
 

@@ -1,6 +1,5 @@
 // The WebAssembly module: glue.cpp says what its functions take.
 import { TagridError } from "./errors.js";
-import { packageFile } from "./platform.js";
 
 export const OK = 0;
 export const NEEDS_BYTES = 8;
@@ -25,37 +24,6 @@ const numbersOfInfo = 35 + 64;
 const numbersOfBlock = 12;
 const blocksAtOnce = 64;
 export const boxBytes = 48;
-
-// A function that returns a vector: i32.const 0, i8x16.splat, i8x16.popcnt.
-const withVectors = new Uint8Array([
-  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
-]);
-
-const compiled = new Map();
-
-/** A compiled module, which workers can be given: `tagrid` decodes samples, `tagrid_grid` also the grid. */
-export function compile(name, base, simd) {
-  const url = new URL(`${name}_${simd && WebAssembly.validate(withVectors) ? "simd" : "scalar"}.wasm`, base);
-  let module = compiled.get(url.href);
-  if (!module) {
-    module = compileFrom(url).catch((cause) => {
-      compiled.delete(url.href);
-      if (cause instanceof TagridError) throw cause;
-      throw new TagridError("not-supported", `cannot compile ${url.href}: ${cause.message}`, { cause });
-    });
-    compiled.set(url.href, module);
-  }
-  return module;
-}
-
-async function compileFrom(url) {
-  if (typeof WebAssembly !== "object") throw new Error("there is no WebAssembly");
-  const file = await packageFile(url);
-  if (file instanceof Uint8Array) return WebAssembly.compile(file);
-  if (!file.ok) throw new Error(`the server answered ${file.status}`);
-  // Some servers do not know the type of the file.
-  return WebAssembly.compile(await file.arrayBuffer());
-}
 
 /** Numbers of 64 bits, each given as two words, the lower one first, in 32 bits. Throws if one does not fit. */
 export function int32Of(words) {

@@ -19,6 +19,7 @@
 #include "tools/formats/hdf5/reader/conventions.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/geometry.h"
+#include "tools/formats/hdf5/reader/links.h"
 #include "tools/formats/hdf5/reader/storage.h"
 #include "tools/formats/words.h"
 
@@ -187,4 +188,6 @@ std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOpt
 }  // namespace
 }  // namespace tagrid
 
-int main() { return tagrid::serve_volumes("hdf5", tagrid::open_hdf5); }
+int main() {
+  return tagrid::serve_volumes("hdf5", tagrid::open_hdf5, {.may_need = tagrid::may_be_linked_to});
+}

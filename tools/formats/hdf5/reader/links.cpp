@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -16,6 +17,8 @@
 
 namespace tagrid {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// The link of this name in a group, which is at `path`; nothing if it is a hard one, or cannot be read.
 std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std::string& name,
@@ -39,16 +42,22 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// True if the file that a link names is there, but in another directory than the file with the link. Nothing
-/// is read from there, and the sandbox hides what such a file holds, but not that it is there.
-bool is_elsewhere(hid_t file, const std::string& named) {
-  namespace fs = std::filesystem;
-  if (named.empty()) return false;
+/// Why nothing is read from the file that a link names, although it is there; "" if that is not so. The sandbox hides
+/// what such a file holds, but not that it is there.
+std::string why_not_read(hid_t file, const std::string& named) {
+  if (named.empty()) return "";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
   H5Fget_name(file, own.data(), own.size() + 1);
   std::error_code unknown;
   const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
-  return fs::is_regular_file(target, unknown) && !fs::equivalent(target.parent_path(), folder, unknown);
+  if (!fs::is_regular_file(target, unknown)) return "";
+  if (!fs::equivalent(target.parent_path(), folder, unknown))
+    return "is in another directory, where nothing is read; give that file itself";
+  const std::string name = target.filename().string();
+  if (name.starts_with('.') || !may_be_linked_to(fs::path(own).filename().string(), name))
+    return "has not the name of an HDF5 file, so it is not read; give that file itself, or a name that ends "
+           "in .h5";
+  return "";
 }
 
 struct Waiting {
@@ -101,10 +110,8 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
     if (!link) return fmt::format("{} cannot be opened", part);
     if (std::ranges::count(passed, part) > 0) return "";
     passed.push_back(part);
-    if (is_elsewhere(file, link->file))
-      return fmt::format(
-          "{} is a link to {}, which is in another directory, where nothing is read; give that file itself",
-          part, link->target);
+    if (const std::string why = why_not_read(file, link->file); !why.empty())
+      return fmt::format("{} is a link to {}, which {}", part, link->target, why);
     std::string deeper = value.empty() ? "" : why_missing_after(passed, file, inside(group_path, value));
     // A link to a link: the target of the last one is more useful.
     if (deeper.starts_with("there is no ")) deeper.clear();
@@ -115,6 +122,14 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
 }
 
 }  // namespace
+
+bool may_be_linked_to(std::string_view own, std::string_view other) {
+  constexpr std::array extensions = {".h5",  ".hdf5", ".hdf", ".he5", ".nxs", ".nx5", ".nx",    ".nc",
+                                     ".nc4", ".mat",  ".ims", ".emd", ".mnc", ".cxi", ".vtkhdf"};
+  const std::string extension = lower_case(fs::path(other).extension().string());
+  return std::ranges::find(extensions, extension) != extensions.end() ||
+         (!extension.empty() && extension == lower_case(fs::path(own).extension().string()));
+}
 
 std::string inside(const std::string& group, const std::string& name) {
   if (name.starts_with('/')) return name;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace tagrid {
@@ -33,6 +34,10 @@ void visit_objects(hid_t file, const Visitor& visitor);
 /// A sentence that explains why there is no object at this absolute path, and names the target of a link that
 /// leads nowhere, or to a file in another folder, from which nothing is read; "" if there is one.
 std::string why_missing(hid_t file, const std::string& path);
+
+/// True if a link may lead to this file of the directory of a file called `own`: its extension is the same, or one of
+/// HDF5. The reader is confined to such files, so that a scan beside other things is no way to them.
+bool may_be_linked_to(std::string_view own, std::string_view other);
 
 /// The group in which the object at this path is, "/" if the path has none, and its own name.
 std::pair<std::string, std::string> group_and_name(const std::string& path);

@@ -1,0 +1,35 @@
+#include "io/programs/environment.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace tagrid {
+namespace {
+
+constexpr std::string_view names[] = {"PATH",   "HOME",        "USER",         "LOGNAME",
+                                      "LANG",   "LANGUAGE",    "TZ",           "TZDIR",
+                                      "TMPDIR", "DCMDICTPATH", "CONDA_PREFIX", "VIRTUAL_ENV"};
+constexpr std::string_view begins[] = {"LC_", "LD_", "HDF5_", "TAGRID_", "PYTHON", "OMP_"};
+
+bool is_passed_on(std::string_view name) {
+  // Messages of the program should be the same everywhere.
+  if (name == "LC_ALL") return false;
+  return std::ranges::find(names, name) != std::end(names) || name.ends_with("SAN_OPTIONS") ||
+         std::ranges::any_of(begins, [&](std::string_view begin) { return name.starts_with(begin); });
+}
+
+}  // namespace
+
+std::vector<std::string> environment_of_programs() {
+  std::vector<std::string> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    if (is_passed_on(text.substr(0, text.find('=')))) variables.emplace_back(text);
+  }
+  variables.emplace_back("LC_ALL=C");
+  return variables;
+}
+
+}  // namespace tagrid
