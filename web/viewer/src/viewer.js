@@ -405,7 +405,7 @@ function nameIn({ pathname, host }) {
 // ---- Controls ------------------------------------------------------------------------------------------------------
 
 let shownTab;
-const isNarrow = matchMedia("(max-width: 720px)");
+const isSmall = matchMedia("(max-width: 720px), (max-height: 480px)");
 function showTab(name) {
   shownTab = name;
   element("views").classList.toggle("single", name !== "all");
@@ -436,7 +436,7 @@ new ResizeObserver(() => {
 }).observe(element("views"));
 
 globalThis.tagridViewer = { state, sliceViews, spaceView, actions, times };
-showTab(isNarrow.matches ? "axial" : "all");
+showTab(isSmall.matches ? "axial" : "all");
 const source = new URLSearchParams(location.search).get("src");
 if (source) {
   element("welcome").hidden = false;
