@@ -2,10 +2,18 @@
 import { numberText, valueText } from "./numbers.js";
 import { lettersOf } from "./sides.js";
 
-/** Values are `slope * sample + intercept`. With slopes of single slices, samples are all that is shown. */
+/**
+ * Values are `slope * sample + intercept`. With slopes of single slices, pictures and windows are of samples, and
+ * `ofSlice(z)` is what a sample of the volume itself means.
+ */
 export function scaleOf(volume) {
-  if (volume.pair("slice_slopes") !== undefined)
-    return { slope: 1, intercept: 0, unit: "", note: "stored samples: each slice has a slope of its own" };
+  const [slopes, intercepts] = ["slice_slopes", "slice_intercepts"].map((key) => volume.pair(key)?.split(/[\s;,]+/).map(Number));
+  if (slopes !== undefined) {
+    const ofSlice = (z) => ({ slope: slopes[z], intercept: intercepts?.[z] ?? 0 });
+    const isWhole = slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
+    const note = "stored samples: each slice has a slope of its own, so equal greys are not equal values";
+    return { slope: 1, intercept: 0, unit: "", note, ofSlice: isWhole ? ofSlice : undefined };
+  }
   const slope = Number(volume.pair("rescale_slope") ?? 1);
   const intercept = Number(volume.pair("rescale_intercept") ?? 0);
   if (!Number.isFinite(slope) || slope === 0 || !Number.isFinite(intercept))

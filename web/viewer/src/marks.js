@@ -29,17 +29,17 @@ export function drawMarks(context, view, state) {
 }
 
 /** Slices are counted from 1, as people count, and by their index, as the program does. */
-function titlesOf(view, { position, volume, places }) {
+function titlesOf(view, { position, volume, places, scale }) {
   const { normal } = view;
   const index = position[normal];
   const titles = [`${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`];
   const factor = view.shown === undefined ? 1 : volume.levels[view.shown].factor;
-  const isRead = view.isComplete || view.isSettled;
-  const notes = [];
+    const notes = [];
   if (factor > 1) notes.push(`overview 1:${factor}`);
-  if (!isRead) notes.push(view.shown === undefined ? "reading" : "reading finer samples");
+  if (!view.isSettled) notes.push(view.shown === undefined ? "reading" : "reading finer samples");
   if (!view.sides) notes.push("directions unknown");
   if (places.isUneven && normal !== 2) notes.push("slices unevenly spaced");
+  if (scale.note) notes.push("slopes differ by slice");
   return notes.length > 0 ? [...titles, notes.join(" · ")] : titles;
 }
 

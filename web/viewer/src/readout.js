@@ -12,9 +12,10 @@ export function readoutRows({ volume, tiles, scale, places }, place, normal) {
   const found = sampleAt(volume, tiles, place, normal);
   if (!found) return [...rows, ["value", "…"]];
   const stored = sampleText(found.sample, volume.type);
-  if (scale.note) rows.push(["stored sample", stored]);
-  else rows.push(["value", `${valueText(found.sample, volume.type, scale)} ${scale.unit}`]);
-  if (scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", stored]);
+  // A mean of slices with different slopes has no value.
+  const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
+  if (meaning) rows.push(["value", `${valueText(found.sample, volume.type, meaning)} ${scale.unit}`]);
+  if (scale.note || scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", stored]);
   if (found.factor > 1) rows.push(["", `mean in overview 1:${found.factor}`]);
   return rows;
 }
