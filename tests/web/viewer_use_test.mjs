@@ -28,6 +28,7 @@ const textsOf = (page, view) =>
     context.fillText = (text, x, y) => texts.push({ text, x, y });
     view.draw();
     delete context.fillText;
+    view.draw();
     return texts; })()`);
 
 test("a mark at the left, the front and the head is drawn where the letters say so", async () => {
@@ -337,6 +338,8 @@ test("what has no value, and what cannot be read, is not drawn as air", async ()
   assert.notEqual(await page.evaluate(`document.getElementById("status").textContent`), "");
   await picture(page, "damaged");
   const grey = async (i) => pixelOf(page, 0, [[20, 90, 150, 196][i], 12, 30]);
+  await page.move(...(await pointOf(page, 0, [[20, 90, 150, 196][seen.indexOf("lost")], 12, 30])));
+  assert.equal((await readout(page)).value, "cannot be read");
   const isGrey = ([red, green, blue]) => red === green && green === blue;
   for (let i = 0; i < 4; ++i) assert.equal(isGrey(await grey(i)), seen[i] === "read", `${i} ${await grey(i)}`);
   await page.close();

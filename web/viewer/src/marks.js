@@ -18,7 +18,10 @@ export function drawMarks(context, view, state) {
     context.fillStyle = color;
     context.fillText(text, x, y);
   };
-  for (const [line, text] of titlesOf(view, state).entries()) write(text, 9, 19 + 17 * line, "left", "13px", line > 0 ? "#f2b134" : ink);
+  const [title, notes] = titlesOf(view, state);
+  write(title, 9, 19, "left");
+  // Below the slider.
+  if (notes) write(notes, 9, view.slider.offsetTop + view.slider.offsetHeight + 15, "left", "13px", "#f2b134");
   drawScaleBar(context, state, write, width, height);
   drawSides(view, write, width, height);
   const loss = lossText(state.volume, state.scale);
@@ -28,19 +31,21 @@ export function drawMarks(context, view, state) {
   write([view.across, view.down].map((axis, i) => axisNames[axis] + arrows[i]).join(" "), 9, height - 11, "left");
 }
 
-/** Slices are counted from 1, as people count, and by their index, as the program does. */
+/**
+ * A title and a line of notes. Slices are counted from 1, as people count, and by their index, as the program does.
+ */
 function titlesOf(view, { position, volume, places, scale }) {
   const { normal } = view;
   const index = position[normal];
-  const titles = [`${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`];
+  const title = `${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`;
   const factor = view.shown === undefined ? 1 : volume.levels[view.shown].factor;
-    const notes = [];
+  const notes = [];
   if (factor > 1) notes.push(`overview 1:${factor}`);
   if (!view.isSettled) notes.push(view.shown === undefined ? "reading" : "reading finer samples");
   if (!view.sides) notes.push("directions unknown");
   if (places.isUneven && normal !== 2) notes.push("slices unevenly spaced");
   if (scale.note) notes.push("slopes differ by slice");
-  return notes.length > 0 ? [...titles, notes.join(" · ")] : titles;
+  return [title, notes.join(" · ")];
 }
 
 function drawCross(context, view, { position }, width, height) {
@@ -81,8 +86,8 @@ function drawSides({ sides }, write, width, height) {
   const font = "bold 17px";
   write(sides.left, 9, height / 2 + 6, "left", font);
   write(sides.right, width - 9, height / 2 + 6, "right", font);
-  // Below the titles.
-  write(sides.top, width / 2, 58, "center", font);
+  // Below the title, beside the slider.
+  write(sides.top, width / 2, 44, "center", font);
   write(sides.bottom, width / 2, height - 11, "center", font);
 }
 

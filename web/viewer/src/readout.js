@@ -10,7 +10,7 @@ export function readoutRows({ volume, tiles, scale, places }, place, normal) {
   const position = positionTexts(volume, places, place);
   if (position) rows.push([`position (${places.unit})`, position.join(", ")]);
   const found = sampleAt(volume, tiles, place, normal);
-  if (!found) return [...rows, ["value", "…"]];
+  if (!found) return [...rows, ["value", isUnreadable(tiles, place, normal) ? "cannot be read" : "…"]];
   const stored = sampleText(found.sample, volume.type);
   // A mean of slices with different slopes has no value.
   const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
@@ -32,4 +32,9 @@ function sampleAt(volume, tiles, place, normal) {
     return { sample: samples[(j - tiles.range(level, down, row)[0]) * (x1 - x0) + i - x0], factor };
   }
   return undefined;
+}
+
+function isUnreadable(tiles, place, normal) {
+  const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [tiles.number(place[axis]), tiles.number(place[axis]) + 1]);
+  return tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
 }
