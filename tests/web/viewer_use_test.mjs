@@ -4,6 +4,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { folder, tagrid } from "./files.mjs";
+import { edgesOf, meshOf } from "./mesh.mjs";
 import { open, picture, pixelOf, pointOf, readout } from "./viewer_pages.mjs";
 
 const typeNames = { Int16Array: "int16", Int32Array: "int32", Uint32Array: "uint32", Float32Array: "float", Float64Array: "double" };
@@ -113,6 +114,36 @@ test("the picture is true to scale, and keys follow it", async () => {
   await page.close();
 });
 
+test("the grid lies over the samples, also where the picture is turned", async () => {
+  const file = write("turned", [64, 50, 40], Int16Array, (x, y, z) => (Math.hypot(x - 30, y - 25, z - 20) < 15 ? 900 : 3 * x + y), ["space: LPS",
+    "space directions: (0,0,-1) (0,1,0) (-1,0,0)"], "--max-error", "2");
+  const page = await open(file);
+  await page.evaluate(`tagridViewer.actions.one("coronal"); tagridViewer.actions.grid(); tagridViewer.actions.moveTo([5, 25, 3])`);
+  await page.until(`tagridViewer.sliceViews[1].gridState === "shown"`);
+  await frame(page);
+  await picture(page, "grid-turned");
+  // In the only view that is shown, the sample at the cross hair has its value.
+  assert.ok(Math.abs(Number((await readout(page)).value) - 40) <= 2);
+  const mesh = meshOf(join(folder, "turned.tag"));
+  // The mesh is in the world.
+  for (const [tag, [a, b, c]] of mesh.points) mesh.points.set(tag, [-c, b, -a]);
+  assert.equal(await page.evaluate("tagridViewer.sliceViews[1].normal"), 1);
+  const edges = edgesOf(mesh, 1, 25).map((text) => text.split(" ").map(Number));
+  const middles = edges.map(([a, b, c, d]) => [(a + c) / 2, 25, (b + d) / 2]).filter(([x, , z]) => x > 12 && x < 52 && z > 8 && z < 34);
+  const blue = await page.evaluate(`(() => { const view = tagridViewer.sliceViews[1], context = view.canvas.getContext("2d"), places = ${JSON.stringify(middles)};
+    view.draw();
+    return places.filter((place) => {
+      const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+      const { data } = context.getImageData(Math.round(x) - 1, Math.round(y) - 1, 3, 3);
+      let most = 0;
+      for (let i = 0; i < data.length; i += 4) most = Math.max(most, data[i + 2] - data[i]);
+      return most > 40;
+    }).length; })()`);
+  assert.ok(middles.length > 100 && blue > 0.97 * middles.length, `${blue} of ${middles.length}`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
 test("without directions, planes are named by their axes", async () => {
   const page = await open(write("nameless", [32, 30, 28], Int16Array, (x) => x, ["spacings: 1 1 2"]));
   const texts = (await Promise.all([0, 1, 2].map((view) => textsOf(page, view)))).map((list) => list.map(({ text }) => text));
@@ -173,6 +204,31 @@ test("the window is that of the header or chosen once, and only the user changes
   const named = await open(write("window", [64, 64, 40], Int16Array, (x, y, z) => x + y + z, ["window_center:=40", "window_width:=400"]));
   assert.deepEqual(await windowOf(named), [-160, 240]);
   await named.close();
+});
+
+test("another volume of a file keeps the window", async () => {
+  const page = await open("golden/volumes_bounded_int16.tag");
+  const { low, high } = await state(page, "volume.range");
+  await page.evaluate(`tagridViewer.actions.window(${low}, ${(low + high) / 2})`);
+  await page.evaluate(`globalThis.before = tagridViewer.state.volume; { const choice = document.getElementById("volume");
+    choice.value = "1"; choice.dispatchEvent(new Event("change")); }`);
+  await page.until(`tagridViewer.state.volume !== before && ${isDone}`);
+  assert.deepEqual(await windowOf(page), [low, (low + high) / 2]);
+  assert.match(await page.evaluate(`document.getElementById("volume").selectedOptions[0].textContent`), /^2 of \d+ \(number 1\)$/);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("where slices have slopes of their own, values are those of each slice, and views say so", async () => {
+  const page = await open(write("slopes", [20, 20, 3], Int16Array, (x) => x, ["slice_slopes:=1 0.5 0.1", "slice_intercepts:=0 -3 1"]));
+  for (const [z, value] of [[0, "7"], [1, "0.5"], [2, "1.7"]]) {
+    await page.evaluate(`tagridViewer.actions.moveTo([7, 5, ${z}])`);
+    await page.until(isDone);
+    const shown = await readout(page);
+    assert.deepEqual([shown.value.trim(), shown["stored sample"]], [value, "7"]);
+  }
+  assert.match((await textsOf(page, 0))[1].text, /slopes differ by slice/);
+  await page.close();
 });
 
 test("a notch is a slice, and a wheel with Ctrl only zooms", async () => {

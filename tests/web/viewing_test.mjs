@@ -1,9 +1,14 @@
 // What the viewer says of sides and numbers, and what it takes a wheel for, without a browser.
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "node:test";
+import { pathToFileURL } from "node:url";
+import { folder, tagrid } from "./files.mjs";
 import { numberText, placeText, sampleText, valueText } from "../../web/viewer/src/numbers.js";
 import { placesOf, positionTexts } from "../../web/viewer/src/places.js";
-import { axesOf, layoutsOf, lettersOf } from "../../web/viewer/src/sides.js";
+import { axesOf, layoutsOf, lettersOf, nearestAxes } from "../../web/viewer/src/sides.js";
 import { wheelSlices } from "../../web/viewer/src/gestures.js";
 
 /** What the decoder gives for a header with these fields. */
@@ -151,4 +156,49 @@ test("a notch of a wheel is a slice, whatever a browser makes of it", () => {
   assert.deepEqual(turn([[30], [-30], [-9], [-2]]), [0, 0, 0, -1]);
   // Wheels with fine steps.
   assert.equal(turn(Array(10).fill([0.3, 1])).reduce((a, b) => a + b), 3);
+});
+
+const python = (code) => spawnSync(process.env.TAGRID_DEBIAN_PYTHON || "python3", ["-c", code], { encoding: "utf8" });
+const hasNibabel = python("import nibabel").status === 0;
+test("NIfTI files: nibabel names the same sides", { skip: hasNibabel ? false : "there is no nibabel" }, async () => {
+  const { open } = await import(pathToFileURL(join(process.env.TAGRID_DIST, "index.js")));
+  // Along axes, and turned by up to 40 degrees around each of them, half of them mirrored.
+  const { stdout, status, stderr } = python(`
+import json, math, random, numpy, nibabel
+random.seed(7)
+names = []
+for i in range(24):
+    turn = numpy.eye(3)
+    for axis in range(3):
+        a = math.radians(random.choice([0, 90, 180, 270]) + (random.uniform(-20, 20) if i % 2 else 0))
+        b, c = [k for k in range(3) if k != axis]
+        one = numpy.eye(3)
+        one[b, b] = one[c, c] = math.cos(a)
+        one[b, c], one[c, b] = -math.sin(a), math.sin(a)
+        turn = turn @ one
+    affine = numpy.eye(4)
+    affine[:3, :3] = turn @ numpy.diag([random.choice([-1, 1]) * 0.7, 0.9, 2.5])
+    affine[:3, 3] = [5, -20, 3]
+    image = nibabel.Nifti1Image(numpy.zeros((4, 5, 6), numpy.int16), affine)
+    image.header.set_xyzt_units("mm")
+    nibabel.save(image, ${JSON.stringify(join(folder, "turned"))} + f"{i}.nii")
+    names.append(nibabel.aff2axcodes(image.affine))
+print(json.dumps(names))`);
+  assert.equal(status, 0, stderr);
+  const seen = new Set();
+  for (const [i, names] of JSON.parse(stdout).entries()) {
+    const path = join(folder, `turned${i}.tag`);
+    tagrid("encode", join(folder, `turned${i}.nii`), "-q", "-o", path);
+    const volume = await open(new Blob([readFileSync(path)]), { workers: 0 });
+    const axes = axesOf(volume);
+    const expected = names.map((name) => ({ S: "H", I: "F" })[name] ?? name);
+    const nearest = [];
+    // nibabel, too, gives each axis a side of its own.
+    for (const [side, { axis, sign }] of nearestAxes(axes).entries()) nearest[axis] = ["RL", "AP", "FH"][side][sign > 0 ? 1 : 0];
+    assert.deepEqual(nearest, expected, `${i}`);
+    if (i % 2 === 0) assert.deepEqual(axes.map(lettersOf), expected);
+    seen.add(expected.join(""));
+    volume.close();
+  }
+  assert.ok(seen.size > 12, [...seen].join(" "));
 });

@@ -258,7 +258,8 @@ function showReadout() {
     const [across, down] = view.placeAt(pointed.x, pointed.y).map(Math.floor);
     [place[view.across], place[view.down]] = [across, down];
   }
-  fillList(element("readout"), readoutRows(state, place, (pointed?.view ?? sliceViews[0]).normal));
+  const { normal } = pointed?.view ?? sliceViews.find((view) => view.isShown) ?? sliceViews[0];
+  fillList(element("readout"), readoutRows(state, place, normal));
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
