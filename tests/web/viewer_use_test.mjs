@@ -7,13 +7,27 @@ import { folder, tagrid } from "./files.mjs";
 import { edgesOf, meshOf } from "./mesh.mjs";
 import { open, picture, pixelOf, pointOf, readout } from "./viewer_pages.mjs";
 
-const typeNames = { Int16Array: "int16", Int32Array: "int32", Uint32Array: "uint32", Float32Array: "float", Float64Array: "double" };
+const typeNames = {
+  Int16Array: "int16",
+  Int32Array: "int32",
+  Uint32Array: "uint32",
+  Float32Array: "float",
+  Float64Array: "double",
+};
 /** A .tag file in made/ of samples that are a function of x, y, z, with these lines of a header. */
 function write(name, dims, Samples, sampleOf, lines = [], ...options) {
   const samples = new Samples(dims[0] * dims[1] * dims[2]);
   for (let z = 0, i = 0; z < dims[2]; ++z)
     for (let y = 0; y < dims[1]; ++y) for (let x = 0; x < dims[0]; ++x, ++i) samples[i] = sampleOf(x, y, z);
-  const head = ["NRRD0004", `type: ${typeNames[Samples.name]}`, "dimension: 3", `sizes: ${dims.join(" ")}`, "encoding: raw", "endian: little", ...lines];
+  const head = [
+    "NRRD0004",
+    `type: ${typeNames[Samples.name]}`,
+    "dimension: 3",
+    `sizes: ${dims.join(" ")}`,
+    "encoding: raw",
+    "endian: little",
+    ...lines,
+  ];
   const source = join(folder, `${name}.nrrd`);
   writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), Buffer.from(samples.buffer)]));
   tagrid("encode", source, "-q", "-f", "-o", join(folder, `${name}.tag`), ...options);
@@ -22,7 +36,8 @@ function write(name, dims, Samples, sampleOf, lines = [], ...options) {
 
 const state = (page, what) => page.evaluate(`tagridViewer.state.${what}`);
 const isDone = "tagridViewer.sliceViews.every((view) => !view.isShown || view.isSettled)";
-const frame = (page) => page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+const frame = (page) =>
+  page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
 /** All texts that a view draws, with where. */
 const textsOf = (page, view) =>
   page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], context = view.canvas.getContext("2d"), texts = [];
@@ -46,16 +61,27 @@ test("a mark at the left, the front and the head is drawn where the letters say 
   for (const [name, [space, ...directions]] of Object.entries(orientations)) {
     // Where coordinates grow toward the left, the front and the head.
     const toward = [space.startsWith("l") ? 1 : -1, /posterior/.test(space) ? -1 : 1, 1];
-    const isHigh = directions.map((d) => d.reduce((most, n, i) => (Math.abs(n) > Math.abs(most) ? n * toward[i] : most), 0) > 0);
+    const isHigh = directions.map(
+      (d) => d.reduce((most, n, i) => (Math.abs(n) > Math.abs(most) ? n * toward[i] : most), 0) > 0,
+    );
     const mark = dims.map((n, axis) => (isHigh[axis] ? n - 6 : 5));
-    const file = write("side", dims, Int16Array, (...p) => (p.every((n, axis) => Math.abs(n - mark[axis]) < 3) ? 1000 : 100),
-      [`space: ${space}`, `space directions: ${directions.map((d) => `(${d})`).join(" ")}`, "space origin: (3,4,5)"]);
+    const file = write(
+      "side",
+      dims,
+      Int16Array,
+      (...p) => (p.every((n, axis) => Math.abs(n - mark[axis]) < 3) ? 1000 : 100),
+      [`space: ${space}`, `space directions: ${directions.map((d) => `(${d})`).join(" ")}`, "space origin: (3,4,5)"],
+    );
     const page = await open(file);
     await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(mark)}); tagridViewer.actions.window(0, 1000)`);
     await page.until(isDone);
     for (const [view, plane] of ["axial", "coronal", "sagittal"].entries()) {
       const texts = await textsOf(page, view);
-      assert.match(texts[0].text, new RegExp(`^${plane}${name === "oblique" ? " \\(oblique\\)" : ""}  slice \\d+ of \\d+`), name);
+      assert.match(
+        texts[0].text,
+        new RegExp(`^${plane}${name === "oblique" ? " \\(oblique\\)" : ""}  slice \\d+ of \\d+`),
+        name,
+      );
       const { x, y, width, height } = await page.evaluate(`(() => { const { canvas } = tagridViewer.sliceViews[${view}];
         const { width, height } = canvas, { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
         let [count, x, y] = [0, 0, 0];
@@ -64,13 +90,19 @@ test("a mark at the left, the front and the head is drawn where the letters say 
         return { x: x / count, y: y / count, width, height }; })()`);
       const letters = texts.filter(({ text }) => /^[RLAPHF]{1,3}$/.test(text));
       assert.equal(letters.length, 4, name);
-      const at = (distance) => letters.reduce((best, letter) => (distance(letter) < distance(best) ? letter : best)).text;
+      const at = (distance) =>
+        letters.reduce((best, letter) => (distance(letter) < distance(best) ? letter : best)).text;
       const edges = { left: at((l) => l.x), right: at((l) => -l.x), top: at((l) => l.y), bottom: at((l) => -l.y) };
       const [across, down] = [x < width / 2 ? "left" : "right", y < height / 2 ? "top" : "bottom"];
-      for (const edge of [across, down]) assert.match(edges[edge], /^[LAH]/, `${name}: ${plane} ${edge} of ${JSON.stringify(edges)}`);
-      for (const edge of [across === "left" ? "right" : "left", down === "top" ? "bottom" : "top"]) assert.match(edges[edge], /^[RPF]/);
+      for (const edge of [across, down])
+        assert.match(edges[edge], /^[LAH]/, `${name}: ${plane} ${edge} of ${JSON.stringify(edges)}`);
+      for (const edge of [across === "left" ? "right" : "left", down === "top" ? "bottom" : "top"])
+        assert.match(edges[edge], /^[RPF]/);
       // As radiologists hang pictures.
-      assert.deepEqual([edges.left[0], edges.top[0]], { axial: ["R", "A"], coronal: ["R", "H"], sagittal: ["A", "H"] }[plane]);
+      assert.deepEqual(
+        [edges.left[0], edges.top[0]],
+        { axial: ["R", "A"], coronal: ["R", "H"], sagittal: ["A", "H"] }[plane],
+      );
     }
     // The values are still those of the samples.
     for (const view of [0, 1, 2]) {
@@ -86,8 +118,10 @@ test("a mark at the left, the front and the head is drawn where the letters say 
 
 test("the picture is true to scale, and keys follow it", async () => {
   // Slices across the columns: the picture is turned against the samples.
-  const file = write("scale", [20, 30, 40], Int16Array, (x, y, z) => x + 20 * y + 600 * (z % 8), ["space: LPS",
-    "space directions: (0,0,-2) (0,0.5,0) (-1,0,0)"]);
+  const file = write("scale", [20, 30, 40], Int16Array, (x, y, z) => x + 20 * y + 600 * (z % 8), [
+    "space: LPS",
+    "space directions: (0,0,-2) (0,0.5,0) (-1,0,0)",
+  ]);
   const page = await open(file);
   await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 1)");
   const zoom = await state(page, "zoom");
@@ -105,7 +139,29 @@ test("the picture is true to scale, and keys follow it", async () => {
   await page.until(isDone);
   // Each sample is where its place says, with its grey.
   const sampleOf = ([x, y, z]) => x + 20 * y + 600 * (z % 8);
-  for (const [view, places] of [[0, [[9, 4, 30], [9, 25, 7]]], [1, [[3, 15, 31], [17, 15, 6]]], [2, [[2, 7, 19], [16, 22, 19]]]])
+  for (const [view, places] of [
+    [
+      0,
+      [
+        [9, 4, 30],
+        [9, 25, 7],
+      ],
+    ],
+    [
+      1,
+      [
+        [3, 15, 31],
+        [17, 15, 6],
+      ],
+    ],
+    [
+      2,
+      [
+        [2, 7, 19],
+        [16, 22, 19],
+      ],
+    ],
+  ])
     for (const place of places) {
       const grey = Math.round((sampleOf(place) * 255) / 5000);
       assert.deepEqual(await pixelOf(page, view, place), [grey, grey, grey, 255], `${view} ${place}`);
@@ -115,10 +171,19 @@ test("the picture is true to scale, and keys follow it", async () => {
 });
 
 test("the grid lies over the samples, also where the picture is turned", async () => {
-  const file = write("turned", [64, 50, 40], Int16Array, (x, y, z) => (Math.hypot(x - 30, y - 25, z - 20) < 15 ? 900 : 3 * x + y), ["space: LPS",
-    "space directions: (0,0,-1) (0,1,0) (-1,0,0)"], "--max-error", "2");
+  const file = write(
+    "turned",
+    [64, 50, 40],
+    Int16Array,
+    (x, y, z) => (Math.hypot(x - 30, y - 25, z - 20) < 15 ? 900 : 3 * x + y),
+    ["space: LPS", "space directions: (0,0,-1) (0,1,0) (-1,0,0)"],
+    "--max-error",
+    "2",
+  );
   const page = await open(file);
-  await page.evaluate(`tagridViewer.actions.one("coronal"); tagridViewer.actions.grid(); tagridViewer.actions.moveTo([5, 25, 3])`);
+  await page.evaluate(
+    `tagridViewer.actions.one("coronal"); tagridViewer.actions.grid(); tagridViewer.actions.moveTo([5, 25, 3])`,
+  );
   await page.until(`tagridViewer.sliceViews[1].gridState === "shown"`);
   await frame(page);
   await picture(page, "grid-turned");
@@ -129,8 +194,11 @@ test("the grid lies over the samples, also where the picture is turned", async (
   for (const [tag, [a, b, c]] of mesh.points) mesh.points.set(tag, [-c, b, -a]);
   assert.equal(await page.evaluate("tagridViewer.sliceViews[1].normal"), 1);
   const edges = edgesOf(mesh, 1, 25).map((text) => text.split(" ").map(Number));
-  const middles = edges.map(([a, b, c, d]) => [(a + c) / 2, 25, (b + d) / 2]).filter(([x, , z]) => x > 12 && x < 52 && z > 8 && z < 34);
-  const blue = await page.evaluate(`(() => { const view = tagridViewer.sliceViews[1], context = view.canvas.getContext("2d"), places = ${JSON.stringify(middles)};
+  const middles = edges
+    .map(([a, b, c, d]) => [(a + c) / 2, 25, (b + d) / 2])
+    .filter(([x, , z]) => x > 12 && x < 52 && z > 8 && z < 34);
+  const blue =
+    await page.evaluate(`(() => { const view = tagridViewer.sliceViews[1], context = view.canvas.getContext("2d"), places = ${JSON.stringify(middles)};
     view.draw();
     return places.filter((place) => {
       const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
@@ -146,11 +214,22 @@ test("the grid lies over the samples, also where the picture is turned", async (
 
 test("without directions, planes are named by their axes", async () => {
   const page = await open(write("nameless", [32, 30, 28], Int16Array, (x) => x, ["spacings: 1 1 2"]));
-  const texts = (await Promise.all([0, 1, 2].map((view) => textsOf(page, view)))).map((list) => list.map(({ text }) => text));
-  assert.deepEqual(texts.map((list) => list[0]), ["x–y  slice 15 of 28 (z = 14)", "x–z  slice 16 of 30 (y = 15)", "y–z  slice 17 of 32 (x = 16)"]);
+  const texts = (await Promise.all([0, 1, 2].map((view) => textsOf(page, view)))).map((list) =>
+    list.map(({ text }) => text),
+  );
+  assert.deepEqual(
+    texts.map((list) => list[0]),
+    ["x–y  slice 15 of 28 (z = 14)", "x–z  slice 16 of 30 (y = 15)", "y–z  slice 17 of 32 (x = 16)"],
+  );
   assert.ok(texts.every((list) => list[1] === "directions unknown" && !list.some((text) => /^[RLAPHF]+$/.test(text))));
   assert.match(await page.evaluate(`document.getElementById("facts").innerText`), /directions unknown/);
-  assert.deepEqual(await page.evaluate(`[...document.querySelectorAll("[data-tab]")].map((e) => e.textContent)`), ["All", "x–y", "x–z", "y–z", "3D"]);
+  assert.deepEqual(await page.evaluate(`[...document.querySelectorAll("[data-tab]")].map((e) => e.textContent)`), [
+    "All",
+    "x–y",
+    "x–z",
+    "y–z",
+    "3D",
+  ]);
   assert.deepEqual(page.errors, []);
   await page.close();
 });
@@ -160,20 +239,34 @@ test("numbers have all digits that are stored", async () => {
   for (const [Samples, sample, lines, value, stored] of [
     [Int32Array, 1234567, [], "1234567"],
     [Uint32Array, 4294967295, [], "4294967295"],
-    [Int32Array, -1234567, ["rescale_slope:=0.25", "rescale_intercept:=-1024", "rescale_units:=HU"], "-309665.75 HU", "-1234567"],
+    [
+      Int32Array,
+      -1234567,
+      ["rescale_slope:=0.25", "rescale_intercept:=-1024", "rescale_units:=HU"],
+      "-309665.75 HU",
+      "-1234567",
+    ],
     [Float32Array, Math.fround(123456.789), [], "123456.79"],
     [Float32Array, Math.fround(0.1), [], "0.1"],
     [Float64Array, 123456.78901234567, [], "123456.78901234567"],
   ]) {
-    const page = await open(write("digits", [9, 9, 9], Samples, (x, y, z) => (x === 3 && y === 4 && z === 5 ? sample : 1),
-      ["spacings: 0.001234 0.1 2", 'units: "mm" "mm" "mm"', ...lines]));
+    const page = await open(
+      write("digits", [9, 9, 9], Samples, (x, y, z) => (x === 3 && y === 4 && z === 5 ? sample : 1), [
+        "spacings: 0.001234 0.1 2",
+        'units: "mm" "mm" "mm"',
+        ...lines,
+      ]),
+    );
     await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(at)})`);
     await page.until(isDone);
     const shown = await readout(page);
     assert.equal(shown.value.trim(), value);
     assert.equal(shown["stored sample"], stored);
     assert.equal(shown["position (mm)"], "0.003702, 0.4, 10");
-    assert.match(await page.evaluate(`document.getElementById("facts").innerText`), /spacing\s+0\.001234 × 0\.1 × 2 mm/);
+    assert.match(
+      await page.evaluate(`document.getElementById("facts").innerText`),
+      /spacing\s+0\.001234 × 0\.1 × 2 mm/,
+    );
     assert.deepEqual(page.errors, []);
     await page.close();
   }
@@ -182,7 +275,9 @@ test("numbers have all digits that are stored", async () => {
 const windowOf = (page) => page.evaluate(`["low", "high"].map((end) => tagridViewer.state.shades[end])`);
 test("the window is that of the header or chosen once, and only the user changes it", async () => {
   // Brighter from slice to slice.
-  const page = await open(write("drift", [64, 64, 40], Int16Array, (x, y, z) => (x < 8 ? 0 : ((x + y) % 100) * z), ["spacings: 1 1 1"]));
+  const page = await open(
+    write("drift", [64, 64, 40], Int16Array, (x, y, z) => (x < 8 ? 0 : ((x + y) % 100) * z), ["spacings: 1 1 1"]),
+  );
   const first = await windowOf(page);
   assert.ok(first[0] >= 0 && first[1] > 1000);
   for (const step of [10, -20, 28, -38]) {
@@ -196,12 +291,16 @@ test("the window is that of the header or chosen once, and only the user changes
   await page.evaluate(`document.getElementById("auto").click()`);
   assert.ok((await windowOf(page))[1] > 1000);
   await page.evaluate("tagridViewer.actions.window(1 / 3, 2000 / 3)");
-  await page.evaluate(`{ const field = document.getElementById("window-level"); field.value = 500; field.dispatchEvent(new Event("input")); }`);
+  await page.evaluate(
+    `{ const field = document.getElementById("window-level"); field.value = 500; field.dispatchEvent(new Event("input")); }`,
+  );
   const [low, high] = await windowOf(page);
   assert.ok(Math.abs(high - low - 1999 / 3) < 1e-9 && Math.abs(high + low - 1000) < 1e-9);
   assert.deepEqual(page.errors, []);
   await page.close();
-  const named = await open(write("window", [64, 64, 40], Int16Array, (x, y, z) => x + y + z, ["window_center:=40", "window_width:=400"]));
+  const named = await open(
+    write("window", [64, 64, 40], Int16Array, (x, y, z) => x + y + z, ["window_center:=40", "window_width:=400"]),
+  );
   assert.deepEqual(await windowOf(named), [-160, 240]);
   await named.close();
 });
@@ -214,14 +313,23 @@ test("another volume of a file keeps the window", async () => {
     choice.value = "1"; choice.dispatchEvent(new Event("change")); }`);
   await page.until(`tagridViewer.state.volume !== before && ${isDone}`);
   assert.deepEqual(await windowOf(page), [low, (low + high) / 2]);
-  assert.match(await page.evaluate(`document.getElementById("volume").selectedOptions[0].textContent`), /^2 of \d+ \(number 1\)$/);
+  assert.match(
+    await page.evaluate(`document.getElementById("volume").selectedOptions[0].textContent`),
+    /^2 of \d+ \(number 1\)$/,
+  );
   assert.deepEqual(page.errors, []);
   await page.close();
 });
 
 test("where slices have slopes of their own, values are those of each slice, and views say so", async () => {
-  const page = await open(write("slopes", [20, 20, 3], Int16Array, (x) => x, ["slice_slopes:=1 0.5 0.1", "slice_intercepts:=0 -3 1"]));
-  for (const [z, value] of [[0, "7"], [1, "0.5"], [2, "1.7"]]) {
+  const page = await open(
+    write("slopes", [20, 20, 3], Int16Array, (x) => x, ["slice_slopes:=1 0.5 0.1", "slice_intercepts:=0 -3 1"]),
+  );
+  for (const [z, value] of [
+    [0, "7"],
+    [1, "0.5"],
+    [2, "1.7"],
+  ]) {
     await page.evaluate(`tagridViewer.actions.moveTo([7, 5, ${z}])`);
     await page.until(isDone);
     const shown = await readout(page);
@@ -256,13 +364,18 @@ test("a notch is a slice, and a wheel with Ctrl only zooms", async () => {
 });
 
 test("fingers: a pinch changes nothing but the picture's place, a swipe goes through slices", async () => {
-  const file = write("touch", [90, 80, 70], Int16Array, (x, y, z) => x + y + z, ["space: LPS", "space directions: (1,0,0) (0,1,0) (0,0,1)"]);
+  const file = write("touch", [90, 80, 70], Int16Array, (x, y, z) => x + y + z, [
+    "space: LPS",
+    "space directions: (1,0,0) (0,1,0) (0,0,1)",
+  ]);
   const page = await open(file, 390, 844, true);
   await frame(page);
   await picture(page, "phone-sides");
-  const seen = () => page.evaluate(`JSON.stringify([tagridViewer.state.position, tagridViewer.state.shades.low, tagridViewer.state.shades.high,
+  const seen = () =>
+    page.evaluate(`JSON.stringify([tagridViewer.state.position, tagridViewer.state.shades.low, tagridViewer.state.shades.high,
     scrollX, scrollY, visualViewport.scale])`);
-  const placeAt = ([x, y]) => page.evaluate(`(() => { const view = tagridViewer.sliceViews[0], box = view.canvas.getBoundingClientRect();
+  const placeAt = ([x, y]) =>
+    page.evaluate(`(() => { const view = tagridViewer.sliceViews[0], box = view.canvas.getBoundingClientRect();
     return view.placeAt(${x} - box.left, ${y} - box.top); })()`);
   const before = await seen();
   const zoom = await state(page, "zoom");
@@ -275,8 +388,15 @@ test("fingers: a pinch changes nothing but the picture's place, a swipe goes thr
     await page.touch("touchMove", [[x - 4, y - 3]]);
     await page.touch("touchMove", [[x, y - 12]]);
     await page.touch("touchMove", [[x, y]]);
-    await page.touch("touchStart", [[x, y], [x + 40, y + 20]]);
-    for (let i = 1; i <= 10; ++i) await page.touch("touchMove", [[x - 4 * i, y - 3 * i], [x + 40 + 4 * i, y + 20 + 3 * i]]);
+    await page.touch("touchStart", [
+      [x, y],
+      [x + 40, y + 20],
+    ]);
+    for (let i = 1; i <= 10; ++i)
+      await page.touch("touchMove", [
+        [x - 4 * i, y - 3 * i],
+        [x + 40 + 4 * i, y + 20 + 3 * i],
+      ]);
     assert.equal(await seen(), before, tool);
     if (tool !== "pan") {
       assert.ok((await state(page, "zoom")) > 1.5 * zoom);
@@ -285,13 +405,25 @@ test("fingers: a pinch changes nothing but the picture's place, a swipe goes thr
     }
     // Both move together: the picture follows them.
     const under = await placeAt([x + 20, y + 10]);
-    for (let i = 1; i <= 5; ++i) await page.touch("touchMove", [[x - 40 + 3 * i, y - 30 + 2 * i], [x + 80 + 3 * i, y + 50 + 2 * i]]);
+    for (let i = 1; i <= 5; ++i)
+      await page.touch("touchMove", [
+        [x - 40 + 3 * i, y - 30 + 2 * i],
+        [x + 80 + 3 * i, y + 50 + 2 * i],
+      ]);
     await frame(page);
     const moved = await placeAt([x + 35, y + 20]);
     assert.ok(Math.hypot(moved[0] - under[0], moved[1] - under[1]) < 0.02, `${under} ${moved}`);
     // A third finger, and the one that stays: nothing.
-    await page.touch("touchStart", [[x - 25, y - 20], [x + 95, y + 60], [x, y + 60]]);
-    await page.touch("touchMove", [[x - 60, y - 20], [x + 95, y + 90], [x, y + 30]]);
+    await page.touch("touchStart", [
+      [x - 25, y - 20],
+      [x + 95, y + 60],
+      [x, y + 60],
+    ]);
+    await page.touch("touchMove", [
+      [x - 60, y - 20],
+      [x + 95, y + 90],
+      [x, y + 30],
+    ]);
     await page.touch("touchEnd", [[x - 60, y - 20]]);
     await page.touch("touchMove", [[x - 60, y + 60]]);
     await page.touch("touchEnd", []);
@@ -321,15 +453,26 @@ test("fingers: a pinch changes nothing but the picture's place, a swipe goes thr
 });
 
 test("on a phone, whatever is touched has 44 pixels", async () => {
-  for (const [width, height] of [[390, 844], [844, 390]]) {
-    const page = await open(write("targets", [90, 80, 70], Int16Array, (x, y, z) => x + y + z), width, height, true);
+  for (const [width, height] of [
+    [390, 844],
+    [844, 390],
+  ]) {
+    const page = await open(
+      write("targets", [90, 80, 70], Int16Array, (x, y, z) => x + y + z),
+      width,
+      height,
+      true,
+    );
     await page.evaluate(`document.querySelector("[data-tab=space]").click()`);
     await page.until("tagridViewer.spaceView.texture");
     for (const tab of ["space", "axial"]) {
       await page.evaluate(`document.querySelector("[data-tab=${tab}]").click()`);
-      assert.deepEqual(await page.evaluate(`[...document.querySelectorAll("button, label.button, select, input:not(#file), summary")]
+      assert.deepEqual(
+        await page.evaluate(`[...document.querySelectorAll("button, label.button, select, input:not(#file), summary")]
         .filter((e) => e.checkVisibility()).map((e) => [e.outerHTML.slice(0, 80), e.getBoundingClientRect()])
-        .filter(([, { width, height }]) => width < 44 || height < 44).map(([text, { width, height }]) => text + " " + width + " x " + height)`), []);
+        .filter(([, { width, height }]) => width < 44 || height < 44).map(([text, { width, height }]) => text + " " + width + " x " + height)`),
+        [],
+      );
     }
     assert.equal(await page.evaluate("document.documentElement.scrollWidth"), width);
     await page.close();
@@ -337,10 +480,15 @@ test("on a phone, whatever is touched has 44 pixels", async () => {
 });
 
 test("a graphics card that is lost is said, and the picture comes back", async () => {
-  const page = await open(write("lost", [60, 60, 60], Int16Array, (x, y, z) => (Math.hypot(x - 30, y - 30, z - 30) < 20 ? 1000 : 0), ["space: LPS",
-    "space directions: (1,0,0) (0,1,0) (0,0,1)"]));
+  const page = await open(
+    write("lost", [60, 60, 60], Int16Array, (x, y, z) => (Math.hypot(x - 30, y - 30, z - 30) < 20 ? 1000 : 0), [
+      "space: LPS",
+      "space directions: (1,0,0) (0,1,0) (0,0,1)",
+    ]),
+  );
   await page.until("tagridViewer.spaceView.texture");
-  const lit = () => page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+  const lit = () =>
+    page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
     const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
     [copy.width, copy.height] = [canvas.width, canvas.height];
     const context = copy.getContext("2d");
@@ -350,7 +498,10 @@ test("a graphics card that is lost is said, and the picture comes back", async (
     for (let i = 0; i < data.length; i += 4) count += data[i] > 40;
     done(count / (data.length / 4));
   })))`);
-  const says = () => page.evaluate(`document.querySelector("[data-view=space] .middle").checkVisibility() && document.querySelector("[data-view=space] .middle").innerText`);
+  const says = () =>
+    page.evaluate(
+      `document.querySelector("[data-view=space] .middle").checkVisibility() && document.querySelector("[data-view=space] .middle").innerText`,
+    );
   const setLevel = `{ const field = document.querySelector(".over input[type=number]"); field.value = 700; field.dispatchEvent(new Event("input")); }`;
   await page.evaluate(setLevel);
   const before = await lit();
@@ -358,7 +509,9 @@ test("a graphics card that is lost is said, and the picture comes back", async (
   const sides = `[...document.querySelectorAll(".sides span")].filter((e) => !e.hidden).map((e) => e.textContent).sort().join("")`;
   assert.equal(await page.evaluate(sides), "AHL");
   for (let round = 0; round < 2; ++round) {
-    await page.evaluate(`globalThis.card = tagridViewer.spaceView.canvas.getContext("webgl2").getExtension("WEBGL_lose_context"); card.loseContext()`);
+    await page.evaluate(
+      `globalThis.card = tagridViewer.spaceView.canvas.getContext("webgl2").getExtension("WEBGL_lose_context"); card.loseContext()`,
+    );
     await page.until(`document.querySelector("[data-view=space] .middle").checkVisibility()`);
     assert.match(await says(), /graphics card/);
     assert.equal(await page.evaluate(sides), "");
@@ -371,7 +524,10 @@ test("a graphics card that is lost is said, and the picture comes back", async (
     assert.equal(await says(), false);
     assert.equal(await page.evaluate(`document.querySelector(".over input[type=number]").value`), "700");
   }
-  assert.deepEqual(page.errors.filter((text) => !/CONTEXT_LOST/.test(text)), []);
+  assert.deepEqual(
+    page.errors.filter((text) => !/CONTEXT_LOST/.test(text)),
+    [],
+  );
   await page.close();
 });
 
@@ -382,14 +538,22 @@ test("what has no value, and what cannot be read, is not drawn as air", async ()
   assert.ok(r > 80 && g === 0 && b > 100);
   await nan.close();
   // A damaged brick, in the row of a whole one.
-  const file = write("damaged", [200, 60, 60], Int16Array, (x, y, z) => 500 + ((x * 7919 + y * 104729 + z * 1299709) % 401), []);
+  const file = write(
+    "damaged",
+    [200, 60, 60],
+    Int16Array,
+    (x, y, z) => 500 + ((x * 7919 + y * 104729 + z * 1299709) % 401),
+    [],
+  );
   const path = join(folder, "damaged.tag");
   const bytes = readFileSync(path);
   bytes[Math.floor(bytes.length / 2)] ^= 0xff;
   writeFileSync(path, bytes);
   const page = await open(file);
   await page.until(isDone);
-  const seen = await page.evaluate(`[...Array(4)].map((_, i) => tagridViewer.state.tiles.get(0, 2, 30, i, 0) ? "read" : "lost")`);
+  const seen = await page.evaluate(
+    `[...Array(4)].map((_, i) => tagridViewer.state.tiles.get(0, 2, 30, i, 0) ? "read" : "lost")`,
+  );
   assert.equal(seen.filter((text) => text === "lost").length, 1, `${seen}`);
   assert.notEqual(await page.evaluate(`document.getElementById("status").textContent`), "");
   await picture(page, "damaged");
@@ -402,7 +566,17 @@ test("what has no value, and what cannot be read, is not drawn as air", async ()
 });
 
 test("what the samples are worth is written over the slices", async () => {
-  const page = await open(write("lossy", [80, 80, 80], Int16Array, (x, y, z) => (x * y * z) % 997, ["rescale_slope:=0.5", "rescale_units:=HU"], "--max-error", "4"));
+  const page = await open(
+    write(
+      "lossy",
+      [80, 80, 80],
+      Int16Array,
+      (x, y, z) => (x * y * z) % 997,
+      ["rescale_slope:=0.5", "rescale_units:=HU"],
+      "--max-error",
+      "4",
+    ),
+  );
   for (const view of [0, 1, 2])
     assert.ok((await textsOf(page, view)).some(({ text }) => text === "lossy: errors up to 4 HU"));
   await page.close();

@@ -7,10 +7,16 @@ import { lettersOf } from "./sides.js";
  * `ofSlice(z)` is what a sample of the volume itself means.
  */
 export function scaleOf(volume) {
-  const [slopes, intercepts] = ["slice_slopes", "slice_intercepts"].map((key) => volume.pair(key)?.split(/[\s;,]+/).map(Number));
+  const [slopes, intercepts] = ["slice_slopes", "slice_intercepts"].map((key) =>
+    volume
+      .pair(key)
+      ?.split(/[\s;,]+/)
+      .map(Number),
+  );
   if (slopes !== undefined) {
     const ofSlice = (z) => ({ slope: slopes[z], intercept: intercepts?.[z] ?? 0 });
-    const isWhole = slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
+    const isWhole =
+      slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
     const note = "stored samples: each slice has a slope of its own, so equal greys are not equal values";
     return { slope: 1, intercept: 0, unit: "", note, ofSlice: isWhole ? ofSlice : undefined };
   }

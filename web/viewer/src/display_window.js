@@ -1,4 +1,5 @@
-// The display window: the values from black to white. It is chosen once for a file; after that, only the user changes it.
+// The display window: the values from black to white. It is chosen once for a file; after that, only the user changes
+// it.
 import { numberText, placeText } from "./numbers.js";
 import { percentiles } from "./shades.js";
 
@@ -66,7 +67,10 @@ export class DisplayWindow {
   #put(low, high) {
     this.#state.shades.set(low, high);
     const width = high - low;
-    for (const [id, number] of [["window-level", (low + high) / 2], ["window-width", width]]) {
+    for (const [id, number] of [
+      ["window-level", (low + high) / 2],
+      ["window-width", width],
+    ]) {
       // A field that is being edited stays, unless it has been left as it was.
       const isEdited = document.activeElement === element(id) && element(id).value !== this.#shown[id]?.text;
       const text = width > 0 ? placeText(number, width * 1e3) : numberText(number);

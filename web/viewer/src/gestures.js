@@ -70,8 +70,8 @@ export function followPointers(canvas, on) {
     });
 }
 
-// What pages scroll for a notch differs: 100 or 120 pixels in Chromium, 3 lines in Firefox, more or less by the settings
-// of a system. An event of so many pixels, or of a line or page, is a notch. Touch pads send less, more often.
+// What pages scroll for a notch differs: 100 or 120 pixels in Chromium, 3 lines in Firefox, more or less by the
+// settings of a system. An event of so many pixels, or of a line or page, is a notch. Touch pads send less, more often.
 const notchPixels = 40;
 // Chromium on macOS sends multiples of this for the notches of a wheel.
 const macNotch = 4.000244140625;
@@ -84,7 +84,8 @@ export function wheelSlices() {
     const { deltaMode } = event;
     const { deltaY } = event;
     if (deltaY === 0) return 0;
-    const isNotch = deltaMode === 0 ? Math.abs(deltaY) >= notchPixels || deltaY % macNotch === 0 : Math.abs(deltaY) >= 1;
+    const isNotch =
+      deltaMode === 0 ? Math.abs(deltaY) >= notchPixels || deltaY % macNotch === 0 : Math.abs(deltaY) >= 1;
     const way = Math.sign(deltaY);
     if (isNotch) {
       turned = 0;
@@ -98,7 +99,7 @@ export function wheelSlices() {
   };
 }
 
-/** The factor of the zoom that an event of a wheel means: with Ctrl, or the pinch of a touch pad, which looks the same. */
+/** The factor of the zoom that an event of a wheel means: with Ctrl, or by the pinch of a touch pad, which is the same. */
 export function wheelZoom(event) {
   const { deltaMode } = event;
   const pixels = event.deltaY * [1, notchPixels, 10 * notchPixels][deltaMode];

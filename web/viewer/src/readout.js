@@ -3,7 +3,7 @@ import { positionTexts } from "./places.js";
 import { sampleText, valueText } from "./numbers.js";
 import { planes } from "./tiles.js";
 
-/** Rows of [name, text] for a place, in samples; `normal` is the axis across the slices in which samples are looked for. */
+/** Rows of [name, text] for a place, in samples; `normal` is the axis across the slices in which it is looked for. */
 export function readoutRows({ volume, tiles, scale, places }, place, normal) {
   if (place.some((p, axis) => p < 0 || p >= volume.dims[axis])) return [["sample", "outside"]];
   const rows = [["sample", place.join(", ")]];
@@ -35,6 +35,9 @@ function sampleAt(volume, tiles, place, normal) {
 }
 
 function isUnreadable(tiles, place, normal) {
-  const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [tiles.number(place[axis]), tiles.number(place[axis]) + 1]);
+  const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [
+    tiles.number(place[axis]),
+    tiles.number(place[axis]) + 1,
+  ]);
   return tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
 }

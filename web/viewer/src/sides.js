@@ -6,7 +6,14 @@ import { signsOf } from "../../niivue/places.js";
 const letters = ["RL", "AP", "FH"];
 // A direction has a second letter, and a plane is oblique, from this share of its length on: about 3 degrees.
 const leastShare = 0.05;
-const orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+const orders = [
+  [0, 1, 2],
+  [0, 2, 1],
+  [1, 0, 2],
+  [1, 2, 0],
+  [2, 0, 1],
+  [2, 1, 0],
+];
 const axisNames = "xyz";
 
 const dot = (a, b) => a.reduce((sum, n, i) => sum + n * b[i], 0);
@@ -51,26 +58,42 @@ export function nearestAxes(axes) {
 }
 
 /** True if angles in pictures, where axes are perpendicular, are those of the patient, to about a degree. */
-export const arePerpendicular = ([a, b, c]) => [dot(a, b), dot(b, c), dot(c, a)].every((cosine) => Math.abs(cosine) < 0.02);
+export const arePerpendicular = ([a, b, c]) =>
+  [dot(a, b), dot(b, c), dot(c, a)].every((cosine) => Math.abs(cosine) < 0.02);
 
 /**
- * How the axial, the coronal and the sagittal slices are drawn, in the order of radiologists: the right of the patient is
+ * How the axial, the coronal and the sagittal slices are drawn, as radiologists hang them: the right of the patient is
  * on the left, the front on the left or above, and the head above. `across` is the axis of the samples that runs to the
- * right of the picture and `down` the one that runs down, where the sign is 1; with -1 it runs the other way. `sides` are
- * the letters at the edges. Without axes, planes have the names of their axes, and no letters.
+ * right of the picture and `down` the one that runs down, where the sign is 1; with -1 it runs the other way. `sides`
+ * are the letters at the edges. Without axes, planes have the names of their axes, and no letters.
  */
 export function layoutsOf(axes) {
   const [left, back, head] = nearestAxes(axes);
   const up = { axis: head.axis, sign: -head.sign };
-  return [["axial", left, back, head], ["coronal", left, up, back], ["sagittal", back, up, left]].map(
-    ([name, across, down, { axis: normal }]) => {
-      const layout = { normal, across: across.axis, down: down.axis, signs: [across.sign, down.sign] };
-      const plain = [across.axis, down.axis].sort().map((axis) => axisNames[axis]).join("–");
-      if (!axes) return { ...layout, label: plain, title: plain, sides: undefined };
-      const toward = ({ axis, sign }, way) => lettersOf(axes[axis].map((n) => n * sign * way));
-      const sides = { left: toward(across, -1), right: toward(across, 1), top: toward(down, -1), bottom: toward(down, 1) };
-      const isOblique = sides.right.length > 1 || sides.bottom.length > 1;
-      return { ...layout, label: name[0].toUpperCase() + name.slice(1), title: isOblique ? `${name} (oblique)` : name, sides };
-    },
-  );
+  return [
+    ["axial", left, back, head],
+    ["coronal", left, up, back],
+    ["sagittal", back, up, left],
+  ].map(([name, across, down, { axis: normal }]) => {
+    const layout = { normal, across: across.axis, down: down.axis, signs: [across.sign, down.sign] };
+    const plain = [across.axis, down.axis]
+      .sort()
+      .map((axis) => axisNames[axis])
+      .join("–");
+    if (!axes) return { ...layout, label: plain, title: plain, sides: undefined };
+    const toward = ({ axis, sign }, way) => lettersOf(axes[axis].map((n) => n * sign * way));
+    const sides = {
+      left: toward(across, -1),
+      right: toward(across, 1),
+      top: toward(down, -1),
+      bottom: toward(down, 1),
+    };
+    const isOblique = sides.right.length > 1 || sides.bottom.length > 1;
+    return {
+      ...layout,
+      label: name[0].toUpperCase() + name.slice(1),
+      title: isOblique ? `${name} (oblique)` : name,
+      sides,
+    };
+  });
 }

@@ -1,8 +1,9 @@
-// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, and marks.
+// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, and
+// marks.
 //
-// Places are in samples of the volume, where sample i reaches from i to i + 1: first along the axis that runs across the
-// canvas, then along the one that runs down it. Sample i of a level reaches from i * factor to (i + 1) * factor. Tiles
-// have axes of their own, which may be the other way round.
+// Places are in samples of the volume, where sample i reaches from i to i + 1: first along the axis that runs across
+// the canvas, then along the one that runs down it. Sample i of a level reaches from i * factor to (i + 1) * factor.
+// Tiles have axes of their own, which may be the other way round.
 import { GridLines } from "./grid_lines.js";
 import { drawMarks, drawUnreadable } from "./marks.js";
 import { layoutsOf } from "./sides.js";
@@ -56,7 +57,10 @@ export class SliceView {
   reset() {
     this.#layers.clear();
     this.#grid.want(undefined);
-    const { volume: { dims }, places } = this.#state;
+    const {
+      volume: { dims },
+      places,
+    } = this.#state;
     this.#layOut(places.axes);
     this.center = [dims[this.across] / 2, dims[this.down] / 2];
   }
@@ -213,7 +217,8 @@ export class SliceView {
   /** Reads the grid, after the samples. */
   wantGrid() {
     const region = this.#gridRegion;
-    if (!region || (this.waits === 0 && this.isComplete)) this.#grid.want(region, this.#state.volume, this.#state.tiles);
+    if (!region || (this.waits === 0 && this.isComplete))
+      this.#grid.want(region, this.#state.volume, this.#state.tiles);
   }
 
   /** "none" if it shows no grid, "far" if it must be zoomed in for it, "reading", or "shown". */
@@ -247,7 +252,7 @@ export class SliceView {
     drawMarks(context, this, this.#state);
   }
 
-  /** The boxes of the canvas in which the wanted level, or the only one there is, could not be read: [x, y, width, height]. */
+  /** The boxes of the canvas in which the wanted level could not be read: [x, y, width, height]. */
   #unreadable() {
     const { tiles, volume } = this.#state;
     const region = this.region(this.level, 0);
@@ -274,7 +279,10 @@ export class SliceView {
       const context = picture.canvas.getContext("2d");
       const { dims } = this.#state.volume;
       // From the first sample to the last one.
-      const [first, last] = [[0.5, 0.5], [dims[this.across] - 0.5, dims[this.down] - 0.5]].map((place) => this.pointOf(place).map((p) => p * ratio));
+      const [first, last] = [
+        [0.5, 0.5],
+        [dims[this.across] - 0.5, dims[this.down] - 0.5],
+      ].map((place) => this.pointOf(place).map((p) => p * ratio));
       const [low, high] = [Math.min, Math.max].map((pick) => [0, 1].map((i) => pick(first[i], last[i])));
       context.rect(low[0] - 1, low[1] - 1, high[0] - low[0] + 2, high[1] - low[1] + 2);
       context.clip();

@@ -103,7 +103,9 @@ export class SpaceView {
       this.#gl = undefined;
       this.texture = undefined;
       const { middle, text, button } = this.elements;
-      text.textContent = "The graphics card lost the picture in 3D. It comes back when the browser has the card again; if it does not, load the page again.";
+      text.textContent =
+        "The graphics card lost the picture in 3D. It comes back when the browser has the card again; " +
+        "if it does not, load the page again.";
       button.hidden = true;
       middle.hidden = false;
     });
@@ -300,10 +302,14 @@ export class SpaceView {
     gl.viewport(0, 0, width, height);
     const { around, up } = this.#turn;
     const [ca, sa, cu, su] = [Math.cos(around), Math.sin(around), Math.cos(up), Math.sin(up)];
-    // The right, the top and the front of the picture, in left, posterior, head: the head is up, and the patient looks at
-    // whoever looks at the picture. Without directions, these are x, y, z.
+    // The right, the top and the front of the picture, in left, posterior, head: the head is up, and the patient looks
+    // at whoever looks at the picture. Without directions, these are x, y, z.
     const nearest = nearestAxes(this.#state.places.axes);
-    const turn = [[ca, sa, 0], [su * sa * -1, su * ca, cu], [cu * sa, -cu * ca, su]].map((vector) => {
+    const turn = [
+      [ca, sa, 0],
+      [su * sa * -1, su * ca, cu],
+      [cu * sa, -cu * ca, su],
+    ].map((vector) => {
       const along = [0, 0, 0];
       for (const [side, { axis, sign }] of nearest.entries()) along[axis] = sign * vector[side];
       return along;

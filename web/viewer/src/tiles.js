@@ -120,7 +120,10 @@ export class Tiles {
       for (let column = columns[0]; column < columns[1]; ++column) {
         if (!this.#failed.has(keyOf(level, normal, slice, column, row))) continue;
         const [x, y] = [this.range(level, across, column), this.range(level, down, row)];
-        boxes.push([[x[0], y[0]], [x[1], y[1]]]);
+        boxes.push([
+          [x[0], y[0]],
+          [x[1], y[1]],
+        ]);
       }
     return boxes;
   }
@@ -137,7 +140,11 @@ export class Tiles {
         if (keysOf({ ...some, columns: [column, column + 1] }).some(missing)) absent.push(column);
       if (absent.length === 0) continue;
       // From the middle outward.
-      const strip = { ...some, columns: [absent[0], absent.at(-1) + 1], rank: region.rank + Math.abs(row - middle) / 1000 };
+      const strip = {
+        ...some,
+        columns: [absent[0], absent.at(-1) + 1],
+        rank: region.rank + Math.abs(row - middle) / 1000,
+      };
       if (keysOf(strip).some((key) => this.#alone.has(key))) strips.push(...tilesOf(strip, missing));
       else strips.push(strip);
     }

@@ -175,7 +175,8 @@ const actions = {
     const { dims } = state.volume;
     const least = view.fittingZoom() / 8;
     const most = 100 / Math.min(...state.steps);
-    const cross = (other) => other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
+    const cross = (other) =>
+      other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
     const others = sliceViews.filter((other) => other !== view).map((other) => [other, cross(other)]);
     view.zoomAround(x, y, () => {
       state.zoom = Math.min(Math.max(state.zoom * factor, Math.min(least, most)), most);
@@ -205,8 +206,14 @@ const actions = {
     update();
   },
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
-  remember: () => ({ position: state.position, zoom: state.zoom, isFitted: state.isFitted, centers: sliceViews.map(({ center }) => center),
-    low: state.shades.low, high: state.shades.high }),
+  remember: () => ({
+    position: state.position,
+    zoom: state.zoom,
+    isFitted: state.isFitted,
+    centers: sliceViews.map(({ center }) => center),
+    low: state.shades.low,
+    high: state.shades.high,
+  }),
   restore({ low, high, centers, ...shown }) {
     Object.assign(state, shown);
     for (const [i, view] of sliceViews.entries()) {
@@ -244,7 +251,9 @@ const actions = {
 function coarsestSlices() {
   const level = state.volume.levels.length - 1;
   const { factor } = state.volume.levels[level];
-  return sliceViews.flatMap(({ normal }) => state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)));
+  return sliceViews.flatMap(({ normal }) =>
+    state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)),
+  );
 }
 
 // ---- Readout -------------------------------------------------------------------------------------------------------
@@ -275,7 +284,11 @@ async function openFile(source, name, options = {}) {
   element("failure").textContent = "";
   say(`Opening ${name} …`);
   try {
-    const opened = await open(source, { ...options, base: new URL("decoder/", import.meta.url), signal: controller.signal });
+    const opened = await open(source, {
+      ...options,
+      base: new URL("decoder/", import.meta.url),
+      signal: controller.signal,
+    });
     if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
@@ -286,7 +299,10 @@ async function openFile(source, name, options = {}) {
     document.title = `${name} – tagrid viewer`;
     element("volume-choice").hidden = file.volumes === 1;
     element("volume").replaceChildren(
-      ...Array.from({ length: file.volumes }, (_, i) => new Option(`${i + 1} of ${file.volumes} (number ${i})`, String(i))),
+      ...Array.from(
+        { length: file.volumes },
+        (_, i) => new Option(`${i + 1} of ${file.volumes} (number ${i})`, String(i)),
+      ),
     );
     shownVolume = "0";
     show(file);
