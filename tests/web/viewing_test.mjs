@@ -306,25 +306,27 @@ test("a notch of a wheel is a slice, whatever a browser makes of it", () => {
     [-12.000732421875],
   ])
     assert.deepEqual(turn(Array(20).fill(notch)), Array(20).fill(Math.sign(notch[0])), `${notch}`);
-  // A touch pad: as many slices as it moves times 40 pixels, one at a time.
+  // A touch pad: as many slices as it moves times 100 pixels, one at a time.
   const small = turn(Array(100).fill([6]));
   assert.equal(
     small.reduce((a, b) => a + b),
-    15,
+    6,
   );
   assert.ok(small.every((n) => n === 0 || n === 1));
   // Momentum that fades away never turns round, and a turn begins anew.
-  const fading = turn([30, 28, 25, 20, 15, 10, 6, 3, 1, 1, 0].map((n) => [n]));
+  const fading = turn([39, 35, 32, 28, 25, 20, 15, 10, 6, 3, 1, 1, 0].map((n) => [n]));
   assert.equal(
     fading.reduce((a, b) => a + b),
-    3,
+    2,
   );
-  assert.deepEqual(turn([[30], [-30], [-9], [-2]]), [0, 0, 0, -1]);
-  // Wheels with fine steps.
-  assert.equal(
-    turn(Array(10).fill([0.3, 1])).reduce((a, b) => a + b),
-    3,
-  );
+  assert.deepEqual(turn([[39], [39], [-39], [-39], [-20], [-2]]), [0, 0, 0, 0, 0, -1]);
+  // Wheels with fine steps: eight of them are a notch.
+  for (const step of [[15], [12.5], [0.375, 1]])
+    assert.equal(
+      turn(Array(8).fill(step)).reduce((a, b) => a + b),
+      1,
+      `${step}`,
+    );
 });
 
 const python = (code) => spawnSync(process.env.TAGRID_DEBIAN_PYTHON || "python3", ["-c", code], { encoding: "utf8" });

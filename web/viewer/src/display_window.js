@@ -17,11 +17,15 @@ export class DisplayWindow {
   constructor(state, onChange) {
     this.#state = state;
     this.#onChange = onChange;
-    for (const id of fields)
+    for (const id of fields) {
+      // A number that is no window is not left there, and a wheel that passes over a field changes nothing.
+      element(id).addEventListener("blur", () => this.#state.volume && this.#show());
+      element(id).addEventListener("wheel", (event) => event.preventDefault(), { passive: false });
       element(id).addEventListener("input", () => {
         const [level, width] = fields.map((other) => this.#numberIn(other));
         if (this.#state.volume && width > 0) this.set(level - width / 2, level + width / 2);
       });
+    }
   }
 
   /**
@@ -66,6 +70,13 @@ export class DisplayWindow {
 
   #put(low, high) {
     this.#state.shades.set(low, high);
+    this.#show();
+    this.#onChange();
+  }
+
+  /** Writes the window into the fields. */
+  #show() {
+    const { low, high } = this.#state.shades;
     const width = high - low;
     for (const [id, number] of [
       ["window-level", (low + high) / 2],
@@ -77,7 +88,6 @@ export class DisplayWindow {
       if (!isEdited) element(id).value = text;
       this.#shown[id] = { text: element(id).value, number };
     }
-    this.#onChange();
   }
 
   #numberIn(id) {

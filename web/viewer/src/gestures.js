@@ -71,30 +71,33 @@ export function followPointers(canvas, on) {
 }
 
 // What pages scroll for a notch differs: 100 or 120 pixels in Chromium, 3 lines in Firefox, more or less by the
-// settings of a system. An event of so many pixels, or of a line or page, is a notch. Touch pads send less, more often.
-const notchPixels = 40;
+// settings of a system. An event of so many pixels, or of a line or page, is a notch.
+const leastNotch = 40;
 // Chromium on macOS sends multiples of this for the notches of a wheel.
 const macNotch = 4.000244140625;
+// Touch pads, and wheels with fine steps, send less, more often: so many pixels or lines are as much as a notch.
+const pixelsOfNotch = 100;
+const linesOfNotch = 3;
 
 /** A function of the events of a wheel: -1, 0 or 1 slices. Never more, so that none is skipped. */
 export function wheelSlices() {
-  let turned = 0;
+  let turned = 0; // in notches
   return (event) => {
     // Asked first: Firefox then counts in lines.
     const { deltaMode } = event;
     const { deltaY } = event;
     if (deltaY === 0) return 0;
-    const isNotch =
-      deltaMode === 0 ? Math.abs(deltaY) >= notchPixels || deltaY % macNotch === 0 : Math.abs(deltaY) >= 1;
     const way = Math.sign(deltaY);
+    const isNotch = deltaMode === 0 ? Math.abs(deltaY) >= leastNotch || deltaY % macNotch === 0 : Math.abs(deltaY) >= 1;
     if (isNotch) {
       turned = 0;
       return way;
     }
     if (Math.sign(turned) !== way) turned = 0;
-    turned += deltaMode === 0 ? deltaY : deltaY * notchPixels;
-    if (Math.abs(turned) < notchPixels) return 0;
-    turned -= way * notchPixels;
+    turned += deltaY / (deltaMode === 0 ? pixelsOfNotch : linesOfNotch);
+    // Sums of fractions are a little more or less.
+    if (Math.abs(turned) < 1 - 1e-6) return 0;
+    turned -= way;
     return way;
   };
 }
@@ -102,6 +105,6 @@ export function wheelSlices() {
 /** The factor of the zoom that an event of a wheel means: with Ctrl, or by the pinch of a touch pad, which is the same. */
 export function wheelZoom(event) {
   const { deltaMode } = event;
-  const pixels = event.deltaY * [1, notchPixels, 10 * notchPixels][deltaMode];
+  const pixels = event.deltaY * [1, pixelsOfNotch / linesOfNotch, 400][deltaMode];
   return Math.exp(-Math.max(-200, Math.min(200, pixels)) / 250);
 }
