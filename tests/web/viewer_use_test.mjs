@@ -311,16 +311,22 @@ test("the window is that of the header or chosen once, and only the user changes
   );
   assert.deepEqual(await windowOf(named), [-160, 240]);
   await named.close();
+  // The slices in the middle are air.
+  const empty = await open(write("empty", [40, 40, 40], Int16Array, (x, y, z) => (Math.max(x, y, z) < 15 ? 900 : 100)));
+  assert.deepEqual(await windowOf(empty), [100, 900]);
+  await empty.close();
 });
 
-test("another volume of a file keeps the window", async () => {
+test("another volume of a file keeps the window and the place", async () => {
   const page = await open("golden/volumes_bounded_int16.tag");
   const { low, high } = await state(page, "volume.range");
   await page.evaluate(`tagridViewer.actions.window(${low}, ${(low + high) / 2})`);
+  await page.evaluate("tagridViewer.actions.moveTo([1, 2, 3])");
   await page.evaluate(`globalThis.before = tagridViewer.state.volume; { const choice = document.getElementById("volume");
     choice.value = "1"; choice.dispatchEvent(new Event("change")); }`);
   await page.until(`tagridViewer.state.volume !== before && ${isDone}`);
   assert.deepEqual(await windowOf(page), [low, (low + high) / 2]);
+  assert.deepEqual(await state(page, "position"), [1, 2, 3]);
   assert.match(
     await page.evaluate(`document.getElementById("volume").selectedOptions[0].textContent`),
     /^2 of \d+ \(number 1\)$/,

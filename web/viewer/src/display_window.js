@@ -52,12 +52,13 @@ export class DisplayWindow {
     if (!this.#isChosen) this.choose(slices);
   }
 
-  /** All but the lowest and highest 0.5 % of some arrays of samples. */
+  /** All but the lowest and highest 0.5 % of some arrays of samples; if these are all alike, all of the volume. */
   choose(slices) {
-    const found = percentiles(slices, 0.005);
+    let found = percentiles(slices, 0.005);
     if (!found) return;
-    const { slope, intercept } = this.#state.scale;
-    const ends = found.map((sample) => slope * sample + intercept).sort((a, b) => a - b);
+    const { volume, scale } = this.#state;
+    if (found[0] === found[1] && volume.range) found = [volume.range.low, volume.range.high];
+    const ends = found.map((sample) => scale.slope * sample + scale.intercept).sort((a, b) => a - b);
     if (ends[0] === ends[1]) ends[1] += 1;
     this.set(...ends);
   }

@@ -325,7 +325,7 @@ function retryLater(volume) {
   }, retryAfter);
 }
 
-/** Shows a volume; of the same file as the one before, with its window, if that is given. */
+/** Shows a volume. One of the same file as the one before keeps its place, and the window `before`. */
 function show(volume, before) {
   state.tiles?.close();
   failure = undefined;
@@ -342,7 +342,7 @@ function show(volume, before) {
   state.places = placesOf(volume);
   state.steps = state.places.steps;
   state.shades = new Shades(state.scale);
-  state.position = volume.dims.map((n) => Math.floor(n / 2));
+  if (!before) state.position = volume.dims.map((n) => Math.floor(n / 2));
   state.isFitted = true;
   displayWindow.start(before);
   for (const view of sliceViews) {
