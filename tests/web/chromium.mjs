@@ -75,6 +75,7 @@ async function newPage(send, listeners, width, height, mobile) {
   for (const domain of ["Page", "Runtime", "Log", "DOM", "Performance"]) await call(`${domain}.enable`);
   await call("Target.setAutoAttach", { autoAttach: true, waitForDebuggerOnStart: false, flatten: true });
   await call("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
+  if (mobile) await call("Emulation.setTouchEmulationEnabled", { enabled: true, maxTouchPoints: 5 });
 
   async function evaluate(code) {
     const { result, exceptionDetails } = await call("Runtime.evaluate", {
@@ -130,6 +131,9 @@ async function newPage(send, listeners, width, height, mobile) {
       await mouse("mouseReleased", ...to, { button, clickCount: 1 });
     },
     wheel: (x, y, deltaY, modifiers = 0) => mouse("mouseWheel", x, y, { deltaX: 0, deltaY, modifiers }),
+    /** Fingers: "touchStart", "touchMove" or "touchEnd", and where all that are on the screen are then, by their ids. */
+    touch: (type, points) =>
+      call("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) }),
     async key(key, modifiers = 0) {
       const text = key.length === 1 ? key : undefined;
       await call("Input.dispatchKeyEvent", { type: "keyDown", key, text, modifiers });

@@ -5,17 +5,14 @@ import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { startChromium } from "./chromium.mjs";
-import { decoded, folder, golden, made, tagrid } from "./files.mjs";
+import { decoded, folder, made, tagrid } from "./files.mjs";
 import { edgesOf, meshOf } from "./mesh.mjs";
 import { serve } from "./server.mjs";
+import { browser, open, picture, pixelOf, pointOf, readout, server, viewer } from "./viewer_pages.mjs";
 
-const viewer = process.env.TAGRID_VIEWER;
 const dims = [150, 140, 130];
-let browser;
-let server;
-
 let scanned;
 /** A phantom with values in HU, spacing and overviews: /made/scan.tag. */
 const scan = () => (scanned ??= makeScan());
@@ -43,45 +40,7 @@ function makeScan() {
   return { path, value: ([x, y, z]) => 2 * samples[(z * dims[1] + y) * dims[0] + x] - 100 };
 }
 
-before(async () => {
-  scan();
-  browser = await startChromium();
-  server = await serve({ viewer, made: folder, golden });
-});
-after(async () => {
-  await browser.close();
-  server.close();
-});
-
-async function open(file, width = 1280, height = 860, mobile = false) {
-  const page = await browser.newPage(width, height, mobile);
-  await page.goTo(server.url(`viewer/index.html?src=/${file}`));
-  await page.until("tagridViewer.times.complete");
-  return page;
-}
-
-const picture = async (page, name) => {
-  if (process.env.TAGRID_PICTURES) await page.picture(join(process.env.TAGRID_PICTURES, `${name}.png`));
-};
-
-const readout = (page) =>
-  page.evaluate(
-    `Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`,
-  );
-
-/** Where a place of the volume is on the page. */
-const pointOf = (page, view, place) =>
-  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
-    const box = view.canvas.getBoundingClientRect();
-    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
-    return [box.left + x, box.top + y]; })()`);
-
-/** The grey of the picture there, away from the cross hair. */
-const greyOf = (page, view, place) =>
-  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
-    view.draw();
-    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
-    return [...view.canvas.getContext("2d").getImageData(Math.floor(x), Math.floor(y), 1, 1).data]; })()`);
+before(scan);
 
 test("values under the pointer and greys are those of the program", async () => {
   const { value } = scan();
@@ -116,7 +75,7 @@ test("values under the pointer and greys are those of the program", async () => 
         assert.equal(shown.value, `${value(place)} HU`, `${place}`);
         if (place.some((p, i) => i !== axis && Math.abs(p - position[i]) < 4)) continue;
         const grey = Math.max(0, Math.min(255, Math.round(((value(place) + 950) * 255) / 1500)));
-        const found = await greyOf(page, view, place);
+        const found = await pixelOf(page, view, place);
         assert.deepEqual(found, [grey, grey, grey, 255], `view ${view} at ${place}`);
         bright += grey > 20;
       }
@@ -215,7 +174,7 @@ test("mouse and keys", async () => {
   await page.drag(await pointOf(page, 0, [60, 50, 65]), await pointOf(page, 0, [30, 100, 65]));
   assert.deepEqual(await state("position"), [30, 100, 65]);
   await page.wheel(x, y, 120);
-  await page.until("tagridViewer.state.position[2] === 68");
+  await page.until("tagridViewer.state.position[2] === 66");
   const { low, high } = await state("shades");
   await page.drag([x, y], [x + 60, y - 40], "right");
   const after = await state("shades");
@@ -233,7 +192,7 @@ test("mouse and keys", async () => {
   await page.key("ArrowDown");
   await page.key("PageUp");
   await page.key("ArrowLeft", 8);
-  assert.deepEqual(await state("position"), [21, 101, 69]);
+  assert.deepEqual(await state("position"), [21, 101, 67]);
   await page.key("2");
   assert.equal(await state("tool"), "window");
   await page.key("m");

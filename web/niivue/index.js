@@ -1,20 +1,9 @@
 // @tagrid/niivue: .tag files in NiiVue. index.d.ts describes what is exported.
+import { millimetersOf, signsOf, unitNamesOf } from "./places.js";
 
 /** NIfTI's numbers of the types of samples. */
 const codes = { uint8: 2, int16: 4, int32: 8, float32: 16, float64: 64, int8: 256, uint16: 512, uint32: 768 };
 const sizes = { uint8: 1, int16: 2, int32: 4, float32: 4, float64: 8, int8: 1, uint16: 2, uint32: 4 };
-/** Millimeters: the program's table of units (io/volume/lengths.cpp). */
-const lengths = new Map(Object.entries({ fm: 1e-12, pm: 1e-9, angstrom: 1e-7, nm: 1e-6, um: 1e-3, mm: 1, cm: 10, dm: 100, m: 1e3,
-  dam: 1e4, hm: 1e5, km: 1e6, mil: 0.0254, inch: 25.4, ft: 304.8, yd: 914.4 }));
-/** Other spellings, as they are. */
-const spellings = new Map(Object.entries({ "\u00b5m": "um", "\u03bcm": "um", "\u00b5": "um", "\u03bc": "um", "\\u00B5m": "um",
-  "\\u03BCm": "um", "\u00c5": "angstrom", "\u212b": "angstrom", A: "angstrom", '"': "inch" }));
-/** Words in small letters, without the "s" of several; "metre" is "meter". */
-const words = new Map(Object.entries({ femtometer: "fm", picometer: "pm", nanometer: "nm", micron: "um", micrometer: "um",
-  millimeter: "mm", centimeter: "cm", decimeter: "dm", meter: "m", kilometer: "km", angstrom: "angstrom",
-  "\u00e5ngstr\u00f6m": "angstrom", ang: "angstrom", mil: "mil", thou: "mil", inch: "inch", inche: "inch", in: "inch", foot: "ft",
-  feet: "ft", yard: "yd" }));
-
 export function chunkedSource(volume) {
   const size = sizes[volume.type];
   return {
@@ -83,17 +72,9 @@ function matrixOf(volume, { factor, geometry: { spacing, origin, directions } })
   // Without an origin, the first sample of the volume is at 0, and that of an overview in the middle of its block.
   const first = origin ?? [0, 1, 2].map((axis) => (((spacing?.[axis] || factor) / factor) * (factor - 1)) / 2);
   const units = unitsOf(volume);
-  return signsOf(volume.field("space") ?? "").map((sign, row) =>
+  return (signsOf(volume.field("space")) ?? [1, 1, 1]).map((sign, row) =>
     [...columns, first].map((column) => sign * units[row] * column[row]),
   );
-}
-
-/** Of "left-posterior-superior" or "LPS": what turns x, y and z to right, anterior and superior. */
-function signsOf(space) {
-  const name = space.toLowerCase();
-  const words = name.length === 3 ? [...name] : name.split("-");
-  const signs = ["rl", "ap", "si"].map((letters, axis) => [1, -1][letters.indexOf(words[axis]?.[0] || " ")]);
-  return words.length === 3 && signs.every(Boolean) ? signs : [1, 1, 1];
 }
 
 function spacingOf(volume, { factor, geometry: { spacing, directions } }) {
@@ -102,20 +83,12 @@ function spacingOf(volume, { factor, geometry: { spacing, directions } }) {
   return [0, 1, 2].map((axis) => (spacing?.[axis] || factor) * units[axis]);
 }
 
+/** The millimeters of the unit of each axis; a unit that is not known counts as one. */
 function unitsOf(volume) {
-  const found = volume.field(volume.geometry.directions ? "space units" : "units") ?? "";
-  const units = [...found.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([, unit]) => millimeters(unit.replace(/\\"/g, '"')));
-  return units.length === 3 ? units : [1, 1, 1];
-}
-
-/** The millimeters of a unit; 1 if it is "" or not known. */
-function millimeters(unit) {
-  const name = unit.trim();
-  const small = name.toLowerCase();
-  const word = small.replace(/s$/, "").replace(/metre$/, "meter");
-  // In a name in capitals only, M is not the prefix mega.
-  const inCapitals = /^[A-Z]+$/.test(name) && lengths.has(small) ? small : undefined;
-  const length = lengths.get(spellings.get(name) ?? inCapitals ?? words.get(word) ?? name);
-  if (length === undefined && name) console.warn(`tagrid: the unit "${name}" is not known; its lengths count as millimeters`);
-  return length ?? 1;
+  return unitNamesOf(volume).map((name) => {
+    const length = millimetersOf(name);
+    if (length === undefined && name.trim())
+      console.warn(`tagrid: the unit "${name.trim()}" is not known; its lengths count as millimeters`);
+    return length ?? 1;
+  });
 }

@@ -1,27 +1,30 @@
 // What a volume means, in words and numbers.
+import { numberText, valueText } from "./numbers.js";
+import { lettersOf } from "./sides.js";
 
-/** Values are `slope * sample + intercept`. With slopes of single slices, samples are all that is shown. */
+/**
+ * Values are `slope * sample + intercept`. With slopes of single slices, pictures and windows are of samples, and
+ * `ofSlice(z)` is what a sample of the volume itself means.
+ */
 export function scaleOf(volume) {
-  if (volume.pair("slice_slopes") !== undefined)
-    return { slope: 1, intercept: 0, unit: "", note: "samples: each slice has a slope of its own" };
+  const [slopes, intercepts] = ["slice_slopes", "slice_intercepts"].map((key) =>
+    volume
+      .pair(key)
+      ?.split(/[\s;,]+/)
+      .map(Number),
+  );
+  if (slopes !== undefined) {
+    const ofSlice = (z) => ({ slope: slopes[z], intercept: intercepts?.[z] ?? 0 });
+    const isWhole =
+      slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
+    const note = "stored samples: each slice has a slope of its own, so equal greys are not equal values";
+    return { slope: 1, intercept: 0, unit: "", note, ofSlice: isWhole ? ofSlice : undefined };
+  }
   const slope = Number(volume.pair("rescale_slope") ?? 1);
   const intercept = Number(volume.pair("rescale_intercept") ?? 0);
   if (!Number.isFinite(slope) || slope === 0 || !Number.isFinite(intercept))
     return { slope: 1, intercept: 0, unit: "" };
   return { slope, intercept, unit: volume.pair("rescale_units") ?? "" };
-}
-
-/** The unit of lengths: that of the scan, or samples if it has no spacing. */
-export function unitOf(volume) {
-  if (!volume.geometry.spacing) return "samples";
-  const given = /"([^"]+)"/.exec(volume.field(volume.geometry.directions ? "space units" : "units") ?? "");
-  if (given) return given[1] === "um" ? "µm" : given[1];
-  // Spaces of patients are in mm.
-  return /left|right|LPS|RAS|LAS|scanner/i.test(volume.field("space") ?? "") ? "mm" : "units";
-}
-
-export function numberText(number, digits = 6) {
-  return Number.isFinite(number) ? String(Number(number.toPrecision(digits))) : String(number);
 }
 
 export function bytesText(bytes) {
@@ -33,8 +36,8 @@ export function bytesText(bytes) {
 /** Rows of [name, text]. Bounds are in units of samples; here they are in those of values. */
 export function boundRows({ bounds }, { slope, unit }) {
   const rows = [];
-  const add = (name, samples) => {
-    if (samples !== null) rows.push([name, `${numberText(samples * Math.abs(slope), 4)} ${unit}`]);
+  const add = (name, samples, digits) => {
+    if (samples !== null) rows.push([name, `${numberText(samples * Math.abs(slope), digits)} ${unit}`]);
   };
   if (bounds.maxError === 0) rows.push(["every voxel", "exact"]);
   else add("largest error allowed", bounds.maxError);
@@ -43,13 +46,21 @@ export function boundRows({ bounds }, { slope, unit }) {
   add("… of the mesh", bounds.meshError);
   if (bounds.maxError !== 0) {
     add("largest error found", bounds.achievedMaxError);
-    add("root mean square error", bounds.achievedRmse);
+    add("root mean square error", bounds.achievedRmse, 4);
     if (Number.isFinite(bounds.achievedPsnr)) rows.push(["PSNR", `${numberText(bounds.achievedPsnr, 4)} dB`]);
   }
   return rows;
 }
 
-export function factRows({ dims, type, geometry, levels, range, name, fileBytes, brickEdge, volumes }, scale, unit) {
+/** The bound of the samples that are shown, in few words; "" if they are exact. */
+export function lossText({ bounds }, { slope, unit }) {
+  if (bounds.maxError === 0) return "";
+  if (bounds.maxError === null) return "lossy: no bound of errors";
+  return `lossy: errors up to ${numberText(bounds.maxError * Math.abs(slope))} ${unit}`.trim();
+}
+
+export function factRows(volume, scale, { unit, steps, axes, notes }) {
+  const { dims, type, geometry, levels, range, name, fileBytes, brickEdge, volumes } = volume;
   const product = dims[0] * dims[1] * dims[2];
   const size = Number(/\d+/.exec(type)[0]) / 8;
   const rows = [
@@ -57,12 +68,16 @@ export function factRows({ dims, type, geometry, levels, range, name, fileBytes,
     ["type", type],
   ];
   if (name) rows.unshift(["name", name]);
-  if (geometry.spacing) rows.push(["spacing", `${geometry.spacing.map((s) => numberText(s, 4)).join(" × ")} ${unit}`]);
-  if (geometry.origin) rows.push(["origin", geometry.origin.map((o) => numberText(o, 5)).join(", ")]);
+  if (geometry.spacing) rows.push(["spacing", `${steps.map((s) => numberText(s)).join(" × ")} ${unit}`]);
+  const space = volume.field("space");
+  if (space) rows.push(["space of positions", space]);
+  if (axes) rows.push(["x, y, z run toward", axes.map(lettersOf).join(", ")]);
+  for (const note of notes) rows.push(["note", note]);
+  if (geometry.origin) rows.push(["origin", geometry.origin.map((o) => numberText(o)).join(", ")]);
   if (range) {
-    const ends = [range.low, range.high].map((s) => scale.slope * s + scale.intercept).sort((a, b) => a - b);
-    rows.push(["values", `${ends.map((v) => numberText(v, 5)).join(" to ")} ${scale.unit}`]);
-    rows.push(["mean", `${numberText(scale.slope * range.mean + scale.intercept, 5)} ${scale.unit}`]);
+    const ends = [range.low, range.high].sort((a, b) => scale.slope * (a - b));
+    rows.push(["values", `${ends.map((sample) => valueText(sample, type, scale)).join(" to ")} ${scale.unit}`]);
+    rows.push(["mean", `${numberText(scale.slope * range.mean + scale.intercept, 9)} ${scale.unit}`]);
   }
   if (scale.note) rows.push(["values", scale.note]);
   else if (scale.slope !== 1 || scale.intercept !== 0)

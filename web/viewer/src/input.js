@@ -1,68 +1,77 @@
 // Pointers and keys, as actions.
+import { followPointers, wheelSlices, wheelZoom } from "./gestures.js";
+
+// Pixels that a finger moves for a slice.
+const swipePixels = 12;
 
 /** Drags, wheels and touches on a slice. */
 export function handlePointers(view, state, actions) {
   const { canvas } = view;
-  const pointers = new Map();
   let tool;
+  let swiped;
+  let before;
 
-  const at = (event) => {
-    const box = canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
   const moveTo = ([x, y]) => {
     const position = [...state.position];
     [position[view.across], position[view.down]] = view.placeAt(x, y);
     actions.moveTo(position);
   };
+  const swipe = (dy) => {
+    swiped += dy;
+    const slices = Math.trunc(swiped / swipePixels);
+    swiped -= slices * swipePixels;
+    // As a page scrolls: up is on.
+    if (slices !== 0) actions.step(view.normal, -slices);
+  };
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("pointerdown", (event) => {
-    if (!state.volume) return;
     canvas.focus({ preventScroll: true });
-    canvas.setPointerCapture(event.pointerId);
-    pointers.set(event.pointerId, at(event));
-    tool = event.button === 2 ? "window" : event.button === 1 || event.shiftKey ? "pan" : state.tool;
     if (event.button === 1) event.preventDefault();
-    if (pointers.size === 1 && tool === "move") moveTo(at(event));
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (!state.volume) return;
-    const now = at(event);
-    actions.point(view, ...now);
-    const before = pointers.get(event.pointerId);
-    if (!before) return;
-    const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
-    if (pointers.size === 2) {
-      const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
-      const distance = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 10);
-      actions.zoom(view, distance(now) / distance(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
-      actions.pan(view, dx / 2, dy / 2);
-    } else if (tool === "move") moveTo(now);
-    else if (tool === "pan") actions.pan(view, dx, dy);
-    else actions.changeWindow(dy / 400, Math.exp(dx / 250));
-    pointers.set(event.pointerId, now);
+    const box = canvas.getBoundingClientRect();
+    if (state.volume) actions.point(view, event.clientX - box.left, event.clientY - box.top);
   });
-  for (const name of ["pointerup", "pointercancel"])
-    canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
   canvas.addEventListener("pointerleave", () => actions.point(undefined));
   canvas.addEventListener("dblclick", () => actions.one(view.name));
+  followPointers(canvas, {
+    start(point, { button, shiftKey, pointerType }) {
+      if (!state.volume) return;
+      tool = button === 2 ? "window" : button === 1 || shiftKey ? "pan" : state.tool;
+      if (tool === "move" && pointerType === "touch") tool = "slices";
+      swiped = 0;
+      before = actions.remember();
+      if (tool === "move") moveTo(point);
+    },
+    drag(dx, dy, point) {
+      if (!state.volume) return;
+      if (tool === "move") moveTo(point);
+      else if (tool === "slices") swipe(dy);
+      else if (tool === "pan") actions.pan(view, dx, dy);
+      else actions.changeWindow(dy / 400, Math.exp(dx / 250));
+    },
+    cancel: () => state.volume && actions.restore(before),
+    tap: (point) => state.volume && state.tool === "move" && moveTo(point),
+    pinch(factor, middle, dx, dy) {
+      if (!state.volume) return;
+      actions.pan(view, dx, dy);
+      actions.zoom(view, factor, ...middle);
+    },
+  });
 
-  // Touch pads send many small steps: a slice for each 40 pixels of them.
-  let turned = 0;
+  const slicesOf = wheelSlices();
   canvas.addEventListener(
     "wheel",
     (event) => {
       if (!state.volume) return;
       event.preventDefault();
-      const pixels = event.deltaY * (event.deltaMode === 1 ? 40 : event.deltaMode === 2 ? 400 : 1);
-      if (event.ctrlKey || event.metaKey)
-        return actions.zoom(view, Math.exp(-Math.max(-200, Math.min(200, pixels)) / 250), ...at(event));
-      turned += pixels;
-      const slices = Math.trunc(turned / 40);
-      if (slices === 0) return;
-      turned -= slices * 40;
-      actions.step(view.normal, slices);
+      if (event.ctrlKey || event.metaKey) {
+        const box = canvas.getBoundingClientRect();
+        return actions.zoom(view, wheelZoom(event), event.clientX - box.left, event.clientY - box.top);
+      }
+      const slices = slicesOf(event);
+      if (slices !== 0) actions.step(view.normal, slices);
     },
     { passive: false },
   );
@@ -75,12 +84,12 @@ export function handleKeys(state, actions, activeView) {
     if (event.target.closest?.("input, select, summary")) return;
     const view = activeView();
     const count = event.shiftKey ? 10 : 1;
-    const up = view.flipped ? 1 : -1;
+    const [right, down] = view.signs;
     const work = {
-      ArrowLeft: () => actions.step(view.across, -count),
-      ArrowRight: () => actions.step(view.across, count),
-      ArrowUp: () => actions.step(view.down, up * count),
-      ArrowDown: () => actions.step(view.down, -up * count),
+      ArrowLeft: () => actions.step(view.across, -right * count),
+      ArrowRight: () => actions.step(view.across, right * count),
+      ArrowUp: () => actions.step(view.down, -down * count),
+      ArrowDown: () => actions.step(view.down, down * count),
       PageUp: () => actions.step(view.normal, count),
       PageDown: () => actions.step(view.normal, -count),
       Home: () => actions.step(view.normal, -state.position[view.normal]),

@@ -45,8 +45,11 @@ export class Shades {
   }
 }
 
+// What has no value is not taken for air: violet, red 110, green 0, blue 140.
+const noValue = 0xff8c006e;
+
 function greyPixel(grey) {
-  // NaN is black.
+  if (Number.isNaN(grey)) return noValue;
   const level = grey >= 255 ? 255 : grey > 0 ? Math.round(grey) : 0;
   return (0xff000000 | (level * 0x010101)) >>> 0;
 }

@@ -1,12 +1,14 @@
-// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, cross
-// hair and scale bar.
+// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, and
+// marks.
 //
-// Places are in samples of the volume, where sample i reaches from i to i + 1. Sample i of a level reaches from i *
-// factor to (i + 1) * factor.
+// Places are in samples of the volume, where sample i reaches from i to i + 1: first along the axis that runs across
+// the canvas, then along the one that runs down it. Sample i of a level reaches from i * factor to (i + 1) * factor.
+// Tiles have axes of their own, which may be the other way round.
 import { GridLines } from "./grid_lines.js";
+import { drawMarks, drawUnreadable } from "./marks.js";
+import { layoutsOf } from "./sides.js";
 import { planes } from "./tiles.js";
 
-const axisNames = ["x", "y", "z"];
 // A level is fine enough if its samples have at most this many pixels of the screen.
 const coarsePixels = 1.5;
 // Samples along an axis that a view shows at most: more can be wanted only of files without overviews.
@@ -25,15 +27,26 @@ export class SliceView {
   #gridPicture = { canvas: document.createElement("canvas") };
 
   /** `state` is what the views share; see viewer.js. */
-  constructor(canvas, name, normal, state, onChange, onError) {
-    Object.assign(this, { canvas, name, normal, ...planes[normal] });
+  constructor(canvas, name, state, onChange, onError) {
+    Object.assign(this, { canvas, name });
     this.#state = state;
     this.#grid = new GridLines(onChange, onError);
     this.#context = canvas.getContext("2d");
     this.center = [0, 0];
     this.changedAt = 0;
-    // z points up.
-    this.flipped = this.down === 2;
+    this.#layOut(undefined);
+    // The graphics card may lose what was painted.
+    canvas.addEventListener("contextrestored", () => {
+      this.#layers.clear();
+      this.#gridPicture = { canvas: document.createElement("canvas") };
+      onChange();
+    });
+  }
+
+  /** Along which axes of the samples it lies, and which way they run: see layoutsOf(). */
+  #layOut(axes) {
+    const layout = layoutsOf(axes)[["axial", "coronal", "sagittal"].indexOf(this.name)];
+    Object.assign(this, layout, { isTurned: layout.across > layout.down });
   }
 
   get isShown() {
@@ -44,7 +57,11 @@ export class SliceView {
   reset() {
     this.#layers.clear();
     this.#grid.want(undefined);
-    const { dims } = this.#state.volume;
+    const {
+      volume: { dims },
+      places,
+    } = this.#state;
+    this.#layOut(places.axes);
     this.center = [dims[this.across] / 2, dims[this.down] / 2];
   }
 
@@ -71,19 +88,17 @@ export class SliceView {
   /** The place that is at a point of the canvas, in samples along the two axes. */
   placeAt(x, y) {
     const [sx, sy] = this.scale;
-    const up = this.flipped ? -1 : 1;
     return [
-      (x - this.canvas.clientWidth / 2) / sx + this.center[0],
-      (up * (y - this.canvas.clientHeight / 2)) / sy + this.center[1],
+      (this.signs[0] * (x - this.canvas.clientWidth / 2)) / sx + this.center[0],
+      (this.signs[1] * (y - this.canvas.clientHeight / 2)) / sy + this.center[1],
     ];
   }
 
   pointOf(place) {
     const [sx, sy] = this.scale;
-    const up = this.flipped ? -1 : 1;
     return [
-      this.canvas.clientWidth / 2 + (place[0] - this.center[0]) * sx,
-      this.canvas.clientHeight / 2 + up * (place[1] - this.center[1]) * sy,
+      this.canvas.clientWidth / 2 + this.signs[0] * (place[0] - this.center[0]) * sx,
+      this.canvas.clientHeight / 2 + this.signs[1] * (place[1] - this.center[1]) * sy,
     ];
   }
 
@@ -92,10 +107,22 @@ export class SliceView {
     const { dims } = this.#state.volume;
     const within = (place, axis) => Math.min(Math.max(place, 0), dims[axis]);
     this.center = [
-      within(this.center[0] - dx / sx, this.across),
-      within(this.center[1] - ((this.flipped ? -1 : 1) * dy) / sy, this.down),
+      within(this.center[0] - (this.signs[0] * dx) / sx, this.across),
+      within(this.center[1] - (this.signs[1] * dy) / sy, this.down),
     ];
     this.changed();
+  }
+
+  /** Numbers along the axes across and down, as those along the columns and rows of tiles, and the other way. */
+  #turned([a, b]) {
+    return this.isTurned ? [b, a] : [a, b];
+  }
+
+  /** From places along columns and rows, which begin at `start` and have `factor` samples, to pixels of the screen. */
+  #matrix(start, factor, ratio) {
+    const [x, y] = this.pointOf(this.#turned(start)).map((p) => p * ratio);
+    const [sx, sy] = this.scale.map((s, i) => s * factor * ratio * this.signs[i]);
+    return this.isTurned ? [0, sy, sx, 0, x, y] : [sx, 0, 0, sy, x, y];
   }
 
   /** Keeps the place at a point of the canvas where it is while the zoom changes. */
@@ -132,8 +159,7 @@ export class SliceView {
       const from = Math.min(Math.max(middle - Math.floor(most / 2), begin), end - most);
       return [from, from + most];
     };
-    const columns = range(0, this.across);
-    const rows = range(1, this.down);
+    const [columns, rows] = this.#turned([range(0, this.across), range(1, this.down)]);
     if (!columns || !rows) return undefined;
     const slice = Math.min(Math.floor(position[this.normal] / factor), dims[this.normal] - 1);
     return { level, normal: this.normal, slice, columns, rows, rank };
@@ -173,6 +199,12 @@ export class SliceView {
     return !region || this.#state.tiles.has(region);
   }
 
+  /** True if reading more would change nothing: what is missing could not be read. */
+  get isSettled() {
+    const region = this.region(this.level, 0);
+    return !region || this.#state.tiles.isSettled(region);
+  }
+
   /** The part of the volume whose grid is shown; nothing if there is none, or if it is too large. */
   get #gridRegion() {
     if (!this.isShown || !this.#state.showsGrid || !this.#state.volume.storesGrid || this.level > 0) return undefined;
@@ -185,7 +217,8 @@ export class SliceView {
   /** Reads the grid, after the samples. */
   wantGrid() {
     const region = this.#gridRegion;
-    if (!region || (this.waits === 0 && this.isComplete)) this.#grid.want(region, this.#state.volume, this.#state.tiles);
+    if (!region || (this.waits === 0 && this.isComplete))
+      this.#grid.want(region, this.#state.volume, this.#state.tiles);
   }
 
   /** "none" if it shows no grid, "far" if it must be zoomed in for it, "reading", or "shown". */
@@ -213,17 +246,31 @@ export class SliceView {
     if (level !== coarsest && !this.isComplete) this.#drawLevel(coarsest, ratio);
     this.#drawLevel(level, ratio);
     if (this.#gridRegion && this.#grid.path) this.#drawGrid(ratio);
+    const unreadable = this.#unreadable();
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.#drawMarks();
+    drawUnreadable(context, unreadable);
+    drawMarks(context, this, this.#state);
+  }
+
+  /** The boxes of the canvas in which the wanted level could not be read: [x, y, width, height]. */
+  #unreadable() {
+    const { tiles, volume } = this.#state;
+    const region = this.region(this.level, 0);
+    if (!region) return [];
+    const { factor } = volume.levels[this.level];
+    return tiles.failedBoxes(region).map(([begin, end]) => {
+      const corners = [begin, end].map((corner) => this.pointOf(this.#turned(corner.map((p) => p * factor))));
+      const [x, y] = [0, 1].map((i) => Math.min(corners[0][i], corners[1][i]));
+      return [x, y, Math.abs(corners[1][0] - corners[0][0]), Math.abs(corners[1][1] - corners[0][1])];
+    });
   }
 
   #drawGrid(ratio) {
     const { width, height } = this.canvas;
     const { path } = this.#grid;
-    const [sx, sy] = this.scale.map((s) => s * ratio);
     // The middle of the first sample.
-    const [x, y] = this.pointOf([0.5, 0.5]).map((p) => p * ratio);
-    const key = `${[width, height, sx, sy, x, y]}`;
+    const matrix = this.#matrix([0.5, 0.5], 1, ratio);
+    const key = `${[width, height, matrix]}`;
     const picture = this.#gridPicture;
     // The cross hair moves more often than the picture.
     if (picture.path !== path || picture.key !== key) {
@@ -231,14 +278,18 @@ export class SliceView {
       [picture.canvas.width, picture.canvas.height] = [width, height];
       const context = picture.canvas.getContext("2d");
       const { dims } = this.#state.volume;
-      const up = this.flipped ? -1 : 1;
       // From the first sample to the last one.
-      context.rect(x - 1, y - up, (dims[this.across] - 1) * sx + 2, up * ((dims[this.down] - 1) * sy + 2));
+      const [first, last] = [
+        [0.5, 0.5],
+        [dims[this.across] - 0.5, dims[this.down] - 0.5],
+      ].map((place) => this.pointOf(place).map((p) => p * ratio));
+      const [low, high] = [Math.min, Math.max].map((pick) => [0, 1].map((i) => pick(first[i], last[i])));
+      context.rect(low[0] - 1, low[1] - 1, high[0] - low[0] + 2, high[1] - low[1] + 2);
       context.clip();
       const scaled = new Path2D();
-      scaled.addPath(path, new DOMMatrix([sx, 0, 0, up * sy, x, y]));
+      scaled.addPath(path, new DOMMatrix(matrix));
       context.strokeStyle = "rgba(94, 200, 255, 0.85)";
-      context.lineWidth = ratio * (Math.min(sx, sy) < 4 * ratio ? 0.5 : 1);
+      context.lineWidth = ratio * (Math.min(...this.scale) < 4 ? 0.5 : 1);
       context.stroke(scaled);
     }
     this.#context.setTransform(1, 0, 0, 1, 0, 0);
@@ -250,11 +301,9 @@ export class SliceView {
     if (!region) return;
     const { tiles, shades, volume } = this.#state;
     const { slice, columns, rows } = region;
-    const [left, top] = [tiles.range(level, this.across, columns[0])[0], tiles.range(level, this.down, rows[0])[0]];
-    const [right, bottom] = [
-      tiles.range(level, this.across, columns[1] - 1)[1],
-      tiles.range(level, this.down, rows[1] - 1)[1],
-    ];
+    const { across, down } = planes[this.normal];
+    const [left, top] = [tiles.range(level, across, columns[0])[0], tiles.range(level, down, rows[0])[0]];
+    const [right, bottom] = [tiles.range(level, across, columns[1] - 1)[1], tiles.range(level, down, rows[1] - 1)[1]];
     const key = `${slice} ${columns} ${rows} ${shades.version}`;
     let layer = this.#layers.get(level);
     if (layer?.key !== key) {
@@ -269,92 +318,29 @@ export class SliceView {
         const name = `${column} ${row}`;
         const samples = layer.painted.has(name) ? undefined : tiles.get(level, this.normal, slice, column, row);
         if (!samples) continue;
-        const [x0, x1] = tiles.range(level, this.across, column);
+        const [x0, x1] = tiles.range(level, across, column);
         const [width, height] = [x1 - x0, samples.length / (x1 - x0)];
         if (this.#image?.width !== width || this.#image.height !== height)
           this.#image = context.createImageData(width, height);
         shades.paint(samples, new Uint32Array(this.#image.data.buffer));
-        context.putImageData(this.#image, x0 - left, tiles.range(level, this.down, row)[0] - top);
+        context.putImageData(this.#image, x0 - left, tiles.range(level, down, row)[0] - top);
         layer.painted.add(name);
       }
     if (layer.painted.size === 0) return;
     this.shown = level;
     const { factor } = volume.levels[level];
-    const [sx, sy] = this.scale.map((s) => s * factor * ratio);
-    const [x, y] = this.pointOf([left * factor, top * factor]).map((p) => p * ratio);
     const target = this.#context;
-    target.setTransform(sx, 0, 0, this.flipped ? -sy : sy, x, y);
+    target.setTransform(...this.#matrix([left * factor, top * factor], factor, ratio));
     // Samples of the volume are shown as what they are; those of an overview stand for others.
-    target.imageSmoothingEnabled = factor > 1 || Math.max(sx, sy) < 2;
+    target.imageSmoothingEnabled = factor > 1 || Math.max(...this.scale) * factor * ratio < 2;
     target.imageSmoothingQuality = "high";
     // The last sample of an overview may reach beyond the volume.
     const limit = (axis, end) => Math.min(end, volume.dims[axis] / factor);
     target.save();
     target.beginPath();
-    target.rect(0, 0, limit(this.across, right) - left, limit(this.down, bottom) - top);
+    target.rect(0, 0, limit(across, right) - left, limit(down, bottom) - top);
     target.clip();
     target.drawImage(layer.picture, 0, 0);
     target.restore();
-  }
-
-  #drawMarks() {
-    const { position, volume, unit, steps, zoom } = this.#state;
-    const context = this.#context;
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const [x, y] = this.pointOf([position[this.across] + 0.5, position[this.down] + 0.5]);
-    context.strokeStyle = "rgba(242, 177, 52, 0.75)";
-    context.lineWidth = 1;
-    context.beginPath();
-    // With a gap, so that the place itself is seen.
-    const gap = 8;
-    for (const [x0, y0, x1, y1] of [
-      [0, y, x - gap, y],
-      [x + gap, y, width, y],
-      [x, 0, x, y - gap],
-      [x, y + gap, x, height],
-    ]) {
-      context.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
-      context.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
-    }
-    context.stroke();
-
-    const write = (text, tx, ty, align) => {
-      context.textAlign = align;
-      context.lineWidth = 3;
-      context.strokeStyle = "rgba(0, 0, 0, 0.8)";
-      context.strokeText(text, tx, ty);
-      context.fillText(text, tx, ty);
-    };
-    context.font = "13px system-ui, sans-serif";
-    context.fillStyle = "#f4f4f4";
-    const level = this.shown === undefined ? "" : volume.levels[this.shown].factor;
-    const coarse = level > 1 ? ` · overview 1:${level}` : "";
-    const axis = axisNames[this.normal];
-    write(`${this.name}  ${axis} = ${position[this.normal]} of ${volume.dims[this.normal]}${coarse}`, 9, 19, "left");
-
-    // As long as a round number of units allows.
-    const most = Math.min(180, width / 3) / zoom;
-    const power = 10 ** Math.floor(Math.log10(most));
-    const length = [5, 2, 1].map((n) => n * power).find((n) => n <= most) ?? power;
-    const pixels = length * zoom;
-    const [right, low] = [width - 12, height - 14];
-    context.fillStyle = "rgba(0, 0, 0, 0.8)";
-    context.fillRect(right - pixels - 2, low - 4, pixels + 4, 8);
-    context.fillStyle = "#f4f4f4";
-    context.fillRect(right - pixels, low - 2, pixels, 4);
-    write(`${Number(length.toPrecision(3))} ${unit}`, right, low - 9, "right");
-
-    // The axes of samples, in the lower left corner.
-    const corner = this.flipped ? [14, height - 14] : [14, height - 40];
-    const up = this.flipped ? -1 : 1;
-    context.strokeStyle = "#f4f4f4";
-    context.lineWidth = 1.5;
-    context.beginPath();
-    context.moveTo(corner[0] + 22, corner[1]);
-    context.lineTo(corner[0], corner[1]);
-    context.lineTo(corner[0], corner[1] + up * 22);
-    context.stroke();
-    write(axisNames[this.across], corner[0] + 27, corner[1] + 4, "left");
-    write(axisNames[this.down], corner[0] - 4, corner[1] + (this.flipped ? -28 : 36), "left");
   }
 }

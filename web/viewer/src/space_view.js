@@ -1,80 +1,14 @@
 // The volume in space: a surface of one value, or a fog as bright as the window says. A program of the graphics card
 // follows a ray for each pixel through a texture with samples of an overview.
-import { numberText } from "./describe.js";
+import { followPointers, wheelZoom } from "./gestures.js";
+import { numberText, placeText } from "./numbers.js";
+import { lettersOf, nearestAxes } from "./sides.js";
+import { fragmentCode, vertexCode } from "./space_shader.js";
 
 // Samples that are read without asking, and at most, and along an axis of the texture.
 const samplesUnasked = 4e6;
 const mostSamples = 160e6;
 const longest = 256;
-
-const vertexCode = `#version 300 es
-in vec2 corner;
-out vec2 place;
-void main() { place = corner; gl_Position = vec4(corner, 0.0, 1.0); }`;
-
-// Rays in the box from 0 to 1, whose edges have the lengths \`size\`.
-const fragmentCode = `#version 300 es
-precision highp float;
-precision highp sampler3D;
-in vec2 place;
-out vec4 color;
-uniform sampler3D samples;
-uniform mat3 turn;
-uniform vec3 size, texels;
-uniform vec2 span, grey;
-uniform float level, stretch;
-uniform bool isSurface;
-
-float at(vec3 p) { return texture(samples, p).r; }
-
-vec3 slope(vec3 p) {
-  vec3 d = 1.0 / texels;
-  return vec3(at(p + vec3(d.x, 0, 0)) - at(p - vec3(d.x, 0, 0)), at(p + vec3(0, d.y, 0)) - at(p - vec3(0, d.y, 0)),
-              at(p + vec3(0, 0, d.z)) - at(p - vec3(0, 0, d.z))) * texels / size;
-}
-
-void main() {
-  vec3 direction = turn * vec3(0, 0, -1) / size;
-  vec3 start = turn * vec3(place * span, 2.0) / size + 0.5;
-  vec3 a = -start / direction, b = (1.0 - start) / direction;
-  vec3 low = min(a, b), high = max(a, b);
-  float enter = max(max(low.x, low.y), low.z), leave = min(min(high.x, high.y), high.z);
-  color = vec4(0.0, 0.0, 0.0, 1.0);
-  if (enter >= leave) return;
-  float step = stretch / length(direction * texels);
-  // Without it, the regular steps of all rays would draw rings.
-  float t = enter + step * fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
-  if (isSurface) {
-    float before = -1.0;
-    for (; t < leave; t += step) {
-      float now = at(start + t * direction);
-      if (now >= level) {
-        float from = before < 0.0 ? t : before, to = t;
-        for (int i = 0; i < 6; ++i) {
-          float middle = 0.5 * (from + to);
-          if (at(start + middle * direction) >= level) to = middle; else from = middle;
-        }
-        vec3 p = start + to * direction, n = slope(p);
-        float l = length(n);
-        vec3 toward = turn * vec3(0, 0, 1), light = normalize(turn * vec3(-0.4, 0.5, 1.0));
-        n = before < 0.0 || l == 0.0 ? toward : -n / l;
-        float diffuse = max(dot(n, light), 0.0), shine = pow(max(dot(n, normalize(light + toward)), 0.0), 40.0);
-        color = vec4(vec3(0.93, 0.87, 0.78) * (0.16 + 0.8 * diffuse) + 0.22 * shine, 1.0);
-        return;
-      }
-      before = t;
-    }
-    return;
-  }
-  float light = 0.0, through = 1.0;
-  for (; t < leave && through > 0.01; t += step) {
-    float g = clamp((at(start + t * direction) - grey.x) / (grey.y - grey.x), 0.0, 1.0);
-    float opaque = 1.0 - pow(1.0 - 0.12 * g * g, stretch);
-    light += through * opaque * g;
-    through *= 1.0 - opaque;
-  }
-  color = vec4(vec3(light), 1.0);
-}`;
 
 export class SpaceView {
   #section;
@@ -89,6 +23,8 @@ export class SpaceView {
   #isPlanned = false;
   #drawnSize = [0, 0];
   #reading;
+  #isLost = false;
+  #level; // that was chosen before the picture was lost
 
   constructor(section, state) {
     this.#section = section;
@@ -107,7 +43,8 @@ export class SpaceView {
           <option value="surface">Surface</option><option value="fog">Volume</option></select>
         <input type="range" min="0" max="1000" aria-label="Value of the surface">
         <input type="number" step="any" aria-label="Value of the surface">
-      </div>`,
+      </div>
+      <div class="sides" aria-hidden="true">${"<span></span>".repeat(6)}</div>`,
     );
     const find = (selector) => section.querySelector(selector);
     this.elements = {
@@ -118,6 +55,7 @@ export class SpaceView {
       kind: find("select"),
       slider: find("input[type=range]"),
       number: find("input[type=number]"),
+      sides: [...section.querySelectorAll(".sides span")],
     };
     const { button, kind, slider, number } = this.elements;
     button.addEventListener("click", () => this.#read());
@@ -135,6 +73,7 @@ export class SpaceView {
       () => Number.isFinite(number.valueAsNumber) && this.#setLevel(number.valueAsNumber),
     );
     this.#handleInput();
+    this.#handleLoss();
   }
 
   /** There is another volume. */
@@ -142,14 +81,44 @@ export class SpaceView {
     this.#reading?.abort();
     this.#reading = undefined;
     this.#picture = undefined;
+    this.#level = undefined;
     this.elements.over.hidden = true;
-    this.elements.middle.hidden = true;
+    this.elements.middle.hidden = !this.#isLost;
+    for (const side of this.elements.sides) side.hidden = true;
     if (this.#gl) this.#gl.clear(this.#gl.COLOR_BUFFER_BIT);
+  }
+
+  /**
+   * The graphics card may drop all that it was given: when the machine wakes, for other pages, after a crash. What was
+   * shown is gone until the browser gives the canvas another context; then it is made once more.
+   */
+  #handleLoss() {
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      // Without this, there would be no other one.
+      event.preventDefault();
+      this.#isLost = true;
+      const level = this.#picture?.level ?? this.#level;
+      this.reset();
+      this.#level = level;
+      this.#gl = undefined;
+      this.texture = undefined;
+      const { middle, text, button } = this.elements;
+      text.textContent =
+        "The graphics card lost the picture in 3D. It comes back when the browser has the card again; " +
+        "if it does not, load the page again.";
+      button.hidden = true;
+      middle.hidden = false;
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.#isLost = false;
+      this.elements.middle.hidden = true;
+      this.update();
+    });
   }
 
   /** Draws; without a picture, it reads one if it is small, and else offers to. */
   update() {
-    if (!this.#state.volume || this.canvas.clientWidth === 0) return;
+    if (this.#isLost || !this.#state.volume || this.canvas.clientWidth === 0) return;
     if (this.#picture) {
       const { clientWidth, clientHeight } = this.canvas;
       if (clientWidth !== this.#drawnSize[0] || clientHeight !== this.#drawnSize[1]) this.draw();
@@ -240,12 +209,15 @@ export class SpaceView {
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     // Half floats, which every card interpolates: as fine as 11 bits.
     gl.texImage3D(gl.TEXTURE_3D, 0, gl.R16F, ...size, 0, gl.RED, gl.FLOAT, values);
+    if (gl.isContextLost()) throw new Error("the graphics card was lost while the picture was made");
     if (gl.getError() !== gl.NO_ERROR) throw new Error("the graphics card has too little memory for a picture in 3D");
     const { volume, steps } = this.#state;
     const lengths = volume.dims.map((n, axis) => n * steps[axis]);
     const most = Math.hypot(...lengths);
     this.#picture = { low, high, size, lengths: lengths.map((l) => l / most), level: 0 };
-    this.#setLevel(this.#likelyLevel(values));
+    const isWithin = this.#level >= low && this.#level <= high;
+    this.#setLevel(isWithin ? this.#level : this.#likelyLevel(values));
+    this.#level = undefined;
   }
 
   /** The value between the two brightest of three classes: bone, in CT. */
@@ -275,7 +247,7 @@ export class SpaceView {
     const { slider, number } = this.elements;
     this.#picture.level = value;
     slider.value = (1000 * (value - low)) / (high - low);
-    if (document.activeElement !== number) number.value = numberText(value, 4);
+    if (document.activeElement !== number) number.value = placeText(value, (high - low) * 1e3);
     this.draw();
   }
 
@@ -283,6 +255,7 @@ export class SpaceView {
     if (this.#gl) return;
     const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("this browser has no WebGL 2, which pictures in 3D need");
+    if (gl.isContextLost()) throw new Error("the graphics card was lost; load the page again");
     const program = gl.createProgram();
     for (const [kind, code] of [
       [gl.VERTEX_SHADER, vertexCode],
@@ -329,13 +302,26 @@ export class SpaceView {
     gl.viewport(0, 0, width, height);
     const { around, up } = this.#turn;
     const [ca, sa, cu, su] = [Math.cos(around), Math.sin(around), Math.cos(up), Math.sin(up)];
-    // The right, the top and the front of the picture, in the axes of the volume: z is up, and the front is a low y.
-    gl.uniformMatrix3fv(this.#uniforms.turn, false, [ca, sa, 0, su * sa * -1, su * ca, cu, cu * sa, -cu * ca, su]);
+    // The right, the top and the front of the picture, in left, posterior, head: the head is up, and the patient looks
+    // at whoever looks at the picture. Without directions, these are x, y, z.
+    const nearest = nearestAxes(this.#state.places.axes);
+    const turn = [
+      [ca, sa, 0],
+      [su * sa * -1, su * ca, cu],
+      [cu * sa, -cu * ca, su],
+    ].map((vector) => {
+      const along = [0, 0, 0];
+      for (const [side, { axis, sign }] of nearest.entries()) along[axis] = sign * vector[side];
+      return along;
+    });
+    gl.uniformMatrix3fv(this.#uniforms.turn, false, turn.flat());
     gl.uniform3f(this.#uniforms.size, ...lengths);
     gl.uniform3f(this.#uniforms.texels, ...size);
     const span = 0.5 / this.#zoom;
     const shape = width / height;
-    gl.uniform2f(this.#uniforms.span, span * Math.max(shape, 1), span * Math.max(1 / shape, 1));
+    const spans = [span * Math.max(shape, 1), span * Math.max(1 / shape, 1)];
+    gl.uniform2f(this.#uniforms.span, ...spans);
+    this.#placeSides(turn, spans);
     const { shades } = this.#state;
     gl.uniform2f(this.#uniforms.grey, (shades.low - low) / (high - low), (shades.high - low) / (high - low));
     gl.uniform1f(this.#uniforms.level, (level - low) / (high - low));
@@ -344,9 +330,23 @@ export class SpaceView {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
+  /** Letters at the middles of the faces of the box that look at the viewer. */
+  #placeSides([right, top, front], spans) {
+    const { axes } = this.#state.places;
+    const { lengths } = this.#picture;
+    for (const [i, side] of this.elements.sides.entries()) {
+      const axis = i >> 1;
+      const sign = i % 2 === 0 ? 1 : -1;
+      side.hidden = sign * front[axis] < 0.15 || (!axes && sign < 0);
+      side.textContent = axes ? lettersOf(axes[axis].map((n) => sign * n)) : "xyz"[axis];
+      const at = (sign * lengths[axis]) / 2;
+      side.style.left = `${50 + (50 * at * right[axis]) / spans[0]}%`;
+      side.style.top = `${50 - (50 * at * top[axis]) / spans[1]}%`;
+    }
+  }
+
   #handleInput() {
     const { canvas } = this;
-    const pointers = new Map();
     const turnBy = (dx, dy) => {
       this.#turn.around -= dx;
       this.#turn.up = Math.min(Math.max(this.#turn.up + dy, -1.55), 1.55);
@@ -356,33 +356,23 @@ export class SpaceView {
       this.#zoom = Math.min(Math.max(this.#zoom * factor, 0.3), 20);
       this.draw();
     };
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      this.#isMoving = true;
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const before = pointers.get(event.pointerId);
-      if (!before) return;
-      const now = [event.clientX, event.clientY];
-      if (pointers.size === 2) {
-        const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
-        const distance = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 10);
-        zoomBy(distance(now) / distance(before));
-      } else turnBy((now[0] - before[0]) / 150, (now[1] - before[1]) / 150);
-      pointers.set(event.pointerId, now);
-    });
-    for (const name of ["pointerup", "pointercancel"])
-      canvas.addEventListener(name, (event) => {
-        pointers.delete(event.pointerId);
+    followPointers(canvas, {
+      start: () => (this.#isMoving = true),
+      drag: (dx, dy) => turnBy(dx / 150, dy / 150),
+      pinch: (factor) => {
+        this.#isMoving = true;
+        zoomBy(factor);
+      },
+      end: () => {
         this.#isMoving = false;
         this.draw();
-      });
+      },
+    });
     canvas.addEventListener(
       "wheel",
       (event) => {
         event.preventDefault();
-        zoomBy(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) / 500));
+        zoomBy(Math.sqrt(wheelZoom(event)));
       },
       { passive: false },
     );

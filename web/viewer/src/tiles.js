@@ -18,6 +18,8 @@ export class Tiles {
   #bytes = 0;
   #flying = new Set();
   #failed = new Set();
+  // Of a row of tiles that could not be read at once, each is read alone: one damaged brick takes no other one along.
+  #alone = new Set();
   #wanted = new Set();
   #volume;
   #onTiles;
@@ -40,6 +42,7 @@ export class Tiles {
   /** What could not be read is wanted again. */
   retry() {
     this.#failed.clear();
+    this.#alone.clear();
   }
 
   get reads() {
@@ -108,6 +111,23 @@ export class Tiles {
     return keysOf(region).every((key) => this.#tiles.has(key) || this.#failed.has(key));
   }
 
+  /** The tiles of a region that could not be read: [begin, end], in samples of the level, along columns and rows. */
+  failedBoxes({ level, normal, slice, columns, rows }) {
+    if (this.#failed.size === 0) return [];
+    const { across, down } = planes[normal];
+    const boxes = [];
+    for (let row = rows[0]; row < rows[1]; ++row)
+      for (let column = columns[0]; column < columns[1]; ++column) {
+        if (!this.#failed.has(keyOf(level, normal, slice, column, row))) continue;
+        const [x, y] = [this.range(level, across, column), this.range(level, down, row)];
+        boxes.push([
+          [x[0], y[0]],
+          [x[1], y[1]],
+        ]);
+      }
+    return boxes;
+  }
+
   #strips(region, missing) {
     const { level, columns, rows } = region;
     const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;
@@ -118,13 +138,15 @@ export class Tiles {
       const absent = [];
       for (let column = columns[0]; column < columns[1]; ++column)
         if (keysOf({ ...some, columns: [column, column + 1] }).some(missing)) absent.push(column);
+      if (absent.length === 0) continue;
       // From the middle outward.
-      if (absent.length > 0)
-        strips.push({
-          ...some,
-          columns: [absent[0], absent.at(-1) + 1],
-          rank: region.rank + Math.abs(row - middle) / 1000,
-        });
+      const strip = {
+        ...some,
+        columns: [absent[0], absent.at(-1) + 1],
+        rank: region.rank + Math.abs(row - middle) / 1000,
+      };
+      if (keysOf(strip).some((key) => this.#alone.has(key))) strips.push(...tilesOf(strip, missing));
+      else strips.push(strip);
     }
     return strips;
   }
@@ -171,8 +193,9 @@ export class Tiles {
         }
     } catch (error) {
       if (!strip.controller.signal.aborted) {
-        for (const key of strip.keys) this.#failed.add(key);
-        this.#onError(error);
+        const isServers = error.code === "io-error";
+        for (const key of strip.keys) (strip.keys.length > 1 && !isServers ? this.#alone : this.#failed).add(key);
+        if (strip.keys.length === 1 || isServers) this.#onError(error);
       }
     } finally {
       this.#flying.delete(strip);
@@ -205,4 +228,15 @@ function keysOf({ level, normal, slice, columns, rows }) {
   for (let row = rows[0]; row < rows[1]; ++row)
     for (let column = columns[0]; column < columns[1]; ++column) keys.push(keyOf(level, normal, slice, column, row));
   return keys;
+}
+
+/** The tiles of a strip that are missing, each as a strip. */
+function tilesOf(strip, missing) {
+  const strips = [];
+  for (let row = strip.rows[0]; row < strip.rows[1]; ++row)
+    for (let column = strip.columns[0]; column < strip.columns[1]; ++column) {
+      const tile = { ...strip, columns: [column, column + 1], rows: [row, row + 1] };
+      if (keysOf(tile).some(missing)) strips.push(tile);
+    }
+  return strips;
 }

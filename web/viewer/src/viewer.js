@@ -1,8 +1,11 @@
 // The page: opens a file, and links the views.
 import { open } from "@tagrid/decoder";
-import { boundRows, factRows, fillList, numberText, scaleOf, unitOf } from "./describe.js";
+import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
+import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
-import { Shades, percentiles } from "./shades.js";
+import { placesOf } from "./places.js";
+import { readoutRows } from "./readout.js";
+import { Shades } from "./shades.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
 import { SpaceView } from "./space_view.js";
@@ -16,31 +19,24 @@ const state = {
   tiles: undefined,
   shades: undefined,
   scale: undefined,
-  unit: "",
+  places: undefined,
   steps: [1, 1, 1],
   position: [0, 0, 0],
   zoom: 1,
   tool: "move",
   isFitted: true,
-  isWindowChosen: false,
   showsGrid: false,
 };
 
-const sliceViews = [
-  ["axial", 2],
-  ["coronal", 1],
-  ["sagittal", 0],
-].map(([name, normal]) => {
+const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", `${name} slice`);
   const slider = document.createElement("input");
   Object.assign(slider, { type: "range", min: 0, className: "slices" });
-  slider.setAttribute("aria-label", `number of the ${name} slice`);
   slider.addEventListener("input", () => {
     const position = [...state.position];
-    position[normal] = slider.valueAsNumber;
+    position[view.normal] = slider.valueAsNumber;
     actions.moveTo(position);
   });
   sections[name].append(canvas, slider);
@@ -48,9 +44,14 @@ const sliceViews = [
     failure = error.message;
     draw();
   };
-  return Object.assign(new SliceView(canvas, name, normal, state, () => draw(), onError), { slider });
+  const view = new SliceView(canvas, name, state, () => draw(), onError);
+  return Object.assign(view, { slider });
 });
 const spaceView = new SpaceView(sections.space, state);
+const displayWindow = new DisplayWindow(state, () => {
+  spaceView.windowChanged();
+  draw();
+});
 let file;
 // Milliseconds.
 const retryAfter = 3000;
@@ -71,13 +72,14 @@ function draw() {
   requestAnimationFrame(() => {
     isDrawingPlanned = false;
     if (!state.volume) return;
+    if (haveFirst()) displayWindow.chooseOnce(coarsestSlices());
     for (const view of sliceViews) view.draw();
     noteTimes();
     if (!isFirstDrawn && haveFirst()) {
       isFirstDrawn = true;
       read();
     }
-    const isComplete = sliceViews.every((view) => !view.isShown || view.isComplete);
+    const isComplete = sliceViews.every((view) => !view.isShown || view.isSettled);
     showProgress(isComplete);
     // After the slices, which come first.
     if (isComplete) spaceView.update();
@@ -88,7 +90,7 @@ function noteTimes() {
   const shown = sliceViews.filter((view) => view.isShown);
   if (shown.some((view) => view.shown !== undefined)) times.first ??= performance.now();
   if (shown.every((view) => view.shown !== undefined)) times.all ??= performance.now();
-  if (shown.every((view) => view.isComplete)) times.complete ??= performance.now();
+  if (shown.every((view) => view.isSettled)) times.complete ??= performance.now();
 }
 
 let failure;
@@ -127,6 +129,7 @@ function update() {
   for (const { slider, normal } of sliceViews) {
     slider.max = state.volume.dims[normal] - 1;
     slider.value = state.position[normal];
+    slider.setAttribute("aria-valuetext", `slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}`);
   }
   draw();
   read();
@@ -172,14 +175,16 @@ const actions = {
     const { dims } = state.volume;
     const least = view.fittingZoom() / 8;
     const most = 100 / Math.min(...state.steps);
+    const cross = (other) =>
+      other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
+    const others = sliceViews.filter((other) => other !== view).map((other) => [other, cross(other)]);
     view.zoomAround(x, y, () => {
       state.zoom = Math.min(Math.max(state.zoom * factor, Math.min(least, most)), most);
     });
-    // The others look at the cross hair.
-    for (const other of sliceViews) {
-      if (other === view) continue;
-      other.center = [other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis]));
-      other.changed();
+    // In the others, the cross hair stays where it is.
+    for (const [other, before] of others) {
+      const after = cross(other);
+      other.pan(before[0] - after[0], before[1] - after[1]);
     }
     update();
   },
@@ -188,11 +193,7 @@ const actions = {
     view.pan(dx, dy);
     update();
   },
-  window(low, high) {
-    if (!Number.isFinite(low) || !Number.isFinite(high)) return;
-    state.isWindowChosen = true;
-    setWindow(low, high);
-  },
+  window: (low, high) => displayWindow.set(low, high),
   /** The level by a share of the width, and the width by a factor. */
   changeWindow(levelShare, widthFactor) {
     const { low, high } = state.shades;
@@ -201,8 +202,25 @@ const actions = {
     actions.window(level - (width * widthFactor) / 2, level + (width * widthFactor) / 2);
   },
   autoWindow() {
-    state.isWindowChosen = false;
-    chooseWindow();
+    displayWindow.choose(coarsestSlices());
+    update();
+  },
+  /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
+  remember: () => ({
+    position: state.position,
+    zoom: state.zoom,
+    isFitted: state.isFitted,
+    centers: sliceViews.map(({ center }) => center),
+    low: state.shades.low,
+    high: state.shades.high,
+  }),
+  restore({ low, high, centers, ...shown }) {
+    Object.assign(state, shown);
+    for (const [i, view] of sliceViews.entries()) {
+      view.center = centers[i];
+      view.changed();
+    }
+    if (low !== state.shades.low || high !== state.shades.high) displayWindow.set(low, high);
     update();
   },
   fit() {
@@ -229,76 +247,28 @@ const actions = {
   },
 };
 
-function setWindow(low, high) {
-  state.shades.set(low, high);
-  const put = (id, number) => {
-    if (document.activeElement !== element(id)) element(id).value = numberText(number, 5);
-  };
-  put("window-level", (low + high) / 2);
-  put("window-width", high - low);
-  spaceView.windowChanged();
-  draw();
-}
-
-/** From the slices of the coarsest overview that are there. */
-function chooseWindow() {
-  if (state.isWindowChosen) return;
+/** The samples of the slices of the coarsest overview that are there. */
+function coarsestSlices() {
   const level = state.volume.levels.length - 1;
   const { factor } = state.volume.levels[level];
-  const arrays = sliceViews.flatMap(({ normal }) =>
+  return sliceViews.flatMap(({ normal }) =>
     state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)),
   );
-  const ends = percentiles(arrays, 0.005);
-  if (!ends) return;
-  const values = ends.map((sample) => state.scale.slope * sample + state.scale.intercept).sort((a, b) => a - b);
-  if (values[0] === values[1]) values[1] += 1;
-  setWindow(...values);
 }
 
 // ---- Readout -------------------------------------------------------------------------------------------------------
 
 let pointed;
 function showReadout() {
-  const { volume, tiles, scale, unit } = state;
-  if (!volume) return;
+  if (!state.volume) return;
   const place = [...state.position];
   if (pointed) {
     const { view } = pointed;
     const [across, down] = view.placeAt(pointed.x, pointed.y).map(Math.floor);
     [place[view.across], place[view.down]] = [across, down];
   }
-  if (place.some((p, axis) => p < 0 || p >= volume.dims[axis]))
-    return fillList(element("readout"), [["sample", "outside"]]);
-  const rows = [["sample", place.join(", ")]];
-  const { geometry } = volume;
-  if (geometry.spacing) {
-    const { origin, directions, spacing } = geometry;
-    const world = [0, 1, 2].map((a) => {
-      const steps = directions ? directions.map((d) => d[a]) : spacing.map((s, axis) => (axis === a ? s : 0));
-      return (origin?.[a] ?? 0) + place.reduce((sum, p, axis) => sum + p * steps[axis], 0);
-    });
-    rows.push([`position (${unit})`, world.map((w) => numberText(w, 5)).join(", ")]);
-  }
-  const found = sampleAt(place, pointed?.view ?? sliceViews[0]);
-  if (found) {
-    const value = scale.slope * found.sample + scale.intercept;
-    rows.push(["value", `${numberText(value)} ${scale.unit}`]);
-    if (scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", numberText(found.sample)]);
-    if (found.factor > 1) rows.push(["", `mean in overview 1:${found.factor}`]);
-  } else rows.push(["value", "…"]);
-  fillList(element("readout"), rows);
-
-  function sampleAt(at, { normal, across, down }) {
-    for (const { level, factor } of volume.levels) {
-      const [i, j, slice] = [at[across], at[down], at[normal]].map((p) => Math.floor(p / factor));
-      const [column, row] = [tiles.number(i), tiles.number(j)];
-      const samples = tiles.get(level, normal, slice, column, row);
-      if (!samples) continue;
-      const [x0, x1] = tiles.range(level, across, column);
-      return { sample: samples[(j - tiles.range(level, down, row)[0]) * (x1 - x0) + i - x0], factor };
-    }
-    return undefined;
-  }
+  const { normal } = pointed?.view ?? sliceViews.find((view) => view.isShown) ?? sliceViews[0];
+  fillList(element("readout"), readoutRows(state, place, normal));
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
@@ -314,7 +284,11 @@ async function openFile(source, name, options = {}) {
   element("failure").textContent = "";
   say(`Opening ${name} …`);
   try {
-    const opened = await open(source, { ...options, base: new URL("decoder/", import.meta.url), signal: controller.signal });
+    const opened = await open(source, {
+      ...options,
+      base: new URL("decoder/", import.meta.url),
+      signal: controller.signal,
+    });
     if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
@@ -325,7 +299,10 @@ async function openFile(source, name, options = {}) {
     document.title = `${name} – tagrid viewer`;
     element("volume-choice").hidden = file.volumes === 1;
     element("volume").replaceChildren(
-      ...Array.from({ length: file.volumes }, (_, i) => new Option(String(i), String(i))),
+      ...Array.from(
+        { length: file.volumes },
+        (_, i) => new Option(`${i + 1} of ${file.volumes} (number ${i})`, String(i)),
+      ),
     );
     shownVolume = "0";
     show(file);
@@ -348,35 +325,34 @@ function retryLater(volume) {
   }, retryAfter);
 }
 
-function show(volume) {
+/** Shows a volume. One of the same file as the one before keeps its place, and the window `before`. */
+function show(volume, before) {
   state.tiles?.close();
   failure = undefined;
   state.volume = volume;
   state.tiles = new Tiles(
     volume,
-    () => {
-      chooseWindow();
-      update();
-    },
+    () => update(),
     (error) => {
       failure = error.message;
       if (error.code === "io-error") retryLater(volume);
     },
   );
   state.scale = scaleOf(volume);
-  state.unit = unitOf(volume);
-  state.steps = (volume.geometry.spacing ?? [1, 1, 1]).map((s) => Math.abs(s) || 1);
+  state.places = placesOf(volume);
+  state.steps = state.places.steps;
   state.shades = new Shades(state.scale);
-  state.position = volume.dims.map((n) => Math.floor(n / 2));
+  if (!before) state.position = volume.dims.map((n) => Math.floor(n / 2));
   state.isFitted = true;
-  state.isWindowChosen = false;
-  if (volume.range) {
-    const ends = [volume.range.low, volume.range.high].map((s) => state.scale.slope * s + state.scale.intercept);
-    setWindow(Math.min(...ends), Math.max(...ends));
+  displayWindow.start(before);
+  for (const view of sliceViews) {
+    view.reset();
+    view.canvas.setAttribute("aria-label", `${view.title} slice`);
+    view.slider.setAttribute("aria-label", `number of the ${view.title} slice`);
+    document.querySelector(`[data-tab=${view.name}]`).textContent = view.label;
   }
-  for (const view of sliceViews) view.reset();
   fillList(element("bounds"), boundRows(volume, state.scale));
-  fillList(element("facts"), factRows(volume, state.scale, state.unit));
+  fillList(element("facts"), factRows(volume, state.scale, state.places));
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
   update();
@@ -390,7 +366,7 @@ element("volume").addEventListener("change", async ({ target }) => {
     const volume = await of.volume(Number(chosen));
     if (!isStillChosen()) return;
     shownVolume = chosen;
-    show(volume);
+    show(volume, state.shades);
   } catch (error) {
     if (!isStillChosen()) return;
     target.value = shownVolume;
@@ -446,7 +422,7 @@ function nameIn({ pathname, host }) {
 // ---- Controls ------------------------------------------------------------------------------------------------------
 
 let shownTab;
-const isNarrow = matchMedia("(max-width: 720px)");
+const isSmall = matchMedia("(max-width: 720px), (max-height: 480px)");
 function showTab(name) {
   shownTab = name;
   element("views").classList.toggle("single", name !== "all");
@@ -469,11 +445,6 @@ element("grid").addEventListener("click", () => state.volume && actions.grid());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
-for (const id of ["window-level", "window-width"])
-  element(id).addEventListener("input", () => {
-    const [level, width] = [element("window-level").valueAsNumber, element("window-width").valueAsNumber];
-    if (state.volume && width > 0) actions.window(level - width / 2, level + width / 2);
-  });
 for (const view of sliceViews) handlePointers(view, state, actions);
 handleKeys(state, actions, activeView);
 new ResizeObserver(() => {
@@ -482,7 +453,7 @@ new ResizeObserver(() => {
 }).observe(element("views"));
 
 globalThis.tagridViewer = { state, sliceViews, spaceView, actions, times };
-showTab(isNarrow.matches ? "axial" : "all");
+showTab(isSmall.matches ? "axial" : "all");
 const source = new URLSearchParams(location.search).get("src");
 if (source) {
   element("welcome").hidden = false;

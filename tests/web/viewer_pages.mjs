@@ -1,0 +1,53 @@
+// Pages of the viewer in headless Chromium, and what they show.
+import { join } from "node:path";
+import { after, before } from "node:test";
+import { startChromium } from "./chromium.mjs";
+import { folder, golden } from "./files.mjs";
+import { serve } from "./server.mjs";
+
+/** The folder of the page. */
+export const viewer = process.env.TAGRID_VIEWER;
+export let browser;
+export let server;
+
+before(async () => {
+  browser = await startChromium();
+  server = await serve({ viewer, made: folder, golden });
+});
+after(async () => {
+  await browser.close();
+  server.close();
+});
+
+/** A page with a file of made/ or golden/, once it shows all that it will. */
+export async function open(file, width = 1280, height = 860, mobile = false) {
+  const page = await browser.newPage(width, height, mobile);
+  await page.goTo(server.url(`viewer/index.html?src=/${file}`));
+  await page.until("tagridViewer.times.complete");
+  return page;
+}
+
+/** Keeps a picture of the page in the folder of TAGRID_PICTURES. */
+export const picture = async (page, name) => {
+  if (process.env.TAGRID_PICTURES) await page.picture(join(process.env.TAGRID_PICTURES, `${name}.png`));
+};
+
+/** What the page says of the place under the pointer. */
+export const readout = (page) =>
+  page.evaluate(
+    `Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`,
+  );
+
+/** Where a place of the volume is on the page. */
+export const pointOf = (page, view, place) =>
+  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
+    const box = view.canvas.getBoundingClientRect();
+    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+    return [box.left + x, box.top + y]; })()`);
+
+/** The pixel of the picture there, away from the cross hair. */
+export const pixelOf = (page, view, place) =>
+  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], place = ${JSON.stringify(place)};
+    view.draw();
+    const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
+    return [...view.canvas.getContext("2d").getImageData(Math.floor(x), Math.floor(y), 1, 1).data]; })()`);

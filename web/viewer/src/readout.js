@@ -1,0 +1,43 @@
+// The sample under the pointer, or under the cross hair.
+import { positionTexts } from "./places.js";
+import { sampleText, valueText } from "./numbers.js";
+import { planes } from "./tiles.js";
+
+/** Rows of [name, text] for a place, in samples; `normal` is the axis across the slices in which it is looked for. */
+export function readoutRows({ volume, tiles, scale, places }, place, normal) {
+  if (place.some((p, axis) => p < 0 || p >= volume.dims[axis])) return [["sample", "outside"]];
+  const rows = [["sample", place.join(", ")]];
+  const position = positionTexts(volume, places, place);
+  if (position) rows.push([`position (${places.unit})`, position.join(", ")]);
+  const found = sampleAt(volume, tiles, place, normal);
+  if (!found) return [...rows, ["value", isUnreadable(tiles, place, normal) ? "cannot be read" : "…"]];
+  const stored = sampleText(found.sample, volume.type);
+  // A mean of slices with different slopes has no value.
+  const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
+  if (meaning) rows.push(["value", `${valueText(found.sample, volume.type, meaning)} ${scale.unit}`]);
+  if (scale.note || scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", stored]);
+  if (found.factor > 1) rows.push(["", `mean in overview 1:${found.factor}`]);
+  return rows;
+}
+
+/** The sample of the finest level that is there. */
+function sampleAt(volume, tiles, place, normal) {
+  const { across, down } = planes[normal];
+  for (const { level, factor } of volume.levels) {
+    const [i, j, slice] = [place[across], place[down], place[normal]].map((p) => Math.floor(p / factor));
+    const [column, row] = [tiles.number(i), tiles.number(j)];
+    const samples = tiles.get(level, normal, slice, column, row);
+    if (!samples) continue;
+    const [x0, x1] = tiles.range(level, across, column);
+    return { sample: samples[(j - tiles.range(level, down, row)[0]) * (x1 - x0) + i - x0], factor };
+  }
+  return undefined;
+}
+
+function isUnreadable(tiles, place, normal) {
+  const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [
+    tiles.number(place[axis]),
+    tiles.number(place[axis]) + 1,
+  ]);
+  return tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
+}

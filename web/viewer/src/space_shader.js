@@ -1,0 +1,70 @@
+// The program of the graphics card that draws the volume in space.
+
+export const vertexCode = `#version 300 es
+in vec2 corner;
+out vec2 place;
+void main() { place = corner; gl_Position = vec4(corner, 0.0, 1.0); }`;
+
+// Rays in the box from 0 to 1, whose edges have the lengths \`size\`.
+export const fragmentCode = `#version 300 es
+precision highp float;
+precision highp sampler3D;
+in vec2 place;
+out vec4 color;
+uniform sampler3D samples;
+uniform mat3 turn;
+uniform vec3 size, texels;
+uniform vec2 span, grey;
+uniform float level, stretch;
+uniform bool isSurface;
+
+float at(vec3 p) { return texture(samples, p).r; }
+
+vec3 slope(vec3 p) {
+  vec3 d = 1.0 / texels;
+  return vec3(at(p + vec3(d.x, 0, 0)) - at(p - vec3(d.x, 0, 0)), at(p + vec3(0, d.y, 0)) - at(p - vec3(0, d.y, 0)),
+              at(p + vec3(0, 0, d.z)) - at(p - vec3(0, 0, d.z))) * texels / size;
+}
+
+void main() {
+  vec3 direction = turn * vec3(0, 0, -1) / size;
+  vec3 start = turn * vec3(place * span, 2.0) / size + 0.5;
+  vec3 a = -start / direction, b = (1.0 - start) / direction;
+  vec3 low = min(a, b), high = max(a, b);
+  float enter = max(max(low.x, low.y), low.z), leave = min(min(high.x, high.y), high.z);
+  color = vec4(0.0, 0.0, 0.0, 1.0);
+  if (enter >= leave) return;
+  float step = stretch / length(direction * texels);
+  // Without it, the regular steps of all rays would draw rings.
+  float t = enter + step * fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
+  if (isSurface) {
+    float before = -1.0;
+    for (; t < leave; t += step) {
+      float now = at(start + t * direction);
+      if (now >= level) {
+        float from = before < 0.0 ? t : before, to = t;
+        for (int i = 0; i < 6; ++i) {
+          float middle = 0.5 * (from + to);
+          if (at(start + middle * direction) >= level) to = middle; else from = middle;
+        }
+        vec3 p = start + to * direction, n = slope(p);
+        float l = length(n);
+        vec3 toward = turn * vec3(0, 0, 1), light = normalize(turn * vec3(-0.4, 0.5, 1.0));
+        n = before < 0.0 || l == 0.0 ? toward : -n / l;
+        float diffuse = max(dot(n, light), 0.0), shine = pow(max(dot(n, normalize(light + toward)), 0.0), 40.0);
+        color = vec4(vec3(0.93, 0.87, 0.78) * (0.16 + 0.8 * diffuse) + 0.22 * shine, 1.0);
+        return;
+      }
+      before = t;
+    }
+    return;
+  }
+  float light = 0.0, through = 1.0;
+  for (; t < leave && through > 0.01; t += step) {
+    float g = clamp((at(start + t * direction) - grey.x) / (grey.y - grey.x), 0.0, 1.0);
+    float opaque = 1.0 - pow(1.0 - 0.12 * g * g, stretch);
+    light += through * opaque * g;
+    through *= 1.0 - opaque;
+  }
+  color = vec4(vec3(light), 1.0);
+}`;
