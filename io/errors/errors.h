@@ -32,6 +32,7 @@ enum class Problem : std::uint8_t {
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
+  data_outside,           ///< a header names a file outside of its directory
   program_memory,     ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,          ///< a caller of the library asked to stop
   newer_format,       ///< the file is not damaged, but of a newer version of the format

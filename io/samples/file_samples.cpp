@@ -257,26 +257,6 @@ std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_
   return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped, compression);
 }
 
-std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
-  if (header_path == "-") return data_file;
-  return (std::filesystem::path(header_path).parent_path() / data_file).string();
-}
-
-std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
-                                          const std::string& header_name, std::string_view format) {
-  const auto status = status_of(path);
-  // Opening reports missing files and directories.
-  const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
-  if (data_file == "-" || !is_plain)
-    throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
-                                  header_name, format, tagrid::quoted(std::string_view(data_file))));
-  try {
-    return std::make_unique<FileBytes>(path);
-  } catch (const WorldError& error) {
-    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
-  }
-}
-
 std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder) {
   assert(source->next_sample() == 0);
   SpoolFile file = SpoolFile::in(folder, source->name());

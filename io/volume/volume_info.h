@@ -109,7 +109,8 @@ struct SourceDescription {
   /// Without a series: every_volume is meant where the format of the file can give all volumes at once, as
   /// VolumeInfo::volumes.
   bool all_volumes = false;
-  bool gaps_ok = false;  ///< Missing slice numbers are not an error.
+  bool gaps_ok = false;       ///< Missing slice numbers are not an error.
+  bool data_outside = false;  ///< A header may name files outside of its directory.
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;

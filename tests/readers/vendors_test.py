@@ -101,6 +101,65 @@ class Vendors(ReaderTest):
         self.assertIn("VoxelSizeX is \"0,05\", with a decimal comma; it is read as 0.05", self.messages)
         self.assertIn("VoxelSizeY: a distance between samples cannot be -1", self.messages)
 
+    def nikon(self, folder, truth, vgi_size="23 19 7", resolution="0.05 0.06 0.07", unit="mm", sizes=(23, 19, 7), stem="scan"):
+        """The three files that Nikon's program leaves."""
+        (self.folder / folder).mkdir(exist_ok=True)
+        (self.folder / folder / "scan.vol").write_bytes(truth.tobytes())
+        vgi = VGI.format(type="unsigned integer", bits=16, skip=0, name="scan.vol").replace("23 19 7", vgi_size)
+        (self.folder / folder / f"{stem}.vgi").write_text(vgi.replace("0.05 0.06 0.07", resolution).replace("unit = mm", f"unit = {unit}"))
+        (self.folder / folder / "scan.xtekct").write_text(
+            "[XTekCT]\nVoxelsX=%d\nVoxelsY=%d\nVoxelsZ=%d\nVoxelSizeX=0.05\nVoxelSizeY=0.06\nVoxelSizeZ=0.07\nXraykV=225\n" % sizes)
+
+    def test_both_descriptions_of_nikon_are_one_volume(self):
+        truth = volume("uint16")
+        for stem in ("scan", "a_scan", "z_scan"):
+            self.nikon(stem, truth, stem=stem)
+            for name in (f"{stem}.vgi", "scan.xtekct"):
+                info = self.encodes(truth, f"{stem}/{name}")
+                self.assertEqual(self.messages, "")
+                self.assertEqual(info["geometry"]["spacing"], [0.05, 0.06, 0.07])
+                pairs = dict(info["source"]["pairs"])
+                self.assertEqual((pairs["xtekct_xtekct/xraykv"], pairs["vgi_file1/name"]), ("225", "scan.vol"))
+                self.ok("restore", "out.tag", "-o", "back", "-f")
+                for path in (self.folder / stem).iterdir():
+                    self.assertEqual((self.folder / "back" / path.name).read_bytes(), path.read_bytes())
+                shutil.rmtree(self.folder / "back")
+            found = self.ok("convert", "--find", stem)
+            lines = [line for line in found.stdout.splitlines() if not line.startswith("#")]
+            self.assertEqual((len(lines), found.stdout.count("passed over")), (1, 0), found.stdout)
+            (self.folder / "list.tsv").write_text(found.stdout)
+            options = ("convert", "--manifest", "list.tsv", "--output-dir", f"out_{stem}")
+            self.ok(*options)
+            self.ok(*options, "--remove-verified")
+            self.assertEqual(list((self.folder / stem).iterdir()), [])
+            [tag] = (self.folder / f"out_{stem}").rglob("*.tag")
+            self.ok("restore", tag, "-o", "back")
+            self.assertEqual(numpy.fromfile(self.folder / "back" / "scan.vol", "uint16").tobytes(), truth.tobytes())
+            self.assertEqual(len(list((self.folder / "back").iterdir())), 3)
+            shutil.rmtree(self.folder / "back")
+
+    def test_descriptions_of_nikon_that_contradict_each_other_are_said(self):
+        truth = volume("uint16")
+        for changes, said in (({"resolution": "0.05 0.06 0.08"}, "0.08 mm along z"), ({"resolution": "50 60 70", "unit": "um"}, ""),
+                              ({"resolution": "0.050000001 0.06 0.07"}, ""), ({"sizes": (23, 19, 6)}, "23 x 19 x 6 samples")):
+            self.nikon("s", truth, **changes)
+            self.encodes(truth, "s/scan.vgi", says=said, what=changes)
+            self.assertEqual("counts" in self.messages, said != "", changes)
+            self.tagrid("encode", "s/scan.vgi", "--max-error", "5", "--rm", "-f", "-o", "b.tag")
+            self.assertEqual((self.folder / "s" / "scan.vol").exists(), said != "", changes)
+        # The size of the file contradicts Nikon's description.
+        self.nikon("s", truth, sizes=(23, 19, 6))
+        self.assert_refused(65, "samples of 1, 2 or 4 bytes are expected", "encode", "s/scan.xtekct")
+        # VGStudio's says the type.
+        self.nikon("t", truth.astype("uint16"))
+        text = (self.folder / "t" / "scan.vgi").read_text()
+        (self.folder / "t" / "scan.vgi").write_text(text.replace("unsigned", "signed"))
+        self.encodes(truth.view("int16"), "t/scan.xtekct")
+        # One that is broken belongs to the scan, and is said.
+        (self.folder / "t" / "scan.vgi").write_text("{volume1}\n[file1]\n")
+        self.encodes(truth, "t/scan.xtekct", says="the other description of its samples cannot be read")
+        self.assert_refused(65, "Size is missing", "encode", "t/scan.vgi")
+
     def test_a_scanco_header_that_cannot_be_meant_is_said(self):
         truth = volume("int16")
         whole = self.isq(truth)

@@ -52,9 +52,9 @@ const char* oddity_of(const VolumeInfo& info) {
 
 class Finder {
  public:
-  Finder(const std::string& root, bool gaps_ok, const RunOptions& run,
+  Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
          const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), gaps_ok_(gaps_ok), run_(run), lines_(root_, use) {}
+      : root_(fs::canonical(root)), accepted_(accepted), run_(run), lines_(root_, use) {}
 
   void search_all() {
     search(root_);
@@ -111,7 +111,7 @@ class Finder {
           look_at_directory(file, *format);
         else if (format->has_folders)
           slices[format->name].push_back(file);
-        else
+        else if (!format->reader.empty() || !is_in_a_set(file))
           look_at_volume(file, {}, *format);
       } catch (const Error& error) {
         lines_.give_broken(file, {}, error);
@@ -233,8 +233,8 @@ class Finder {
                       format.help, details, oddity_of(info));
       if (info.volumes > 1) text = fmt::format("{} volumes of {}", info.volumes, text);
       if (format.name == "dicom") text += about_other_folder(path, info);
-      // What is missing from the volume, although it may be.
-      if (options.contains("gaps-ok"))
+      // What is missing from the volume, although it may be; or which files it names.
+      if (options.contains("gaps-ok") || options.contains("data-outside"))
         for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
       lines_.give(path, options, text);
     } catch (const UsageError& error) {
@@ -248,14 +248,19 @@ class Finder {
         look_at_volume(path, own, format, format.name == "dicom" ? told_by(choice) : "");
       }
     } catch (const BrokenInput& error) {
-      const bool may_have_gaps = gaps_ok_ && !options.contains("gaps-ok");
-      if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
-        return lines_.give_broken(path, options, error);
-      options["gaps-ok"] = "true";
+      const std::string accepted = option_that_accepts(error.detail().problem);
+      if (accepted.empty() || options.contains(accepted)) return lines_.give_broken(path, options, error);
+      options[accepted] = "true";
       look_at_volume(path, options, format, details);
     } catch (const Error& error) {
       lines_.give_broken(path, options, error);
     }
+  }
+
+  /// The option, among those that were given, with which this is no error; "" if there is none.
+  std::string option_that_accepts(Problem problem) const {
+    if (problem == Problem::slices_missing && accepted_.gaps_ok) return "gaps-ok";
+    return problem == Problem::data_outside && accepted_.data_outside ? "data-outside" : "";
   }
 
   /// Notes the files of a volume that was found by the name of a file. True if they belong to a set that is
@@ -325,7 +330,7 @@ class Finder {
   }
 
   fs::path root_;
-  bool gaps_ok_;
+  SourceOptions accepted_;
   const RunOptions& run_;
   FoundLines lines_;
   std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
@@ -338,12 +343,12 @@ class Finder {
 
 }  // namespace
 
-void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
+void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use) {
   if (status_of(root) && !is_folder(root))
     throw UsageError(root + ": is a file; --find takes a directory; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
-  Finder(root, gaps_ok, run, use).search_all();
+  Finder(root, accepted, run, use).search_all();
 }
 
 }  // namespace tagrid

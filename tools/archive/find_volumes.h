@@ -28,9 +28,10 @@ struct FoundVolume {
 /// what was passed over. Slices are found as a directory and a series in it, the images of a DICOMDIR as
 /// series of the DICOMDIR. An output is named after path and series alone, so that it stays when other
 /// volumes come. Hidden files and directories are skipped. Throws WorldError if `root` cannot be read.
-/// `gaps_ok`: folders in which slices are missing are volumes. `run` limits the memory of readers; what is
+/// `accepted` says if folders in which slices are missing are volumes (gaps_ok), and headers that name files
+/// elsewhere (data_outside). `run` limits the memory of readers; what is
 /// passed over is not reported if it is quiet.
-void find_volumes(const std::string& root, bool gaps_ok, const RunOptions& run,
+void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
                   const std::function<void(const FoundVolume&)>& use);
 
 }  // namespace tagrid

@@ -9,7 +9,7 @@
 
 #include "io/bytes/checksum.h"
 #include "io/files/file_bytes.h"
-#include "io/formats/table/formats.h"
+#include "io/formats/table/other_formats.h"
 #include "io/text/text.h"
 #include "tools/report/failure.h"
 
@@ -33,11 +33,11 @@ std::string file_of(const std::string& output) {
   return output.ends_with(".tag") ? output.substr(0, output.size() - 4) : output;
 }
 
-/// Eight hexadecimal digits for the path of a volume and the options that choose it, gaps-ok excepted.
+/// Eight hexadecimal digits for the path of a volume and the options that choose it.
 std::string checksum_of_source(const std::string& relative, const OptionTexts& options) {
   std::string source = relative;
   for (const auto& [name, value] : options)
-    if (name != "gaps-ok") source += '\0' + name + '\0' + value;
+    if (name != "gaps-ok" && name != "data-outside") source += '\0' + name + '\0' + value;
   return fmt::format("{:016x}", checksum_of({std::as_bytes(std::span(source))})).substr(0, 8);
 }
 
@@ -135,12 +135,9 @@ void FoundLines::report_passed_over() const {
 
 std::string why_no_volume(const std::string& path) {
   FileBytes file(path);
-  const std::string_view beginning = file.peek(bytes_to_recognize());
+  const std::string_view beginning = file.peek(most_bytes_of_others);
   if (beginning.empty()) return "empty";
-  if (const Format* other = format_of(beginning, false)) {
-    const std::string_view what = other->what;
-    return std::string(what.substr(0, what.find(';')));
-  }
+  if (const OtherFormat* other = other_format_of(beginning, path)) return std::string(other->what);
   const std::string extension = lower_case(fs::path(path).extension().string());
   if (std::ranges::find(samples_alone, extension) != samples_alone.end())
     return "perhaps samples without a header: a line needs the columns dims= and type=";

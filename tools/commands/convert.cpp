@@ -49,7 +49,7 @@ struct ConvertCommand {
     refuse_address(manifest);
     if (!find.empty()) {
       refuse_beside_find(given);
-      return list_volumes(given.contains("gaps-ok"));
+      return list_volumes();
     }
     if (manifest.empty() || options.output_dir.empty())
       throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
@@ -120,13 +120,13 @@ struct ConvertCommand {
                                          {"--json", !options.run.json.empty()}})
       if (is_given) refuse(name);
     for (const auto& [name, value] : given)
-      if (name != "gaps-ok") refuse("--" + name);
+      if (name != "gaps-ok" && name != "data-outside") refuse("--" + name);
   }
 
   // Writes a list for --manifest to the standard output.
-  void list_volumes(bool gaps_ok) const {
+  void list_volumes() const {
     std::size_t count = 0, broken = 0, passed_over = 0;
-    find_volumes(find, gaps_ok, options.run, [&](const FoundVolume& volume) {
+    find_volumes(find, encoding.source, options.run, [&](const FoundVolume& volume) {
       std::string text = volume.text;
       for (char& c : text)
         if (c == '\n' || c == '\r' || c == '\0') c = ' ';

@@ -156,6 +156,7 @@ SourceDescription SourceOptions::description() const {
   description.series = series;
   description.dataset = dataset;
   description.gaps_ok = gaps_ok;
+  description.data_outside = data_outside;
   return description;
 }
 

@@ -29,6 +29,7 @@ struct SourceOptions {
   std::string dims, type, endian, spacing, offset;  ///< the layout of headerless samples
   std::string from, series, dataset, vdb_grid;
   bool gaps_ok = false;
+  bool data_outside = false;
 
   /// Throws UsageError if values are out of range, or if only a part of a layout is given.
   SourceDescription description() const;

@@ -165,6 +165,9 @@ std::vector<OptionRow> all_rows() {
       row("gaps-ok", other_formats, "",
           "Read a directory although slice numbers are missing or DICOM images are unreadable",
           to(&S::gaps_ok)),
+      row("data-outside", other_formats, "",
+          "Read samples from files outside of the directory of the header that names them",
+          to(&S::data_outside)),
       row("vdb-grid", other_formats, "NAME", "Grid of an OpenVDB file that has several", to(&S::vdb_grid)),
   };
 }

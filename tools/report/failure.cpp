@@ -86,6 +86,8 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; use tagrid decode FILE.tag -o FILE.nrrd to get the volume and its metadata";
     case Problem::slices_missing:
       return "; give --gaps-ok if that is intended";
+    case Problem::data_outside:
+      return "; give --data-outside if you trust the header, or move the file into the directory";
     case Problem::program_memory:
       return fmt::format("; a larger -M raises its limit, up to -M {}M", limit_for_most_first_memory() >> 20);
   }

@@ -78,7 +78,7 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   file.reset();
   const std::vector<std::string> data_files = std::exchange(header.data_files, {});
   return open_data_files(
-      meta_image, std::move(facts), path, name, header_bytes, data_files,
+      meta_image, std::move(facts), path, name, header_bytes, data_files, source.data_outside,
       [=](std::unique_ptr<FileBytes> data, SourceFacts of_file, std::uint64_t bytes_of_header) {
         return open_samples(std::move(data), header, std::move(of_file), before, bytes_of_header, path);
       });

@@ -7,6 +7,7 @@
 #include "io/files/compressed_bytes.h"
 #include "io/files/system_call.h"
 #include "io/formats/nifti/header.h"
+#include "io/samples/data_files.h"
 #include "io/samples/file_samples.h"
 #include "io/volume/one_of_volumes.h"
 #include "io/volume/volume_source.h"
@@ -74,6 +75,7 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   if (!header.scale_doubt.empty()) facts.scale_doubt = name + ": " + header.scale_doubt;
   if (header.is_pair) {
     facts.files.push_back(image_path(path, name));
+    require_inside(path, {facts.files.back()}, source.data_outside, facts.warnings);
     file = std::make_unique<FileBytes>(facts.files.back());
   }
   const bool is_last = !number || *number + 1 == header.volumes;

@@ -120,7 +120,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
       return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}, ""};
     };
   return open_data_files(
-      nrrd, std::move(facts), path, header_name, file->position(), data_files,
+      nrrd, std::move(facts), path, header_name, file->position(), data_files, source.data_outside,
       [header, path](std::unique_ptr<FileBytes> data, SourceFacts of_file, std::uint64_t header_bytes) {
         return open_samples(std::move(data), header, std::move(of_file), header_bytes, path);
       });

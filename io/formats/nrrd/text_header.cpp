@@ -5,7 +5,7 @@
 #include <set>
 
 #include "io/errors/errors.h"
-#include "io/samples/file_samples.h"
+#include "io/samples/data_files.h"
 #include "io/samples/slices_in_files.h"
 
 namespace tagrid {
@@ -34,12 +34,13 @@ PlainFile plain_header(const std::string& path, const TextHeaderFormat& format,
 std::unique_ptr<VolumeSource> open_data_files(const TextHeaderFormat& format, SourceFacts facts,
                                               const std::string& path, const std::string& header_name,
                                               std::uint64_t header_bytes,
-                                              const std::vector<std::string>& data_files,
+                                              const std::vector<std::string>& data_files, bool outside_ok,
                                               const OpenSamples& open) {
   std::set<std::string> known;  // a file may be named twice
   for (const std::string& name : data_files)
     if (const std::string file = path_of_data_file(path, name); known.insert(file).second)
       facts.files.push_back(file);
+  require_inside(path, {known.begin(), known.end()}, outside_ok, facts.warnings);
   // Two copies of the header, and two of each path.
   for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
   if (data_files.size() == 1) {

@@ -39,11 +39,11 @@ using OpenSamples = std::function<std::unique_ptr<VolumeSource>(
     std::unique_ptr<FileBytes> file, SourceFacts facts, std::uint64_t header_bytes)>;
 
 /// The samples of `facts` in the files that the header at `path` names: equal parts of its slices.
-/// `header_name` is for messages.
+/// `header_name` is for messages. Throws as require_inside() does.
 std::unique_ptr<VolumeSource> open_data_files(const TextHeaderFormat& format, SourceFacts facts,
                                               const std::string& path, const std::string& header_name,
                                               std::uint64_t header_bytes,
-                                              const std::vector<std::string>& data_files,
+                                              const std::vector<std::string>& data_files, bool outside_ok,
                                               const OpenSamples& open);
 
 }  // namespace tagrid

@@ -34,16 +34,17 @@ struct Magic {
   std::size_t at = 0;
 };
 
+/// True for a file that begins as one of these says.
+bool begins_with_any(std::string_view beginning, const std::vector<Magic>& magic);
+
 /// A format with neither `open` nor `reader` cannot be read; one without `header`, `detached_header`,
-/// `create` and `writer` cannot be written. A format with none of them is only recognized, so that a message
-/// can say what to do with the file.
+/// `create` and `writer` cannot be written. Those that are neither read nor written are in other_formats.h.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
   std::vector<std::string_view> extensions;
   std::string_view help;       ///< One line: "header and samples".
-  std::string_view what = "";  ///< "an NRRD volume"; "is a DICOM file" and what to do, if it is not read.
-  Problem problem = Problem::none;  ///< Why a file is not read.
+  std::string_view what = "";  ///< "an NRRD volume"
 
   /// A file has the format if it has one of these, or if `is_mine` returns true for its first `peek` bytes,
   /// or for the whole file if that is shorter. Formats with neither are read only if the user says what the
@@ -143,9 +144,8 @@ std::vector<std::string> read_format_names();
 
 /// The number of bytes of a file that format_of() needs.
 std::size_t bytes_to_recognize();
-/// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
-/// there is none.
-const Format* format_of(std::string_view beginning, bool is_read);
+/// The format that can be read and begins like this; nullptr if there is none.
+const Format* format_of(std::string_view beginning);
 
 /// The format of which a directory is a file, as it were; nullptr if it is one of no format.
 const Format* format_of_folder(const std::string& folder);

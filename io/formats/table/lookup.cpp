@@ -22,11 +22,14 @@ std::size_t Format::bytes_to_recognize() const {
   return most;
 }
 
-bool Format::begins(std::string_view beginning) const {
-  const auto has = [&](const Magic& one) {
+bool begins_with_any(std::string_view beginning, const std::vector<Magic>& magic) {
+  return std::ranges::any_of(magic, [&](const Magic& one) {
     return beginning.size() >= one.at && beginning.substr(one.at).starts_with(one.bytes);
-  };
-  return std::ranges::any_of(magic, has) || (is_mine != nullptr && is_mine(beginning));
+  });
+}
+
+bool Format::begins(std::string_view beginning) const {
+  return begins_with_any(beginning, magic) || (is_mine != nullptr && is_mine(beginning));
 }
 
 namespace {
@@ -151,9 +154,9 @@ std::size_t bytes_to_recognize() {
   return most;
 }
 
-const Format* format_of(std::string_view beginning, bool is_read) {
+const Format* format_of(std::string_view beginning) {
   for (const Format& format : formats())
-    if (format.is_read() == is_read && format.begins(beginning)) return &format;
+    if (format.is_read() && format.begins(beginning)) return &format;
   return nullptr;
 }
 

@@ -15,6 +15,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/all_volumes.h"
 #include "io/formats/table/formats.h"
+#include "io/formats/table/other_formats.h"
 #include "io/formats/table/raw_directory.h"
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
@@ -94,8 +95,10 @@ std::string advice_of_header_beside(const std::string& path) {
       continue;
     const Format* known = readable_format(header);
     if (known == nullptr) {
-      const Format* other = format_of(FileBytes(header).peek(bytes_to_recognize()), false);
-      if (other != nullptr) return fmt::format("{} beside it {}", header, other->what);
+      FileBytes file(header);
+      const std::string_view beginning = file.peek(most_bytes_of_others);
+      if (const OtherFormat* other = other_format_of(beginning, header))
+        return fmt::format("{} beside it {}", header, text_of(about_other_format(*other, beginning, {})));
       continue;
     }
     try {
@@ -129,15 +132,23 @@ std::string contradicts_its_name(const std::string& path) {
   return "";
 }
 
+/// "scan.npy: is a NumPy array; ..."
+Sentence with_name(const std::string& name, Sentence sentence) {
+  sentence.text = "{}: " + sentence.text;
+  sentence.terms.insert(sentence.terms.begin(), name);
+  return sentence;
+}
+
 BrokenInput no_volume(FileBytes& file, const std::string& path) {
-  const std::string_view beginning = file.peek(bytes_to_recognize());
+  const std::string_view beginning = file.peek(most_bytes_of_others);
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
   if (const std::string advice = advice_of_header_beside(path); !advice.empty())
     return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
   // Users know that a .nii.gz file is a gzip file.
   const bool says_gzip = lower_case(path).ends_with(".nii.gz");
-  if (const Format* other = says_gzip ? nullptr : format_of(beginning, false))
-    return BrokenInput(Sentence{"{}: {}", {file.name(), other->what}}, other->problem);
+  if (const OtherFormat* other = says_gzip ? nullptr : other_format_of(beginning, path))
+    return BrokenInput(with_name(file.name(), about_other_format(*other, beginning, file.size())),
+                       other->problem);
   if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
     return BrokenInput(fmt::format("{}: {}", file.name(), contradiction));
   if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
@@ -166,9 +177,9 @@ std::optional<std::string> reader_of_extension(const std::string& path) {
 
 /// The format that the content of a file says, if it can be read; otherwise nullptr.
 const Format* recognized(FileBytes& file) {
-  if (const Format* format = format_of(file.peek(bytes_to_recognize()), true)) return format;
+  if (const Format* format = format_of(file.peek(bytes_to_recognize()))) return format;
   if (!begins_gzip(file)) return nullptr;
-  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognize()), true);
+  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognize()));
   return format != nullptr && format->in_gzip ? format : nullptr;
 }
 
@@ -219,9 +230,15 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
   file.reset();
   return open_with_reader(way.program, path, options_of(source), source.reader_memory);
 } catch (const WrongSize& wrong) {
-  const Format* other = format_of(wrong.beginning, false);
+  const OtherFormat* other = other_format_of(wrong.beginning, path);
   if (other == nullptr) throw;
-  throw BrokenInput(fmt::format("{}; it {}", wrong.what(), other->what), other->problem);
+  const auto status = source.raw ? status_of(path) : std::nullopt;
+  Sentence sentence =
+      about_other_format(*other, wrong.beginning,
+                         status ? std::optional(static_cast<std::uint64_t>(status->st_size)) : std::nullopt);
+  sentence.text = "{}; it " + sentence.text;
+  sentence.terms.insert(sentence.terms.begin(), wrong.what());
+  throw BrokenInput(sentence, other->problem);
 }
 
 bool has_folders(const std::string& folder) {
@@ -238,27 +255,44 @@ BrokenInput no_files_in(const std::string& folder) {
                               {folder, Setting{"find", "a search"}}});
 }
 
+/// A directory whose first files are no slices. `first` is one of them.
+BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
+  if (status_of(first)) {
+    FileBytes file(first);
+    const std::string_view beginning = file.peek(most_bytes_of_others);
+    if (const OtherFormat* other = other_format_of(beginning, first);
+        other && other->problem == Problem::none)
+      return BrokenInput(
+          Sentence{"{}: is a directory, and {} in it {}; {}; {} lists the volumes in the directory",
+                   {folder, fs::path(first).filename().string(), other->what, other->advice,
+                    Setting{"find", "a search"}}});
+  }
+  std::string known;
+  for (const Format& format : formats())
+    if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
+  return BrokenInput(
+      Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
+               "slices; {} lists the volumes in it",
+               {folder, known, Setting{"find", "a search"}}});
+}
+
 /// The format of which a directory holds files. Looks into the first ones only, as there may be very many.
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
   if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
+  if (const auto other = other_format_of_folder(folder))
+    throw BrokenInput(fmt::format("{}: {}", folder, *other));
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
   for (const std::string& file : files) {
     if (!status_of(file)) continue;  // a link that leads nowhere
-    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()), true);
+    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()));
     if (format == nullptr) format = format_of_name(file);
     if (format != nullptr && format->has_folders) return way_of(*format, folder);
   }
-  std::string known;
-  for (const Format& format : formats())
-    if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
-  throw BrokenInput(
-      Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
-               "slices; {} lists the volumes in it",
-               {folder, known, Setting{"find", "a search"}}});
+  throw no_slices_in(folder, files.front());
 }
 
 std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {

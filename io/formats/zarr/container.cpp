@@ -137,6 +137,15 @@ bool has_zarr_metadata(const std::string& folder) {
   });
 }
 
+bool begins_zarr_in_zip(std::string_view b) {
+  constexpr std::size_t name_at = 30, size_at = 26;
+  if (!b.starts_with("PK\x03\x04") || b.size() < name_at) return false;
+  const std::size_t size =
+      static_cast<unsigned char>(b[size_at]) + 256u * static_cast<unsigned char>(b[size_at + 1]);
+  const std::string_view path = b.substr(name_at, size), name = path.substr(path.rfind('/') + 1);
+  return name == "zarr.json" || name == ".zgroup" || name == ".zarray" || name == ".zattrs";
+}
+
 std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options) {
   if (path == "-")
     throw UsageError("Zarr is not written to the standard output; give the name of a directory");

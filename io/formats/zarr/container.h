@@ -37,6 +37,9 @@ class ZarrContainer {
 /// True for a directory that has the metadata of a Zarr hierarchy.
 bool has_zarr_metadata(const std::string& folder);
 
+/// True for a zip file whose first member has metadata of Zarr, as RFC-9 of OME-NGFF recommends.
+bool begins_zarr_in_zip(std::string_view beginning);
+
 /// Begins a zip file if `path` ends in .ozx, otherwise a directory. An existing directory is replaced only if
 /// it has_zarr_metadata(). Throws UsageError.
 std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options);

@@ -58,7 +58,7 @@ const std::vector<Pair> pairs = {
 };
 
 // These choose a reader, or one of several volumes; their texts are compared.
-const std::set<std::string> choices = {"series", "dataset", "vdb-grid", "gaps-ok", "from"};
+const std::set<std::string> choices = {"series", "dataset", "vdb-grid", "gaps-ok", "data-outside", "from"};
 
 class ConvertSettings : public Conversions<CommandLine> {
  protected:

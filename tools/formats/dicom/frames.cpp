@@ -103,6 +103,10 @@ void read_functional_groups(DcmItem& groups, DicomFrame& frame, Moments& moments
       if (DcmItem* directions = item_in(*group, DCM_DiffusionGradientDirectionSequence))
         read_moments(*directions, moments);
     }
+  for (const DcmTagKey& tag :
+       {DCM_RespiratorySynchronizationSequence, DCM_CTXRayDetailsSequence, DCM_CTReconstructionSequence,
+        DCM_CTAcquisitionDetailsSequence, DCM_ContrastBolusUsageSequence})
+    if (DcmItem* group = item_in(groups, tag)) read_moments(*group, moments, true);
   note_real_world_values(groups, frame.rescale, notes);
 }
 

@@ -13,6 +13,7 @@ enum class Kind : std::uint8_t {
   of_volume,     ///< the same for all slices of a volume
   of_vector,     ///< likewise; one value a frame, in one list
   of_dimension,  ///< likewise; one of the values of an attribute
+  of_setup,      ///< the same for all slices of a volume, but not part of its name
   growing        ///< may differ from slice to slice
 };
 
@@ -57,6 +58,16 @@ const std::array rows = {
     Row{DCM_DimensionIndexValues, "DimensionIndexValues, the third", Kind::of_dimension},
     Row{DCM_DimensionIndexValues, "DimensionIndexValues, the fourth", Kind::of_dimension},
     Row{DCM_DimensionIndexValues, "DimensionIndexValues, the fifth", Kind::of_dimension},
+    Row{DCM_NominalPercentageOfRespiratoryPhase, "NominalPercentageOfRespiratoryPhase", Kind::of_setup},
+    // Enhanced images state them for frames. read_moments() finds the rows of names first.
+    Row{DCM_KVP, "KVP", Kind::of_setup},
+    Row{DCM_ConvolutionKernel, "ConvolutionKernel", Kind::of_setup},
+    Row{DCM_ContrastBolusAgent, "ContrastBolusAgent", Kind::of_setup},
+    Row{DCM_ContrastBolusAgentAdministered, "ContrastBolusAgentAdministered", Kind::of_setup},
+    Row{DCM_ContrastBolusAgentPhase, "ContrastBolusAgentPhase", Kind::of_setup},
+    Row{DCM_PatientPosition, "PatientPosition", Kind::of_setup},
+    Row{DCM_GantryDetectorTilt, "GantryDetectorTilt", Kind::of_setup},
+    Row{DCM_FrameOfReferenceUID, "FrameOfReferenceUID", Kind::of_setup},
     Row{DCM_TriggerTime, "TriggerTime", Kind::growing},
     Row{DCM_FrameReferenceTime, "FrameReferenceTime", Kind::growing},
     Row{DCM_AcquisitionDateTime, "AcquisitionDateTime", Kind::growing},
@@ -83,12 +94,14 @@ void set_moment(Moments& moments, std::size_t number, std::string value) {
 std::size_t count_of_moments() { return rows.size(); }
 std::string_view name_of_moment(std::size_t number) { return rows[number].name; }
 bool grows_from_slice_to_slice(std::size_t number) { return rows[number].kind == Kind::growing; }
+bool is_in_names(std::size_t number) { return rows[number].kind != Kind::of_setup; }
 
-void read_moments(DcmItem& item, Moments& moments) {
+void read_moments(DcmItem& item, Moments& moments, bool only_setup) {
   for (DcmObject* object = item.nextInContainer(nullptr); object != nullptr;
        object = item.nextInContainer(object)) {
     const DcmTagKey tag = object->getTag();
-    const auto row = std::ranges::find(rows, tag, &Row::tag);
+    const auto row = std::ranges::find_if(
+        rows, [&](const Row& one) { return one.tag == tag && (!only_setup || one.kind == Kind::of_setup); });
     if (row == rows.end() || row->kind == Kind::of_vector || !object->isLeaf()) continue;
     const auto first = static_cast<std::size_t>(row - rows.begin());
     const std::string text = text_of(dynamic_cast<DcmElement&>(*object));

@@ -9,6 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/text/numbered_names.h"
+#include "tools/formats/dicom/interleaved.h"
 #include "tools/formats/dicom/series_names.h"
 #include "tools/formats/stored_samples.h"
 #include "tools/formats/words.h"
@@ -155,10 +156,16 @@ std::vector<DicomSeries> series_of(const Files& files) {
   std::vector<DicomSeries> series;
   for (Slices& group : groups) {
     sort(group, files);
-    for (DicomPart& part : parted(group, files)) {
-      std::string words = in_words(part, files);
-      std::string name = lasting_name_of(part.slices, files);
-      series.push_back({{std::move(name), std::move(words)}, std::move(part.slices)});
+    std::vector<DicomPart> parts;
+    for (const DicomPart& part : parted(group, files))
+      for (DicomPart& one : parted_where_interleaved(part, files)) parts.push_back(std::move(one));
+    std::vector<std::string> names;
+    for (const DicomPart& part : parts) names.push_back(lasting_name_of(part.slices, files));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const bool is_only_one = std::ranges::count(names, names[i]) == 1;
+      std::string name = is_only_one ? names[i] : lasting_name_of(parts[i].slices, files, true);
+      std::string words = in_words(parts[i], files);
+      series.push_back({{std::move(name), std::move(words)}, std::move(parts[i].slices)});
     }
   }
   make_distinct(series, files);
@@ -266,6 +273,8 @@ void set_places(const Slices& slices, const Files& files, const std::string& nam
     geometry.directions[axis] = scaled(unit_of((*first.orientation)[axis]), geometry.spacing[axis]);
   geometry.directions[2] = scaled(normal_of(first), first.thickness > 0 ? first.thickness : 1);
   if (slices.size() > 1) set_direction_of_slices(slices, files, name, volume);
+  for (const std::string& doubt : doubts_of_order(slices, files))
+    volume.warnings.push_back(fmt::format("{}: {}", name, doubt));
   geometry.has_directions = true;
 }
 

@@ -42,7 +42,7 @@ std::string summary_of(std::size_t moment, const Slices& slices, const Files& fi
 }
 
 /// What tells volumes of one series apart, as lines.
-std::string key_of(const Slices& slices, const Files& files) {
+std::string key_of(const Slices& slices, const Files& files, bool all) {
   const DicomFile& file = files[slices.front().file];
   const DicomFrame& frame = frame_of(files, slices.front());
   const DicomPixels& pixels = file.pixels;
@@ -56,7 +56,8 @@ std::string key_of(const Slices& slices, const Files& files) {
   if (frame.spacing)
     for (const double spacing : *frame.spacing) key += text_of_number(spacing) + " ";
   for (std::size_t moment = 0; moment < count_of_moments(); ++moment)
-    if (const std::string text = summary_of(moment, slices, files); text != "=")
+    if (const std::string text = all || is_in_names(moment) ? summary_of(moment, slices, files) : "=";
+        text != "=")
       key += fmt::format("\n{}{}", name_of_moment(moment), text);
   return key;
 }
@@ -64,7 +65,8 @@ std::string key_of(const Slices& slices, const Files& files) {
 /// Splits `slices` by each attribute, and the parts again as often as `more` says.
 std::optional<Slices> part_called(const std::string& name, const Slices& slices, const Files& files,
                                   int more) {
-  if (lasting_name_of(slices, files) == name) return slices;
+  for (const bool all : {false, true})
+    if (lasting_name_of(slices, files, all) == name) return slices;
   if (more == 0 || slices.size() == 1) return std::nullopt;
   for (std::size_t moment = 0; moment < count_of_moments(); ++moment)
     if (const std::vector<DicomPart> parts = parted_by({moment}, slices, files); parts.size() > 1)
@@ -174,8 +176,8 @@ void tell_apart(std::vector<DicomSeries>& series, const Files& files, std::size_
 
 }  // namespace
 
-std::string lasting_name_of(const Slices& slices, const Files& files) {
-  const std::string key = key_of(slices, files), &uid = files[slices.front().file].series;
+std::string lasting_name_of(const Slices& slices, const Files& files, bool all) {
+  const std::string key = key_of(slices, files, all), &uid = files[slices.front().file].series;
   const std::string checksum = fmt::format("{:016x}", checksum_of({std::as_bytes(std::span(key))}));
   return fmt::format("{}-{}", uid.empty() ? "series" : uid, checksum.substr(0, digits));
 }

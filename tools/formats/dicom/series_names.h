@@ -13,9 +13,10 @@ namespace tagrid {
 
 /// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes apart:
 /// size, type of samples, orientation, spacing, and the attributes of moments.h. It depends on these slices
-/// alone. Volumes of one series that differ in any of these have different names. REQUIRES: sorted slices, at
-/// least one.
-std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+/// alone. Volumes of one series that differ in any of these have different names; those that differ only in
+/// attributes that are not in names have different ones with `all`. REQUIRES: sorted slices, at least one.
+std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files,
+                            bool all = false);
 
 /// The UID in a name that lasting_name_of() gave; "" if it cannot be one.
 std::string_view uid_in(std::string_view name);

@@ -8,6 +8,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "tools/formats/tiff/directories.h"
+#include "tools/formats/tiff/float_order.h"
 #include "tools/formats/tiff/libtiff.h"
 #include "tools/formats/tiff/streams.h"
 #include "tools/formats/tiff/tiff_file.h"
@@ -145,6 +146,12 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
     read_strips(page, out);
   // libtiff fills what is missing of a JPEG stream, or of a line of a fax, and only warns.
   if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
+  // What the standard says, and what libtiff reads, is not what libtiff writes.
+  if (page.may_be_swapped && look_swapped({out, page.bytes()}, page.type))
+    fail(
+        "the bytes of its samples are swapped: the program that wrote it has the fault of libtiff 4.5, which "
+        "does so in big-endian files with a predictor of floats (Predictor 3); write it again, without that "
+        "predictor or little-endian");
 }
 
 /// Fails because a strip or tile cannot be read.

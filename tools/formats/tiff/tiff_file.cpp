@@ -151,6 +151,9 @@ TiffPage TiffFile::current_page() {
   page.is_lossy = !is_lossless(value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE));
   page.may_have_predictor =
       may_have_predictor(value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE));
+  page.may_be_swapped =
+      page.may_have_predictor && TIFFIsBigEndian(tiff) != 0 &&
+      value_of<std::uint16_t>(tiff, TIFFTAG_PREDICTOR, PREDICTOR_NONE) == PREDICTOR_FLOATINGPOINT;
   page.storage = name_of_storage(tiff, page);
   page.zero_is_white =
       value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;

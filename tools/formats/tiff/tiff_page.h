@@ -45,7 +45,9 @@ struct TiffPage {
   int packed_bits = 0;
   bool is_lossy = false;            ///< compressed with a loss
   bool may_have_predictor = false;  ///< Its compression is one that stores differences of samples, too.
-  std::string storage;              ///< how its samples are stored, for users: "LZW"
+  /// A predictor of floats in a big-endian file: libtiff 4.5 and others swap the bytes of what they write.
+  bool may_be_swapped = false;
+  std::string storage;  ///< how its samples are stored, for users: "LZW"
   /// The byte at which its samples begin, if they lie there plainly, in raster order.
   std::optional<std::uint64_t> plain;
   std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/formats/table/open_volume.h"
+#include "io/formats/table/other_formats.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -17,29 +18,39 @@ using namespace std::string_literals;
 
 std::string at(std::size_t place, const std::string& magic) { return std::string(place, ' ') + magic; }
 
-/// How files of each format may begin.
+/// How files of formats that are not read may begin, by the names of their rows.
+std::map<std::string, std::vector<std::string>> other_beginnings() {
+  return {{"tag", {"\x89TAG\r\n"}},
+          {"gzip", {"\x1f\x8b\b"}},
+          {"zstd", {"\x28\xb5\x2f\xfd"}},
+          {"xz", {"\xfd\x37zXZ"}},
+          {"bzip2", {"BZh9"}},
+          {"zip", {"PK\x03\x04", "PK\x03\x04" + at(26, "\x4\0\0\0word"s).substr(4)}},
+          {"NumPy archive", {"PK\x03\x04" + at(26, "\x5\0\0\0a.npy"s).substr(4)}},
+          {"tar", {std::string(257, 'a') + "ustar"}},
+          {"MATLAB", {"MATLAB 5.0 MAT-file"}},
+          {"Analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
+          {"MRC", {at(208, "MAP DD")}},
+          {"PNG", {"\x89PNG\r\n\x1a\n"}},
+          {"JPEG", {"\xff\xd8\xff\xe0"}},
+          {"NetCDF", {"CDF\1", "CDF\5"}},
+          {"VTK", {"# vtk DataFile Version 3.0\n", "<?xml version=\"1.0\"?>\n<VTKFile>"}}};
+}
+
+/// How files of each format that is read may begin.
 std::map<std::string, std::vector<std::string>> beginnings() {
   return {
       {"nrrd", {"NRRD0001\n", "NRRD0005\r\n"}},
       {"vdb", {" BDV\0\0\0\0"s}},
-      {"tag", {"\x89TAG\r\n"}},
-      {"gzip", {"\x1f\x8b\b"}},
-      {"zstd", {"\x28\xb5\x2f\xfd"}},
-      {"xz", {"\xfd\x37zXZ"}},
-      {"bzip2", {"BZh9"}},
-      {"zip", {"PK\x03\x04", "PK\x03\x04" + at(26, "\x4\0\0\0word"s).substr(4)}},
       {"zarr",
        {"PK\x03\x04" + at(26, "\x9\0\0\0zarr.json"s).substr(4),
         "PK\x03\x04" + at(26, "\x9\0\x14\0a/.zarray"s).substr(4)}},
-      {"tar", {std::string(257, 'a') + "ustar"}},
       {"dicom", {at(128, "DICM")}},
-      {"analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
       {"nifti",
        {"\x5c\1\0\0"s + at(344, "n+1\0"s).substr(4), "\0\0\1\x5c"s + at(344, "ni1\0"s).substr(4),
         "\x1c\2\0\0n+2\0\r\n\032\n"s, "\0\0\2\x1cni2\0\r\n\032\n"s}},
       {"metaimage", {"ObjectType = Image\n", "NDims = 3\n"}},
       {"hdf5", {"\x89HDF\r\n\x1a\n", "MATLAB 7.3" + at(502, "\x89HDF\r\n\x1a\n")}},
-      {"matlab", {"MATLAB 5.0 MAT-file"}},
       {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
       {"bmp", {"BM" + std::string(12, '\x7') + "\x28\0\0\0"s, "BM" + std::string(12, '\0') + "\x7c\0\0\0"s}},
       {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
@@ -61,8 +72,8 @@ TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
         EXPECT_TRUE(format.begins(longer.substr(0, format.bytes_to_recognize())))
             << "these bytes are enough: " << format.name;
         EXPECT_LE(format.bytes_to_recognize(), bytes_to_recognize());
-        EXPECT_EQ(format_of(longer, format.is_read()), &format);
-        EXPECT_EQ(format_of(longer, !format.is_read()), nullptr);
+        EXPECT_EQ(format_of(longer), &format);
+        EXPECT_EQ(other_format_of(longer, "volume"), nullptr) << format.name;
         for (std::size_t size = 0; size < 2; ++size)
           EXPECT_FALSE(format.begins(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
       }
@@ -145,17 +156,39 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
 }
 
 TEST_F(FormatFiles, WhatIsNotReadIsNamed) {
-  for (const auto& [name, texts] : beginnings())
+  for (const auto& [name, texts] : other_beginnings())
     for (const std::string& text : texts) {
-      const Format* format = format_of(text, false);
-      if (format == nullptr) continue;
-      const std::string file_name = file("volume", text + std::string(60, ' '));
+      const std::string content = text + std::string(60, ' ');
+      const OtherFormat* format = other_format_of(content, "volume");
+      ASSERT_NE(format, nullptr) << name;
+      EXPECT_EQ(format->name, name);
+      EXPECT_EQ(format_of(content), nullptr) << name;
+      const std::string file_name = file("volume", content);
       RawDescription raw{{9, 9, 9}, SampleType::uint8, {}, {}, 0};
       for (const SourceDescription& source : {SourceDescription(), SourceDescription(raw)}) {
         const std::string message = message_of<BrokenInput>([&] { open_volume(file_name, source); });
-        EXPECT_TRUE(has(message, format->what));
+        EXPECT_TRUE(has(message, format->what)) << message;
       }
     }
+}
+
+TEST(OtherFormats, AreRecognizedByTheBytesThatAreLookedAt) {
+  for (const OtherFormat& format : other_formats()) {
+    EXPECT_FALSE(format.name.empty() || format.what.empty());
+    EXPECT_TRUE(format.what.starts_with("is ")) << format.name;
+    EXPECT_EQ(format.advice.empty(), format.problem == Problem::compressed_file) << format.name;
+    EXPECT_FALSE(format.magic.empty() && format.is_mine == nullptr && format.extensions.empty())
+        << format.name;
+    for (const Magic& one : format.magic) EXPECT_LE(one.at + one.bytes.size(), most_bytes_of_others);
+    // Any bytes are safe, and too few are no layout.
+    for (const std::string& bytes : {std::string(), std::string(12, '\xff'), std::string(3000, '\0'),
+                                     std::string(3000, '\xff'), std::string(3000, ' ')}) {
+      if (format.is_mine != nullptr) format.is_mine(bytes);
+      if (format.layout == nullptr) continue;
+      const auto layout = format.layout(bytes);
+      EXPECT_FALSE(layout && bytes.size() < 13) << format.name;
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,338 @@
+#include "io/formats/table/other_formats.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "io/files/system_call.h"
+#include "io/formats/nifti/header.h"
+#include "io/formats/table/layouts.h"
+#include "io/formats/zarr/container.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::string_view_literals;
+
+constexpr std::string_view images = "convert it to TIFF, for example with ImageMagick";
+constexpr std::string_view bio_formats = "convert it to OME-TIFF, with bfconvert of Bio-Formats or with Fiji";
+constexpr std::string_view unpack = "unpack it first";
+constexpr std::string_view give_samples = "give the file or the directory of the samples";
+
+std::uint32_t big_endian_at(std::string_view b, std::size_t at) {
+  std::uint32_t number = 0;
+  for (std::size_t i = at; i < at + 4; ++i)
+    number = number << 8 | (i < b.size() ? static_cast<unsigned char>(b[i]) : 0u);
+  return number;
+}
+
+/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
+/// programs leave out, or a number of axes and bits that samples may have.
+bool begins_analyze(std::string_view b) {
+  const bool is_little = b.starts_with("\x5c\1\0\0"sv);
+  if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;
+  if (b[38] == 'r') return true;
+  const auto number = [&](std::size_t at) {
+    const auto low = static_cast<unsigned char>(b[is_little ? at : at + 1]),
+               high = static_cast<unsigned char>(b[is_little ? at + 1 : at]);
+    return low + 256 * high;
+  };
+  const int axes = number(40), bits = number(72);
+  return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
+}
+
+bool begins_other_zip(std::string_view b) { return b.starts_with("PK\x03\x04") && !begins_zarr_in_zip(b); }
+
+bool begins_npz(std::string_view b) {
+  // The name of the first member.
+  return begins_other_zip(b) && b.size() > 30 &&
+         b.substr(30, static_cast<unsigned char>(b[26])).ends_with(".npy");
+}
+
+/// Version 1, sizes, frames and one of the types.
+bool begins_mgh(std::string_view b) {
+  if (b.size() < 28 || big_endian_at(b, 0) != 1 || big_endian_at(b, 20) > 10) return false;
+  for (const std::size_t at : {4, 8, 12, 16})
+    if (const auto size = big_endian_at(b, at); size == 0 || size >= 65536) return false;
+  return true;
+}
+
+/// Numbers of the version and of the byte order, after a length of 4 bytes or of 8.
+bool begins_gatan(std::string_view b) {
+  const std::uint32_t version = big_endian_at(b, 0);
+  return b.size() > 16 &&
+         ((version == 3 && big_endian_at(b, 8) <= 1) || (version == 4 && big_endian_at(b, 12) <= 1));
+}
+
+bool begins_edf(std::string_view b) {
+  if (!b.starts_with('{')) return false;
+  return std::ranges::any_of(
+      std::array{"HeaderID"sv, "ByteOrder"sv, "DataType"sv, "EDF_"sv, "Dim_1"sv}, [&](std::string_view word) {
+        const std::size_t at = b.find(word);
+        return at != b.npos && trimmed(b.substr(at, b.find(';', at) - at)).find('=') != b.npos &&
+               b[at - 1] != '"';
+      });
+}
+
+bool begins_n5(std::string_view b) {
+  return b.starts_with('{') && (b.find("\"n5\"") != b.npos || b.find("\"blockSize\"") != b.npos);
+}
+
+bool begins_xml_with(std::string_view b, std::string_view element) {
+  const std::size_t begin = b.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+  return begin != b.npos && b[begin] == '<' && b.substr(0, 1024).find(element) != b.npos;
+}
+
+bool begins_skyscan_log(std::string_view b) {
+  const std::string text = lower_case(std::string(b.substr(0, 512)));
+  return text.starts_with("[system]") && text.find("scanner=") != text.npos;
+}
+
+/// Anything may be in it. `what` is for messages.
+OtherFormat compressed(std::string_view name, std::string_view what, std::string_view beginning) {
+  return {
+      .name = name, .what = what, .advice = "", .magic = {{beginning}}, .problem = Problem::compressed_file};
+}
+
+OtherFormat archive(std::string_view name, std::string_view what, Magic magic) {
+  return {.name = name, .what = what, .advice = unpack, .magic = {magic}};
+}
+
+std::vector<OtherFormat> rows_of_volumes() {
+  return {
+      {.name = "tag",
+       .what = "is already a .tag file",
+       .advice = "decode it, or give the original volume",
+       .magic = {{"\x89TAG"}}},
+      {.name = "TXM",
+       .what = "is a Zeiss TXM or TXRM scan",
+       .advice = "export it as TIFF in Zeiss's program, or convert it with txrm2tiff",
+       .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}},
+       .extensions = {".txm", ".txrm", ".xrm"}},
+      {.name = "OLE2",
+       .what = "is an OLE2 file, as Zeiss TXM and TXRM scans and Olympus OIB images are",
+       .advice = "export it as TIFF in the scanner's program, or convert it with txrm2tiff or bfconvert",
+       .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}},
+      {.name = "Amira",
+       .what = "is an Amira or Avizo file",
+       .advice = "save it there as NRRD or TIFF",
+       .magic = {{"# AmiraMesh"}, {"# Avizo"}, {"# HyperSurface"}}},
+      {.name = "MRC",
+       .what = "is an MRC map",
+       .advice = "convert it to TIFF with mrc2tif -s of IMOD, or with Python's mrcfile and tifffile",
+       .magic = {{"MAP ", 208}},
+       .layout = layout_of_mrc},
+      {.name = "MGH",
+       .what = "is a FreeSurfer MGH volume",
+       .advice = "convert it to NIfTI with mri_convert, or with Python's nibabel",
+       .is_mine = begins_mgh,
+       .layout = layout_of_mgh},
+      {.name = "MGZ",
+       .what = "is a FreeSurfer MGZ volume",
+       .advice = "convert it to NIfTI with mri_convert, or with Python's nibabel",
+       .magic = {{"\x1f\x8b"}},
+       .extensions = {".mgz"}},
+      {.name = "NumPy",
+       .what = "is a NumPy array",
+       .advice = "save it as TIFF with Python's tifffile",
+       .magic = {{"\x93NUMPY"}},
+       .layout = layout_of_npy},
+      {.name = "EDF",
+       .what = "is an EDF file (ESRF)",
+       .advice = "convert it to HDF5 with silx convert, or to TIFF with Python's fabio and tifffile",
+       .is_mine = begins_edf,
+       .layout = layout_of_edf},
+      {.name = "N5",
+       .what = "is the description of an N5 container",
+       .advice = "convert the container to OME-Zarr, for example with Fiji",
+       .is_mine = begins_n5},
+      {.name = "VFF",
+       .what = "is a VFF file (GE, Bruker)",
+       .advice = "export it as DICOM or TIFF in the scanner's program",
+       .magic = {{"ncaa\n"}, {"ncaa\r"}},
+       .layout = layout_of_vff},
+      {.name = "FITS",
+       .what = "is a FITS file",
+       .advice = "convert it to TIFF with Python's astropy and tifffile",
+       .magic = {{"SIMPLE  ="}},
+       .layout = layout_of_fits},
+      {.name = "VTK",
+       .what = "is a VTK file",
+       .advice = "if it holds an image, save it in ParaView as MetaImage (.mhd) or TIFF",
+       .magic = {{"# vtk DataFile Version"}},
+       .is_mine = [](std::string_view b) { return begins_xml_with(b, "<VTKFile"); }},
+      {.name = "DM",
+       .what = "is a Gatan DM3 or DM4 file",
+       .advice = "save it as TIFF in DigitalMicrograph or Fiji, or with Python's ncempy",
+       .is_mine = begins_gatan},
+      {.name = "AIM",
+       .what = "is a Scanco AIM volume",
+       .advice = "export it as ISQ or DICOM in Scanco's program",
+       .magic = {{"AIMDATA_V030"}, {"\x14\0\0\0\x8c\0\0\0"sv}}},
+      {.name = "GIPL",
+       .what = "is a GIPL volume",
+       .advice = "convert it to NIfTI with c3d of ITK-SNAP",
+       .magic = {{"\xef\xff\xe9\xb0", 252}, {"\x2a\xe3\x89\xb8", 252}}},
+      {.name = "Interfile",
+       .what = "is the header of an Interfile volume",
+       .advice = "convert it to DICOM or NIfTI with medcon",
+       .magic = {{"!INTERFILE"}}},
+      {.name = "ECAT",
+       .what = "is an ECAT volume",
+       .advice = "convert it to NIfTI, for example with Python's nibabel",
+       .magic = {{"MATRIX7"}}},
+      {.name = "PAR",
+       .what = "is the header of a Philips PAR/REC volume",
+       .advice = "convert it to NIfTI with dcm2niix or with parrec2nii of Python's nibabel",
+       .magic = {{"# === DATA DESCRIPTION FILE"}}},
+      {.name = "ParaVision",
+       .what = "is a parameter file of Bruker ParaVision",
+       .advice = "export the scan as DICOM, or convert it to NIfTI with brkraw",
+       .magic = {{"##TITLE="}}},
+      {.name = "NetCDF",
+       .what = "is a NetCDF 3 or MINC 1 file",
+       .advice = "make HDF5 of it with nccopy -k nc4 or, of MINC, with mincconvert -2",
+       .magic = {{"CDF\1"}, {"CDF\2"}, {"CDF\5"}}},
+      {.name = "HDF4",
+       .what = "is an HDF4 file",
+       .advice = "make HDF5 of it with h4toh5convert",
+       .magic = {{"\x0e\x03\x13\x01"}}},
+      {.name = "MATLAB",
+       .what = "is a MATLAB file of version 5 to 7",
+       .advice = "save it in MATLAB as version 7.3, which is HDF5",
+       .magic = {{"MATLAB 5.0"}}},
+      {.name = "Analyze",
+       .what = "is the header of an Analyze 7.5 volume, which does not record its orientation",
+       .advice = "convert it to NIfTI first",
+       .is_mine = begins_analyze},
+      {.name = "SkyScan log",
+       .what = "is a SkyScan log, which describes slices or projections",
+       .advice = "give the directory of the reconstructed slices",
+       .is_mine = begins_skyscan_log},
+      {.name = "BigDataViewer",
+       .what = "is a description of BigDataViewer",
+       .advice = "give the HDF5 file that it names, and choose one of its data sets",
+       .is_mine = [](std::string_view b) { return begins_xml_with(b, "<SpimData"); }},
+      {.name = "ICS",
+       .what = "is an ICS file",
+       .advice = bio_formats,
+       .magic = {{"\t\nics_version"}, {"\t\r\nics_version"}, {"\t\nversion"}, {"\t\r\nversion"}}},
+      {.name = "CZI", .what = "is a Zeiss CZI file", .advice = bio_formats, .magic = {{"ZISRAWFILE"}}},
+      {.name = "LIF",
+       .what = "is a Leica LIF file",
+       .advice = bio_formats,
+       .is_mine =
+           [](std::string_view b) {
+             return b.starts_with("\x70\0\0\0"sv) && b.size() > 8 && b[8] == '\x2a';
+           }},
+      {.name = "ND2", .what = "is a Nikon ND2 file", .advice = bio_formats, .magic = {{"\xda\xce\xbe\x0a"}}},
+  };
+}
+
+std::vector<OtherFormat> rows_of_images_and_archives() {
+  return {
+      {.name = "PNG", .what = "is a PNG image", .advice = images, .magic = {{"\x89PNG\r\n\x1a\n"}}},
+      {.name = "JPEG", .what = "is a JPEG image", .advice = images, .magic = {{"\xff\xd8\xff"}}},
+      {.name = "GIF", .what = "is a GIF image", .advice = images, .magic = {{"GIF8"}}},
+      {.name = "WebP",
+       .what = "is a WebP image",
+       .advice = images,
+       .is_mine =
+           [](std::string_view b) { return b.starts_with("RIFF") && b.substr(8).starts_with("WEBP"); }},
+      {.name = "OpenEXR", .what = "is an OpenEXR image", .advice = images, .magic = {{"\x76\x2f\x31\x01"}}},
+      {.name = "PGM",
+       .what = "is a PGM or PPM image",
+       .advice = images,
+       .is_mine =
+           [](std::string_view b) {
+             return b.size() > 3 && b[0] == 'P' && b[1] >= '1' && b[1] <= '6' &&
+                    (is_digit(b[3]) || b[3] == '#') && (b[2] == '\n' || b[2] == ' ' || b[2] == '\r');
+           }},
+      {.name = "PDF", .what = "is a PDF document", .advice = "give a volume", .magic = {{"%PDF-"}}},
+      compressed("gzip", "is compressed (gzip)", "\x1f\x8b"),
+      compressed("zstd", "is compressed (zstd)", "\x28\xb5\x2f\xfd"),
+      compressed("xz", "is compressed (xz)", "\xfd\x37zXZ"),
+      compressed("bzip2", "is compressed (bzip2)", "BZh"),
+      archive("lz4", "is compressed (lz4)", {"\x04\x22\x4d\x18"}),
+      {.name = "NumPy archive",
+       .what = "is a NumPy archive (.npz)",
+       .advice = "save its array as TIFF with Python's tifffile",
+       .is_mine = begins_npz},
+      {.name = "zip", .what = "is a zip archive", .advice = unpack, .is_mine = begins_other_zip},
+      archive("tar", "is a tar archive", {"ustar", 257}),
+      archive("7z", "is a 7z archive", {"7z\xbc\xaf\x27\x1c"}),
+      archive("RAR", "is a RAR archive", {"Rar!\x1a\x07"}),
+      // By their names alone.
+      {.name = "VGL",
+       .what = "is a project of VGStudio, which has no samples",
+       .advice = "give the .vgi file of the volume, or export the volume as TIFF or DICOM",
+       .extensions = {".vgl"}},
+      {.name = "REK",
+       .what = "is named as volumes of Fraunhofer's programs are (.rek)",
+       .advice = "export it as TIFF there, or describe its samples if you know their layout",
+       .extensions = {".rek"}},
+      {.name = "PCR",
+       .what = "is a description of phoenix datos|x",
+       .advice = give_samples,
+       .extensions = {".pcr"}},
+  };
+}
+
+}  // namespace
+
+const std::vector<OtherFormat>& other_formats() {
+  static const std::vector<OtherFormat> rows = [] {
+    std::vector<OtherFormat> all = rows_of_volumes();
+    for (OtherFormat& row : rows_of_images_and_archives()) all.push_back(std::move(row));
+    return all;
+  }();
+  return rows;
+}
+
+const OtherFormat* other_format_of(std::string_view beginning, const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  for (const OtherFormat& row : other_formats()) {
+    const bool goes_by_names = row.magic.empty() && row.is_mine == nullptr;
+    const bool is_named = std::ranges::find(row.extensions, extension) != row.extensions.end();
+    const bool begins = goes_by_names || begins_with_any(beginning, row.magic) ||
+                        (row.is_mine != nullptr && row.is_mine(beginning));
+    if (!beginning.empty() && begins && (row.extensions.empty() || is_named)) return &row;
+  }
+  return nullptr;
+}
+
+Sentence about_other_format(const OtherFormat& format, std::string_view beginning,
+                            std::optional<std::uint64_t> size) {
+  Sentence sentence{"{}", {format.what}};
+  if (!format.advice.empty()) {
+    sentence.text += "; {}";
+    sentence.terms.emplace_back(format.advice);
+  }
+  const auto layout = format.layout == nullptr ? std::nullopt : format.layout(beginning);
+  if (!layout || size != layout->offset + *sample_bytes(layout->dims, layout->type)) return sentence;
+  sentence.text += "; or describe its samples: {} {} {} {} {} {}";
+  const Index3& dims = layout->dims;
+  for (Term term : {Term(Setting{"dims", "size"}), Term(fmt::format("{},{},{}", dims.x, dims.y, dims.z)),
+                    Term(Setting{"type", "type"}), Term(name_of(layout->type)),
+                    Term(Setting{"offset", "offset"}), Term(layout->offset)})
+    sentence.terms.push_back(std::move(term));
+  if (size_of(layout->type) > 1 && layout->big_endian.value_or(false)) {
+    sentence.text += " {} big";
+    sentence.terms.emplace_back(Setting{"endian", "byte order"});
+  }
+  return sentence;
+}
+
+std::optional<std::string_view> other_format_of_folder(const std::string& folder) {
+  const std::string attributes = (fs::path(folder) / "attributes.json").string();
+  if (const auto status = status_of(attributes); !status || !S_ISREG(status->st_mode)) return std::nullopt;
+  FileBytes file(attributes);
+  if (!begins_n5(file.peek(most_bytes_of_others))) return std::nullopt;
+  return "is an N5 container; convert it to OME-Zarr, for example with Fiji";
+}
+
+}  // namespace tagrid

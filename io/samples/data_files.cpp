@@ -1,0 +1,75 @@
+#include "io/samples/data_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "io/errors/errors.h"
+#include "io/files/system_call.h"
+#include "io/text/text.h"
+#include "io/volume/volume_info.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_below(const fs::path& file, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
+}
+
+/// The folders in which data may lie: that of the header as it is named, and as links lead to it.
+std::vector<fs::path> folders_of(const std::string& header_path) {
+  const fs::path header = header_path == "-" ? fs::path("-") : fs::path(header_path);
+  const fs::path parent = header.parent_path();
+  std::error_code error;
+  std::vector<fs::path> folders = {fs::weakly_canonical(parent.empty() ? fs::path(".") : parent, error)};
+  if (header_path != "-") folders.push_back(fs::weakly_canonical(header, error).parent_path());
+  std::erase(folders, fs::path());
+  return folders;
+}
+
+}  // namespace
+
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
+  if (header_path == "-") return data_file;
+  return (fs::path(header_path).parent_path() / data_file).string();
+}
+
+void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,
+                    bool outside_ok, std::vector<std::string>& warnings) {
+  const std::vector<fs::path> folders = folders_of(header_path);
+  std::string first;
+  std::size_t count = 0;
+  for (const std::string& path : data_paths) {
+    std::error_code error;
+    const fs::path file = fs::canonical(path, error);
+    if (error || std::ranges::any_of(folders, [&](const auto& folder) { return is_below(file, folder); }))
+      continue;
+    if (count++ == 0) first = file == path ? path : fmt::format("{} ({})", path, file.string());
+  }
+  if (count == 0) return;
+  const std::string text =
+      fmt::format("{}: its samples are in {}, outside of its directory", shown_input(header_path), first);
+  if (!outside_ok) throw BrokenInput(text, Problem::data_outside);
+  warnings.push_back(count == 1 ? text : fmt::format("{}, and in {} more such files", text, count - 1));
+}
+
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format) {
+  const auto status = status_of(path);
+  // Opening reports missing files and directories.
+  const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
+  if (data_file == "-" || !is_plain)
+    throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
+                                  header_name, format, tagrid::quoted(std::string_view(data_file))));
+  try {
+    return std::make_unique<FileBytes>(path);
+  } catch (const WorldError& error) {
+    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,30 @@
+// Files of samples that a header names. A header is untrusted input.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/files/file_bytes.h"
+
+namespace tagrid {
+
+/// The path of a file that a header names: relative to the folder of the header ("-": the current folder).
+std::string path_of_data_file(const std::string& header_path, const std::string& data_file);
+
+/// Checks that the files at `data_paths` lie in the folder of the header or below it: otherwise, a header from
+/// somebody else could put any file of this machine into a .tag file. Links are followed, and the folder of
+/// the header is also that of the file to which a link leads. Throws BrokenInput (Problem::data_outside) for
+/// the first file that lies elsewhere; with `outside_ok`, adds a warning that names it instead. Files that do
+/// not exist are not checked.
+void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,
+                    bool outside_ok, std::vector<std::string>& warnings);
+
+/// Opens the file at `path`, which a header calls `data_file`. It must be a regular file, because anything
+/// else could interact with this process or block it: the standard input, a pipe, or a device. `header_name`
+/// and `format` ("NRRD") are for messages. Throws BrokenInput and WorldError.
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name, std::string_view format);
+
+}  // namespace tagrid

@@ -1,0 +1,36 @@
+#include "tools/formats/tiff/float_order.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid {
+namespace {
+
+/// Numbers of other sizes occur in few volumes, and every second swapped float is one.
+bool is_unusual(double value) {
+  const double size = std::abs(value);
+  return std::isfinite(value) && size != 0 && (size < 1e-20 || size > 1e20);
+}
+
+template <class Float, class Bits>
+bool look_swapped(std::span<const std::byte> samples) {
+  std::uint64_t here = 0, swapped = 0;
+  for (std::size_t at = 0; at + sizeof(Float) <= samples.size(); at += sizeof(Float)) {
+    const auto bits = load_little_endian<Bits>(samples.data() + at);
+    here += is_unusual(std::bit_cast<Float>(bits));
+    swapped += is_unusual(std::bit_cast<Float>(byte_swapped(bits)));
+  }
+  return here > swapped;
+}
+
+}  // namespace
+
+bool look_swapped(std::span<const std::byte> samples, SampleType type) {
+  return type == SampleType::float32 ? look_swapped<float, std::uint32_t>(samples)
+                                     : look_swapped<double, std::uint64_t>(samples);
+}
+
+}  // namespace tagrid
