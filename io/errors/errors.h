@@ -20,23 +20,21 @@ namespace tagrid {
 enum class Problem : std::uint8_t {
   none,
   output_exists,
-  memory_limit,      ///< a MemoryLimit
-  writer_memory,     ///< the program that writes the output needs more memory than the limit: both numbers
-  no_known_format,   ///< the file may be samples without a header
-  compressed_file,   ///< compressed by gzip or a similar program
-  not_openvdb,       ///< a grid was requested, but the file is not OpenVDB
-  describes_itself,  ///< the layout of samples was given, but the file has a header
-  endian_differs,    ///< the byte order differs from that in the NRRD header
-  spacing_differs,   ///< the spacing differs from that in the NRRD header
-  spacing_not_in_header,  ///< the NRRD header has no spacing
-  mesh_fills_no_space,    ///< the volume is a slice
-  no_source_files,        ///< a .tag file has no envelope
-  slices_missing,         ///< by the numbers in the names of files, slices are missing
-  data_outside,           ///< a header names a file outside of its directory
-  program_memory,     ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
-  cancelled,          ///< a caller of the library asked to stop
-  newer_format,       ///< the file is not damaged, but of a newer version of the format
-  unknown_beginning,  ///< the file begins neither like a .tag file nor like any volume that is known
+  memory_limit,         ///< a MemoryLimit
+  writer_memory,        ///< the program that writes the output needs more memory than the limit: both numbers
+  no_known_format,      ///< the file may be samples without a header
+  compressed_file,      ///< compressed by gzip or a similar program
+  not_openvdb,          ///< a grid was requested, but the file is not OpenVDB
+  describes_itself,     ///< the layout of samples was given, but the file has a header
+  endian_differs,       ///< the byte order differs from that in the NRRD header
+  mesh_fills_no_space,  ///< the volume is a slice
+  no_source_files,      ///< a .tag file has no envelope
+  slices_missing,       ///< by the numbers in the names of files, slices are missing
+  data_outside,         ///< a header names a file outside of its directory
+  program_memory,       ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
+  cancelled,            ///< a caller of the library asked to stop
+  newer_format,         ///< the file is not damaged, but of a newer version of the format
+  unknown_beginning,    ///< the file begins neither like a .tag file nor like any volume that is known
 };
 
 /// A setting of a caller: its name ("max-error") and its description ("the largest error").

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -65,6 +66,14 @@ void SpoolFile::clear() {
   buffer_.clear();
   reading_ = false;
   size_ = flushed_ = 0;
+}
+
+RoomForFiles room_in(const std::string& folder) {
+  constexpr long of_tmpfs = 0x01021994, of_ramfs = 0x858458f6;
+  struct statfs found = {};
+  if (statfs(folder.c_str(), &found) != 0) return {};
+  return {static_cast<std::uint64_t>(found.f_bavail) * static_cast<std::uint64_t>(found.f_bsize),
+          static_cast<long>(found.f_type) == of_tmpfs || static_cast<long>(found.f_type) == of_ramfs};
 }
 
 int SpoolFile::release() {

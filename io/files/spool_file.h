@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -61,6 +62,13 @@ class SpoolFile {
   std::uint64_t flushed_ = 0;  ///< bytes of write() that are in the file
   std::uint64_t size_ = 0;
 };
+
+/// What the file system of a folder has room for.
+struct RoomForFiles {
+  std::optional<std::uint64_t> bytes;  ///< nothing if that is not known
+  bool is_in_memory = false;           ///< Files there use memory.
+};
+RoomForFiles room_in(const std::string& folder);
 
 /// The folder for temporary files of an output: `spool`; if that is "", the folder of SpoolFile::beside(path).
 std::string spool_folder(const std::string& spool, const std::string& path);

@@ -11,7 +11,7 @@ namespace {
 
 class RowsOfSlices final : public VolumeSource {
  public:
-  RowsOfSlices(SourceFacts facts, std::unique_ptr<VolumeSource> source, std::int64_t kept)
+  RowsOfSlices(SourceFacts facts, std::shared_ptr<VolumeSource> source, std::int64_t kept)
       : VolumeSource(std::move(facts)), source_(std::move(source)), kept_(kept), slice_(slice_bytes()) {}
 
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
@@ -67,7 +67,7 @@ class RowsOfSlices final : public VolumeSource {
     source_->finish();
   }
 
-  std::unique_ptr<VolumeSource> source_;
+  std::shared_ptr<VolumeSource> source_;
   std::int64_t kept_, stretch_ = 0, last_ = 0;
   Slice slice_;
   std::map<std::int64_t, Slice> slices_;  ///< that are kept
@@ -75,7 +75,7 @@ class RowsOfSlices final : public VolumeSource {
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> rows_of_slices(std::unique_ptr<VolumeSource> source, std::int64_t kept) {
+std::unique_ptr<VolumeSource> rows_of_slices(std::shared_ptr<VolumeSource> source, std::int64_t kept) {
   assert(source->traits().again);
   SourceFacts facts = source->facts();
   facts.traits = {

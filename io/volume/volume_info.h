@@ -84,9 +84,17 @@ struct RawDescription {
   Index3 dims;
   SampleType type = SampleType::uint8;
   std::optional<bool> big_endian;  ///< little endian if not given
-  std::optional<std::array<double, 3>> spacing;
   /// The number of bytes before the first sample.
   std::uint64_t offset = 0;
+};
+
+/// The distances between samples that the user gives, for files that do not state them.
+struct GivenSpacing {
+  std::array<double, 3> distances = {1, 1, 1};  ///< along x, y, z; above 0
+  std::string unit = "";   ///< the usual name of a length: "um"; "": that of the file, if it has one
+  bool overrides = false;  ///< It replaces another spacing that the file states.
+
+  bool operator==(const GivenSpacing&) const = default;
 };
 
 /// Bytes of memory that a program for a format may take until it reports its needs, unless less is allowed.
@@ -102,6 +110,7 @@ struct SourceDescription {
       : raw(description), vdb_grid(std::move(grid)) {}
 
   std::optional<RawDescription> raw;
+  std::optional<GivenSpacing> spacing;
   std::string vdb_grid;  ///< For an OpenVDB file, the name of the grid; "" if it has only one.
   std::string from;      ///< The name of the format; "" if the content of the file says it.
   std::string

@@ -52,6 +52,9 @@ struct SourceFacts {
   /// What the files say about the samples and the reader does not understand, a sentence each. A lossy
   /// encoding cannot replace such files, since a comparison with them would not notice what was misread.
   std::vector<std::string> not_understood = {};
+  /// What the files should state about the size of a voxel and do not, a clause: "its voxel size is not stated";
+  /// "" if nothing is missing, or if the format has no place for it.
+  std::string missing_of_voxel_size = "";
   /// A sentence if it is unknown how values follow from samples, because a field that says so cannot be read.
   /// A bound on values cannot be kept then. "" if it is known.
   std::string scale_doubt = "";
@@ -88,6 +91,13 @@ class VolumeSource {
   const std::vector<std::string>& files() const { return facts_.files; }
   std::string name() const { return facts_.shown_name(); }
   void set_name(const std::string& name) { facts_.name = name; }
+  /// Sets where samples lie: `nrrd_fields` are all lines of VolumeInfo, and `geometry` is what they say.
+  void set_geometry(Geometry geometry, std::string nrrd_fields) {
+    facts_.info.geometry = std::move(geometry);
+    facts_.info.nrrd_fields = std::move(nrrd_fields);
+  }
+  void add_warning(std::string sentence) { facts_.warnings.push_back(std::move(sentence)); }
+  void set_missing_of_voxel_size(std::string clause) { facts_.missing_of_voxel_size = std::move(clause); }
   /// Adds header lines that tell of doubts.
   void keep_in_header(const std::string& lines) { facts_.info.nrrd_fields += lines; }
   /// Doubts of an earlier reader, which the header tells.
@@ -152,6 +162,6 @@ std::uint64_t checksum_of_samples(VolumeSource& source);
 /// source may have to read everything before it. So at most `kept` slices are kept, of which rows may be
 /// wanted later: those of the stretch that is being read, which is a sequence of slices that become later and
 /// later. Memory: that of `source`, one slice, and the ones that are kept. REQUIRES: source->traits().again.
-std::unique_ptr<VolumeSource> rows_of_slices(std::unique_ptr<VolumeSource> source, std::int64_t kept = 0);
+std::unique_ptr<VolumeSource> rows_of_slices(std::shared_ptr<VolumeSource> source, std::int64_t kept = 0);
 
 }  // namespace tagrid

@@ -42,6 +42,8 @@ struct EncodeRun {
   std::string program = {};
   /// Called once if an earlier run is continued, with the number of its complete parts.
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
+  TellOfCopy before_copy =
+      {};  ///< called before the samples are copied, because they are read more than once
 };
 
 struct EncodeResult {
@@ -52,6 +54,7 @@ struct EncodeResult {
   std::string temporary;              ///< the file's path before it gets its name; "" for pipes and devices
   std::uint64_t memory = 0;           ///< the plan's upper limit
   std::vector<std::string> warnings;  ///< of the source
+  std::string missing_of_voxel_size;  ///< see SourceFacts
   std::string reason_of_bound;        ///< how the largest error follows from the samples; see EncodeJob
   std::string lossy_source;  ///< how samples were compressed with a loss before; "" if nothing says that
   std::string why_not_restorable;  ///< why the source files cannot be restored; "" if they can

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <utility>
 
+#include "io/files/spool_file.h"
 #include "io/formats/table/open_volume.h"
 #include "io/samples/file_samples.h"
 #include "io/tag/blocks.h"
@@ -317,16 +318,23 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   // With rules, bricks may be larger. All are checked before anything is read.
   CodingParameters largest = options.parameters;
   for (const ErrorRule& rule : run.rules) largest = with_rule(rule).parameters;
+  const std::uint64_t of_source =
+      source->traits().memory + (source->traits().any_rows ? 0 : source->slice_bytes());
   const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
     const CodingParameters& p = largest;
-    return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + source->traits().memory;
+    return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + of_source;
   });
+  const std::uint64_t memory =
+      memory_of_estimating(largest, threads, bounds, most_chosen(largest.bricks())) + of_source;
+  if (needs_copy(source->traits(), Look::all_rows_often, run.resources))
+    source = copied(std::move(source), spool_folder(run.resources.spool, "-"), run.resources, memory,
+                    run.before_copy);
   if (!source->traits().any_rows) {
-    if (run.resources.spool.empty())
-      throw UsageError(
-          Sentence{"{}: its parts cannot be read in any order; give {}, a directory for a copy of it",
-                   {source->name(), Setting{"spool", "a spool"}}});
-    source = spooled(std::move(source), run.resources.spool);
+    const std::int64_t layer = std::min(largest.bricks().length(), largest.dims.z);
+    EncodePlan estimating;
+    estimating.memory = memory;
+    const std::int64_t kept = slices_beside(largest, estimating, run.resources, layer);
+    source = rows_of_slices(std::move(source), kept);
   }
   const CodingParameters first =
       settle(options, {}, *source, {}, {.max_error = options.parameters.max_error}).parameters();

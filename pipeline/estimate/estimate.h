@@ -9,6 +9,7 @@
 #include "io/errors/errors.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
+#include "pipeline/job/read_again.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 
@@ -22,6 +23,7 @@ struct EstimateRun {
   std::vector<ErrorRule> rules = {};    ///< also tried, after them: PSNRs and sizes
   Resources resources{1};
   Progress progress = {};
+  TellOfCopy before_copy = {};  ///< called before the samples of a pipe or a compressed file are copied
 };
 
 struct Estimate {

@@ -19,22 +19,13 @@ double width(const std::optional<std::pair<double, double>>& range) {
   return range ? range->second - range->first : 0;
 }
 
-[[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
-  throw UsageError(Sentence{
-      "{}: {} {}, but a pipe or a compressed file can only be read from its beginning; give {}, for a copy "
-      "of its samples in a temporary file, or {} a number",
-      {source.name(), setting, std::string(reads), Setting{"spool DIR", "a directory"}, setting::max_error}});
-}
-
 FoundBound by_noise(VolumeSource& source, double times) {
-  if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
   const Noise noise = noise_of(source);
   return {times * noise.deviation, fmt::format("the noise is {:.4g} (standard deviation)", noise.deviation),
           noise.doubt, 0, noise.times_read};
 }
 
 FoundBound by_range(VolumeSource& source, double part) {
-  if (!source.traits().again) refuse(source, setting::relative_error, "reads the volume twice");
   const auto range = range_of_data(source);
   return {part * width(range),
           range ? fmt::format("the samples lie between {} and {}", range->first, range->second)
@@ -43,14 +34,12 @@ FoundBound by_range(VolumeSource& source, double part) {
 }
 
 FoundBound by_trials(const ResolvedOptions& options, VolumeSource& source, const Progress& progress) {
-  if (!source.traits().any_rows)
-    refuse(source, setting_of(options.options.error_rule->kind), "reads the volume several times");
   return bound_by_trials(options, source, false, progress);
 }
 
 // The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
-// of it for its range, and several times for a PSNR or a size. Throws UsageError if the volume cannot be read
-// like that, or if the bound cannot be combined with the other options.
+// of it for its range, and several times for a PSNR or a size. Throws UsageError if the bound cannot be combined with
+// the other options.
 FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, int threads,
                          const Progress& progress) {
   const auto [kind, value] = options.options.error_rule.value();
@@ -92,6 +81,17 @@ void require_known_range(const ResolvedOptions& options) {
 }
 
 }  // namespace
+
+Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier) {
+  const bool finds_range = options.options.range_from_data && !earlier.range;
+  if (options.options.error_rule && !earlier.max_error) {
+    const ErrorRule::Kind kind = options.options.error_rule->kind;
+    if (kind == ErrorRule::Kind::noise) return Look::a_few_rows;
+    if (kind != ErrorRule::Kind::relative) return Look::all_rows_often;
+    return Look::again;
+  }
+  return finds_range ? Look::again : Look::once;
+}
 
 EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                  const Progress& searching, const EarlierFindings& earlier) {

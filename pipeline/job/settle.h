@@ -8,6 +8,7 @@
 
 #include "io/tag/header.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/job/read_again.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/progress/progress.h"
@@ -34,8 +35,12 @@ struct EarlierFindings {
   std::optional<std::pair<double, double>> range = {};
 };
 
+/// How settle() reads the samples.
+Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier = {});
+
 /// Reads the samples as far as the options need it, and rewinds the volume. `searching` is told of each try
-/// of a bound. Throws UsageError if that is impossible, or if the volume does not allow the result.
+/// of a bound. Throws UsageError if the volume does not allow the result. REQUIRES: `source` can be read as look_of()
+/// says.
 EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                  const Progress& searching = {}, const EarlierFindings& earlier = {});
 

@@ -8,8 +8,9 @@
 namespace tagrid {
 
 TAGRID_MEMBERS(Index3, x, y, z)
-TAGRID_MEMBERS(RawDescription, dims, type, big_endian, spacing, offset)
-TAGRID_MEMBERS(SourceDescription, raw, vdb_grid, from, series, all_volumes, gaps_ok, data_outside, dataset,
+TAGRID_MEMBERS(RawDescription, dims, type, big_endian, offset)
+TAGRID_MEMBERS(GivenSpacing, distances, unit, overrides)
+TAGRID_MEMBERS(SourceDescription, raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside, dataset,
                reader_memory)
 TAGRID_MEMBERS(Resources, threads, memory, besides, processes, spool)
 

@@ -6,6 +6,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
+#include "io/files/spool_file.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
@@ -203,7 +204,10 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
       run.options.parity ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
                                                   *run.options.parity)
                          : 0;
-  const auto plan_for = [&, any_rows = any_rows, besides = memory + memory_of_files(run, *volume)](
+  // A view of rows has a slice.
+  const std::uint64_t of_view =
+      look_of(options) >= Look::a_few_rows && volume->traits().whole_slices ? volume->slice_bytes() : 0;
+  const auto plan_for = [&, any_rows = any_rows, besides = memory + memory_of_files(run, *volume) + of_view](
                             const CodingParameters& parameters) {
     return plan_encoding(parameters, resources, any_rows,
                          {.besides = besides,
@@ -218,16 +222,30 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   if (run.options.parity)
     result.memory = std::max(
         result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
-  const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
-  const bool copied = must_copy && !resources.spool.empty();
-  if (copied) volume = spooled(std::move(volume), resources.spool);
-  EncodeJob job = settle(options, plan, *volume, run.searching, earlier);
+  const Look look = look_of(options, earlier);
+  const bool has_copy = needs_copy(volume->traits(), look, resources);
+  if (has_copy)
+    volume = copied(std::move(volume), spool_folder(resources.spool, "-"), resources, plan.memory,
+                    run.before_copy);
+  std::unique_ptr<VolumeSource> view;
+  if (look >= Look::a_few_rows && !volume->traits().any_rows) {
+    // With all slices of a layer of bricks, none is decoded twice in one pass.
+    const std::int64_t layer = std::min(options.parameters.bricks().length(), options.parameters.dims.z);
+    const std::int64_t kept =
+        look == Look::a_few_rows ? 0 : slices_beside(options.parameters, plan, resources, layer);
+    result.memory =
+        std::max(result.memory, plan.memory + static_cast<std::uint64_t>(kept) * volume->slice_bytes());
+    view = view_of_rows(*volume, kept);
+  }
+  EncodeJob job = settle(options, plan, view ? *view : *volume, run.searching, earlier);
+  view.reset();
   // A bound that was found has smaller bricks than a transform would have.
   if (job.parameters().brick_edge != options.parameters.brick_edge) job.plan = plan_for(job.parameters());
   result.header = job.header;
   result.reason_of_bound = job.reason_of_bound;
-  result.times_read = job.times_read + copied;
+  result.times_read = job.times_read + has_copy;
   result.warnings = all_warnings(volume->facts());
+  result.missing_of_voxel_size = volume->facts().missing_of_voxel_size;
   if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume->name() + ": " + job.doubt_of_bound);
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   if (store->take(job, *volume)) {

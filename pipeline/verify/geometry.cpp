@@ -11,6 +11,7 @@
 
 #include "io/formats/nrrd/foreign_geometry.h"
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/given_spacing.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 
@@ -190,7 +191,8 @@ class GeometryOfBoth {
 
 GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
                                     bool original_has_scale) {
-  return GeometryOfBoth(fields, fields_of_original).compare(original_has_scale);
+  const std::string original = with_overridden_spacing(fields_of_original, fields);
+  return GeometryOfBoth(fields, original).compare(original_has_scale);
 }
 
 }  // namespace tagrid

@@ -32,9 +32,10 @@ void numbers(Bytes bytes) {
     for (int axis = 0; axis < 3; ++axis)
       claim((*n)[axis] >= 1 && (*n)[axis] <= std::int64_t{1} << 31, "sizes are possible");
   }
-  if (const auto d = three_distances(text)) {
-    claim(three_distances(fmt::format("{},{},{}", (*d)[0], (*d)[1], (*d)[2])) == d, "distances come back");
-    for (const double distance : *d) claim(distance > 0 && distance <= 1e300, "distances are possible");
+  if (const auto d = given_spacing(text)) {
+    const auto& [x, y, z] = d->distances;
+    claim(given_spacing(fmt::format("{},{},{}{}", x, y, z, d->unit)) == d, "distances come back");
+    for (const double distance : d->distances) claim(distance > 0 && distance <= 1e300, "distances are possible");
   }
   if (const auto r = value_range(text))
     claim(value_range(fmt::format("{}:{}", r->first, r->second)) == r, "a range comes back");

@@ -140,7 +140,8 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
                                                  .progress = progress,
                                                  .searching = progress,
                                                  .keep_files = true,
-                                                 .verified = true});
+                                                 .verified = true,
+                                                 .before_copy = tell_of_copy(run)});
   if (pass.stop) throw Stopped();
   const EncodeResult& result = encoded.result;
   verify_encoding(volume.input, source, result.temporary, *volume.watched, pass.resources);

@@ -14,8 +14,8 @@ using nlohmann::ordered_json;
 
 auto members_of(const SourceDescription& given) {
   const RawDescription raw = given.raw.value_or(RawDescription{});
-  return std::tuple(given.raw.has_value(), raw.dims, raw.type, raw.big_endian.value_or(false), raw.spacing,
-                    raw.offset, given.vdb_grid, given.from, given.series, given.dataset, given.gaps_ok,
+  return std::tuple(given.raw.has_value(), raw.dims, raw.type, raw.big_endian.value_or(false), raw.offset,
+                    given.spacing, given.vdb_grid, given.from, given.series, given.dataset, given.gaps_ok,
                     given.data_outside);
 }
 

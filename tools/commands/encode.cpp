@@ -132,7 +132,8 @@ struct EncodeCommand {
                                  .resume = resume,
                                  .verified = remove,
                                  .program = "tagrid " TAGRID_VERSION,
-                                 .goes_on = tell_of_parts()});
+                                 .goes_on = tell_of_parts(),
+                                 .before_copy = tell_of_copy(run)});
   }
 
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {

@@ -72,6 +72,7 @@ struct EstimateCommand {
   EstimateResult estimate(EstimateRun& request) const {
     ProgressMeter meter(run.progress, run.quiet, "estimating", 0);
     request.progress = meter.progress();
+    request.before_copy = tell_of_copy(run);
     return estimate_encoding(request);
   }
 

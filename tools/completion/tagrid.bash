@@ -3,8 +3,8 @@
 _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
-  local headerless='--dims --type --endian --spacing --offset'
-  local source="$headerless --from --series --dataset --gaps-ok --data-outside --vdb-grid"
+  local headerless='--dims --type --endian --offset'
+  local source="$headerless --spacing --override-spacing --from --series --dataset --gaps-ok --data-outside --vdb-grid"
   local error='--max-error --relative-error --psnr --ratio --bits'
   local encoding="$source --strip --surface-error --grid-only --grid --overviews --mesh-error --effort --accuracy
     --cube --lead --max-level --range --field-scale --brick"

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -75,6 +77,40 @@ void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::stri
 
 namespace {
 
+bool is_resolution_of_paper(double dots_per_inch) {
+  constexpr std::array usual = {72,  75,  90,  96,  100, 120, 144, 150, 180, 192,  200, 220,
+                                240, 250, 288, 300, 350, 360, 400, 600, 720, 1200, 2400};
+  // In dots per centimeter or meter they are rounded: 118 for 300 dpi.
+  constexpr double rounding = 2e-3;
+  return std::ranges::any_of(usual,
+                             [&](int dots) { return std::abs(dots_per_inch - dots) <= rounding * dots; });
+}
+
+}  // namespace
+
+SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters) {
+  constexpr double inch = 25.4;
+  SpacingOfSlice found;
+  if (x == 1 && y == 1) return found;
+  if (is_resolution_of_paper(x * inch / millimeters) && is_resolution_of_paper(y * inch / millimeters)) {
+    found.remark =
+        fmt::format("its resolution of {:.4g} dpi is taken for that of a page, not for a voxel size",
+                    x * inch / millimeters);
+    return found;
+  }
+  for (const double resolution : {x, y})
+    if (!(resolution > 0) || !std::isfinite(millimeters / resolution) || millimeters / resolution == 0) {
+      found.remark = fmt::format("its resolution of {} x {} is not one, so its spacing is unknown", x, y);
+      return found;
+    }
+  found.geometry.spacing = {millimeters / x, millimeters / y, Geometry::unknown};
+  found.geometry.has_spacing = true;
+  found.geometry.units.fill("mm");
+  return found;
+}
+
+namespace {
+
 /// What the file says; nothing if it has no reconstruction. Other sections speak of the camera.
 std::optional<SliceLog> read_log(const std::string& path) {
   FileBytes file(path);
@@ -84,9 +120,18 @@ std::optional<SliceLog> read_log(const std::string& path) {
     const auto found = sections.find(key);
     return found == sections.end() ? ForeignNumber{} : foreign_number(std::string_view(found->second));
   };
-  const ForeignNumber size = field("reconstruction/pixel size (um)");
-  if (size.is_absent()) return std::nullopt;
+  ForeignNumber size = field("reconstruction/pixel size (um)");
   SliceLog log;
+  const bool is_of_reconstruction = std::ranges::any_of(
+      sections, [](const auto& entry) { return entry.first.starts_with("reconstruction/"); });
+  if (size.is_absent() && is_of_reconstruction) {
+    // Programs may leave out the size of voxels. Unless they are binned, it is that of the pixels.
+    size = field("acquisition/image pixel size (um)");
+    log.warnings.push_back(fmt::format(
+        "the section Reconstruction has no Pixel Size (um); Image Pixel Size (um) = {} is taken for it",
+        size.text));
+  }
+  if (size.is_absent()) return std::nullopt;
   log.path = path;
   const auto is_good = [&](const ForeignNumber& number, const char* name, double least, const char* unknown) {
     if (number.is_unreadable() || number.decimal_comma)

@@ -41,6 +41,15 @@ struct BytesAfter {
 /// Reports that they are not part of the volume, for all files at once.
 void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
 
+/// The spacing within a slice by its resolution: in mm, unknown along z.
+struct SpacingOfSlice {
+  Geometry geometry;
+  std::string remark;  ///< a sentence without the name of a file: why there is none; "" if it is clear
+};
+/// `x` and `y`: samples in so many millimeters. Resolutions that programs for pictures write, such as 72 or 300 dpi, say
+/// how large to print an image, and are no voxel size; neither is 1, which stands for nothing.
+SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters);
+
 /// What a SkyScan (Bruker) log in the directory of the slices says: the size of a voxel, and all its fields
 /// as pairs.
 struct SliceLog {

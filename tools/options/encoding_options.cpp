@@ -7,10 +7,13 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/process.h"
 
 namespace tagrid {
 namespace {
@@ -21,14 +24,13 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   for (const auto& [name, value] : {std::pair("--dims", &source.dims),
                                     {"--type", &source.type},
                                     {"--endian", &source.endian},
-                                    {"--spacing", &source.spacing},
                                     {"--offset", &source.offset}})
     if (!value->empty()) given.emplace_back(name);
   if (given.empty()) return std::nullopt;
   if (source.dims.empty() || source.type.empty())
     throw usage_error(
-        "{0}: headerless input needs both --dims and --type; a file of any other format describes its "
-        "samples itself: leave out {0}",
+        "{0}: only for samples without a header, together with --dims and --type; files of all other formats "
+        "describe their samples: leave out {0}",
         fmt::join(given, ", "));
   RawDescription raw;
   raw.dims = dims_option(source.dims);
@@ -41,13 +43,22 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
                         offset);
     raw.offset = *bytes;
   }
-  if (!source.spacing.empty()) {
-    raw.spacing = three_distances(source.spacing);
-    if (!raw.spacing)
-      throw usage_error("--spacing {}: must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25",
-                        source.spacing);
-  }
   return raw;
+}
+
+std::optional<GivenSpacing> spacing_of(const SourceOptions& source) {
+  const bool overrides = !source.override_spacing.empty();
+  const std::string& text = overrides ? source.override_spacing : source.spacing;
+  if (text.empty()) return std::nullopt;
+  require(!overrides || source.spacing.empty(), "--spacing and --override-spacing: give only one of them");
+  auto given = given_spacing(text);
+  if (!given)
+    throw usage_error(
+        "--{} {}: must be one number above 0, or three of them (X,Y,Z), perhaps with a unit: 10um, "
+        "or 0.5,0.5,1.25mm{}",
+        overrides ? "override-spacing" : "spacing", text, hint_of_decimal_comma(text, given_spacing));
+  given->overrides = overrides;
+  return given;
 }
 
 const OptionRow& row_named(const std::string& name) {
@@ -116,6 +127,16 @@ void warn_of_rounded_bounds(const RunOptions& run, const std::string& input, con
   }
 }
 
+void warn_of_voxel_size(const RunOptions& run, const std::string& input, const EncodeResult& result) {
+  const Geometry geometry = geometry_of(result.header.nrrd_fields);
+  if (result.missing_of_voxel_size.empty()) return;
+  const bool lacks_unit = geometry.has_spacing && !has_unknown_spacing(geometry);
+  warn(run, "{}: {}; {}give it with --spacing, such as --spacing {}", shown_input(input),
+       result.missing_of_voxel_size, lacks_unit ? "" : "meshes and other programs take it for 1; ",
+       lacks_unit ? fmt::format("{},{},{}um", geometry.spacing[0], geometry.spacing[1], geometry.spacing[2])
+                  : "10um");
+}
+
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
   if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
@@ -126,6 +147,16 @@ void warn_of_lossy_source(const RunOptions& run, const std::string& input, const
 }
 
 }  // namespace
+
+TellOfCopy tell_of_copy(const RunOptions& run) {
+  if (run.quiet) return {};
+  return [](const SampleCopy& copy) {
+    say("tagrid: {}: is read more than once, so its samples ({}) are first copied to {}; --spool DIR names "
+        "another "
+        "directory",
+        copy.volume, human_bytes(copy.bytes), copy.folder);
+  };
+}
 
 std::string_view plain_ratio(std::string_view text) {
   return text.ends_with(":1") ? text.substr(0, text.size() - 2) : text;
@@ -152,6 +183,7 @@ SampleType sample_type_option(const std::string& name) {
 
 SourceDescription SourceOptions::description() const {
   SourceDescription description(layout_of(*this), vdb_grid);
+  description.spacing = spacing_of(*this);
   description.from = from;
   description.series = series;
   description.dataset = dataset;
@@ -221,6 +253,7 @@ std::string lost_structure(const TagHeader& header, const Statistics& total) {
 void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                       const EncodeResult& result) {
   for (const std::string& warning : result.warnings) warn(run, warning);
+  warn_of_voxel_size(run, input, result);
   warn_of_rounded_bounds(run, input, asked, result);
   warn_of_range(run, input, asked, result);
   warn_of_lossy_source(run, input, result);

@@ -26,7 +26,8 @@ struct Encoding {
 
 /// The options that say how to read an input, as texts; "" if not given.
 struct SourceOptions {
-  std::string dims, type, endian, spacing, offset;  ///< the layout of headerless samples
+  std::string dims, type, endian, offset;  ///< the layout of headerless samples
+  std::string spacing, override_spacing;
   std::string from, series, dataset, vdb_grid;
   bool gaps_ok = false;
   bool data_outside = false;
@@ -86,6 +87,9 @@ std::string_view plain_ratio(std::string_view text);
 
 /// The share of parity in "5%" or "5", in thousandths of a per cent; nothing for "none". Throws UsageError.
 std::optional<std::uint32_t> parity_option(const std::string& option, const std::string& text);
+
+/// Says that the samples of an input are copied, because they are read more than once; nothing with --quiet.
+TellOfCopy tell_of_copy(const RunOptions& run);
 
 /// --dims
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims);

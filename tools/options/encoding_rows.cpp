@@ -13,6 +13,7 @@ using Set = decltype(OptionRow::set);
 constexpr const char* kept = "Bounds and content";
 constexpr const char* grid = "The grid";
 constexpr const char* headerless = "Headerless input";
+constexpr const char* voxels = "Voxel size";
 constexpr const char* other_formats = "Other input formats";
 
 template <class Value>
@@ -154,9 +155,14 @@ std::vector<OptionRow> all_rows() {
           "Sample type: uint8, int8, uint16, int16, uint32, int32, float32 or float64", to(&S::type)),
       row("endian", headerless, "little|big", "Byte order of the samples (default: little)", to(&S::endian),
           {"little", "big"}),
-      row("spacing", headerless, "X,Y,Z", "Distance between samples along x, y and z", to(&S::spacing)),
       row("offset", headerless, "BYTES", "Bytes before the first sample; K, M, G and T are powers of 1024",
           to(&S::offset)),
+      row("spacing", voxels, "X[,Y,Z][UNIT]",
+          "Distance between samples along x, y and z, where the input does not state it: 10um, "
+          "0.5,0.5,1.25mm",
+          to(&S::spacing)),
+      row("override-spacing", voxels, "X[,Y,Z][UNIT]", "The same, instead of what the input states",
+          to(&S::override_spacing)),
       row("from", other_formats, "FORMAT",
           "Format of the input (default: from its content, then its name); see tagrid formats", to(&S::from)),
       row("series", other_formats, "NAME|N",
@@ -206,7 +212,8 @@ void add_encoding_options(CLI::App& command, EncodingOptions& options, const std
 
 void add_source_options(CLI::App& command, EncodingOptions& options) {
   for (const OptionRow& row : encoding_rows())
-    if (row.group == headerless || row.group == other_formats) add_row(command, row, options);
+    if (row.group == headerless || row.group == voxels || row.group == other_formats)
+      add_row(command, row, options);
 }
 
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -59,11 +62,29 @@ std::optional<Index3> three_sizes(std::string_view text) {
   return sizes ? std::optional(Index3{(*sizes)[0], (*sizes)[1], (*sizes)[2]}) : std::nullopt;
 }
 
-std::optional<std::array<double, 3>> three_distances(std::string_view text) {
-  return three_parts<double>(text, [](std::string_view part) {
-    const auto distance = finite_number(part);
-    return distance && *distance > 0 && *distance <= 1e300 ? distance : std::nullopt;
-  });
+std::optional<GivenSpacing> given_spacing(std::string_view text) {
+  const std::vector<std::string_view> parts = split(text, ',');
+  if (parts.size() != 1 && parts.size() != 3) return std::nullopt;
+  GivenSpacing given;
+  std::vector<std::string> units;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::size_t end = parts[i].find_last_of("0123456789.") + 1;
+    const auto distance = finite_number(parts[i].substr(0, end));
+    if (!distance || !(*distance > 0 && *distance <= 1e300)) return std::nullopt;
+    given.distances[i] = *distance;
+    if (const std::string_view name = trimmed(parts[i].substr(end)); !name.empty()) {
+      const auto unit = length_unit(name);
+      if (!unit) return std::nullopt;
+      units.emplace_back(unit->name);
+    } else if (!units.empty()) {
+      return std::nullopt;  // A unit in front may or may not be that of the others.
+    }
+  }
+  if (units.size() == 2 || std::ranges::adjacent_find(units, std::ranges::not_equal_to()) != units.end())
+    return std::nullopt;
+  if (parts.size() == 1) given.distances.fill(given.distances[0]);
+  if (!units.empty()) given.unit = units.front();
+  return given;
 }
 
 std::optional<std::array<IndexRange, 3>> three_ranges(std::string_view text) {

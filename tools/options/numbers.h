@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "io/text/text.h"
+#include "io/volume/volume_info.h"
 #include "stages/grid/box.h"
 
 namespace tagrid {
@@ -33,8 +34,9 @@ std::optional<std::uint64_t> byte_count(std::string_view text);
 /// "X,Y,Z", the sizes of a volume: each from 1 to 2^31.
 std::optional<Index3> three_sizes(std::string_view text);
 
-/// "X,Y,Z", the distances of samples: each positive and at most 1e300.
-std::optional<std::array<double, 3>> three_distances(std::string_view text);
+/// "X,Y,Z", or one number for all axes: the distances of samples, each above 0 and at most 1e300. A unit of length may
+/// follow the last number, or each of them: "0.01mm", "10,10,25um".
+std::optional<GivenSpacing> given_spacing(std::string_view text);
 
 /// "lo:hi", two finite numbers.
 std::optional<std::pair<double, double>> value_range(std::string_view text);

@@ -76,10 +76,6 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; leave out --dims and the other options that describe samples";
     case Problem::endian_differs:
       return "; leave out --endian";
-    case Problem::spacing_differs:
-      return "; leave out --spacing";
-    case Problem::spacing_not_in_header:
-      return "; leave out --spacing, or add to its header the line \"spacings: x y z\"";
     case Problem::mesh_fills_no_space:
       return "; give --padded for a mesh of complete root cubes";
     case Problem::no_source_files:

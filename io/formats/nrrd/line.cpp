@@ -123,7 +123,7 @@ std::string stripped(std::string_view nrrd_fields) {
       for (const std::string_view key :
            {"rescale_slope", "rescale_intercept", "rescale_units", "slice_positions", "slice_slopes",
             "slice_intercepts", "dicom_added_intercept", "applied_", "slice_applied_", "vdb_", "lossy source",
-            "scale doubt", "not understood"})
+            "scale doubt", "not understood", "given spacing", "overridden spacing"})
         is_needed = is_needed || line.text.starts_with(key);
     if (is_needed) kept.append(line.text).append("\n");
   }

@@ -47,13 +47,6 @@ void check_against(const RawDescription& raw, const NrrdHeader& header, const st
     throw UsageError(
         fmt::format("{}: its NRRD header says endian {}", name, header.big_endian ? "big" : "little"),
         Problem::endian_differs);
-  if (raw.spacing && *raw.spacing != info.geometry.spacing) {
-    const auto& [x, y, z] = info.geometry.spacing;
-    if (!info.geometry.has_spacing)
-      throw UsageError(name + ": its NRRD header gives no spacing", Problem::spacing_not_in_header);
-    throw UsageError(fmt::format("{}: its NRRD header gives the spacing {}, {}, {}", name, x, y, z),
-                     Problem::spacing_differs);
-  }
 }
 
 void skip_lines(FileBytes& file, std::int64_t count) {
@@ -132,7 +125,7 @@ std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const st
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
                      ": sizes must be positive, and the volume must be smaller than 2^62 bytes");
-  SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
+  SourceFacts facts{.info = volume_info(raw.dims, raw.type, ""),
                     .files = {path},
                     .traits = {},
                     .holds_other_bytes = raw.offset > 0,

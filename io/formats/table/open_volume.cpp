@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
+#include "io/formats/nrrd/given_spacing.h"
 #include "io/formats/nrrd/line.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/all_volumes.h"
@@ -62,6 +63,16 @@ ReaderOptions options_of(const SourceDescription& source) {
     if (!value.empty()) options.emplace(name, value);
   if (source.gaps_ok) options.emplace("gaps-ok", "yes");
   return options;
+}
+
+/// A volume that a program reads: of a format whose files usually come without a voxel size, or from instruments that
+/// should state one.
+std::unique_ptr<VolumeSource> open_way(const Way& way, const std::string& path,
+                                       const SourceDescription& source) {
+  auto volume = open_with_reader(way.program, path, options_of(source), source.reader_memory);
+  const bool has_units = way.format != nullptr && !way.format->has_grids;
+  volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry, has_units));
+  return volume;
 }
 
 std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source);
@@ -228,7 +239,7 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
                                  file->name(), in_words(way)));
   require_name_for_all(path, way);
   file.reset();
-  return open_with_reader(way.program, path, options_of(source), source.reader_memory);
+  return open_way(way, path, source);
 } catch (const WrongSize& wrong) {
   const OtherFormat* other = other_format_of(wrong.beginning, path);
   if (other == nullptr) throw;
@@ -302,7 +313,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
       (way.format != nullptr && !way.format->has_folders && way.format->is_folder == nullptr))
     throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
   require_name_for_all(folder, way);
-  return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
+  return open_way(way, folder, source);
 }
 
 std::unique_ptr<VolumeSource> open_one(const std::string& path, const SourceDescription& source) {
@@ -362,6 +373,9 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
                      ": is an address, and only .tag files are read from servers; download it first");
   auto volume = source.series == every_volume ? open_all(path, source) : open_one(path, source);
   volume->set_name(path);
+  if (source.spacing) give_spacing(*volume, *source.spacing);
+  if (source.spacing && !volume->facts().missing_of_voxel_size.empty())
+    volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry, true));
   keep_doubts(*volume, path);
   return volume;
 }

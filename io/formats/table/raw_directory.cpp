@@ -75,7 +75,7 @@ std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, cons
   std::vector<std::string> warnings;
   if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
   SourceFacts facts;
-  facts.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : "");
+  facts.info = volume_info(raw.dims, raw.type, "");
   facts.files = std::move(files.paths);
   facts.warnings = std::move(warnings);
   facts.holds_other_bytes = raw.offset > 0;

@@ -72,12 +72,21 @@ bool fits_line(const std::string& text) {
   return text.find_first_of("\r\n") == text.npos && text.find('\0') == text.npos;
 }
 
-/// ImageJ takes resolutions without a unit for those of paper. A unit is the rest of its line.
-bool has_known_spacing(const Geometry& geometry) {
+/// A clause if TIFF cannot hold a spacing; "" if it can. ImageJ takes resolutions without a unit for those of paper. A
+/// unit is the rest of its line.
+std::string why_no_spacing(const Geometry& geometry) {
   const std::string& unit = geometry.units[0];
-  for (const std::size_t axis : {0U, 1U})
-    if (!(std::abs(geometry.spacing[axis]) > 1e-6) || !(std::abs(geometry.spacing[axis]) < 1e6)) return false;
-  return geometry.has_spacing && !unit.empty() && fits_line(unit);
+  for (const std::size_t axis : {0U, 1U}) {
+    const double size = std::abs(geometry.spacing[axis]);
+    if (std::isnan(size)) return fmt::format("it is unknown along {}", axis == 0 ? "x" : "y");
+    if (!(size > 1e-6 && size < 1e6)) return fmt::format("TIFF cannot hold a distance of {}", size);
+  }
+  if (unit.empty()) return "its unit is unknown";
+  return fits_line(unit) ? "" : "its unit has several lines";
+}
+
+bool has_known_spacing(const Geometry& geometry) {
+  return geometry.has_spacing && why_no_spacing(geometry).empty();
 }
 
 /// In memory, ImageJ has signed numbers as unsigned ones, larger by this; its calibration belongs to these.
@@ -212,8 +221,7 @@ std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   const Geometry geometry = in_one_unit(info.geometry);
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (geometry.has_spacing && !has_known_spacing(geometry))
-    lost.emplace_back(
-        "TIFF cannot hold its spacing: the unit is unknown, or a number is too small or too large");
+    lost.push_back("the spacing is not written: " + why_no_spacing(geometry));
   const bool is_mirrored =
       !geometry.has_directions && std::ranges::any_of(geometry.spacing, [](double s) { return s < 0; });
   if (geometry.has_directions || geometry.has_origin || is_mirrored)

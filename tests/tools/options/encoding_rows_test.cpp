@@ -131,10 +131,18 @@ TEST(Numbers, SizesAreThree) {
     EXPECT_FALSE(three_sizes(text)) << text;
 }
 
-TEST(Numbers, DistancesAreThreeAndPositive) {
-  EXPECT_EQ(three_distances("0.5,1,1e3"), (std::array<double, 3>{0.5, 1, 1000}));
-  for (const char* text : {"", "1,1", "1,0,1", "1,-1,1", "1,nan,1", "1,1,1e301", "1,1,1,1"})
-    EXPECT_FALSE(three_distances(text)) << text;
+TEST(Numbers, ASpacingIsOneDistanceOrThreePerhapsWithAUnit) {
+  const auto is = [](const char* text, double x, double y, double z, const std::string& unit) {
+    EXPECT_EQ(given_spacing(text), (GivenSpacing{{x, y, z}, unit, false})) << text;
+  };
+  is("0.5,1,1e3", 0.5, 1, 1000, "");
+  is("10um", 10, 10, 10, "um");
+  is("1,2,3 microns", 1, 2, 3, "um");
+  is("1mm,2mm,3mm", 1, 2, 3, "mm");
+  is("1e-3in", 1e-3, 1e-3, 1e-3, "inch");
+  for (const char* text : {"", "1,1", "1,0,1", "1,-1,1", "1,nan,1", "1,1,1e301", "1,1,1,1", "inf", "um", "1px",
+                           "1um,2,3", "1um,2um,3", "1um,2um,3mm", "1,2um,3um", "1um,2,3um", "1,,2"})
+    EXPECT_FALSE(given_spacing(text)) << text;
 }
 
 TEST(Numbers, ARangeHasTwoEnds) {

@@ -86,16 +86,15 @@ TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
 
 TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
   phantom("volume.nrrd");
-  const std::string why = "a file of any other format describes its samples itself: leave out --";
-  for (const std::string option :
-       {"dims=52,40,36", "type=int16", "endian=little", "spacing=1,1,1", "offset=0"})
+  const std::string why = "files of all other formats describe their samples: leave out --";
+  for (const std::string option : {"dims=52,40,36", "type=int16", "endian=little", "offset=0"})
     expect_error(tagrid({"encode", "volume.nrrd", "--" + option}), usage,
                  why + option.substr(0, option.find('=')));
   file("spaced.nrrd",
        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 2\nencoding: raw\n\n12345678");
   const Arguments raw = {"--dims", "2,2,2", "--type", "uint8", "--spacing", "1,1,3"};
   expect_error(tagrid(with({"encode", "spaced.nrrd"}, raw)), usage,
-               "its NRRD header gives the spacing 1, 1, 2; leave out --spacing");
+               "states the spacing 1 1 2, but --spacing is 1 1 3; leave it out, or give --override-spacing");
   file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
   expect_error(tagrid(with({"encode", "bare.nrrd"}, raw)), usage,
                "add to its header the line \"spacings: x y z\"");
@@ -235,7 +234,9 @@ TEST_F(Options, ADecimalCommaIsToldToBeAPoint) {
   expect_error(tagrid({"encode", "a.nrrd", "--range", "0,5:3"}), usage, "must be lo:hi or auto" + hint);
   expect_error(tagrid({"preview", "a.tag", "--window", "0:2,5"}), usage, "must be lo:hi with lo < hi" + hint);
   expect_error(tagrid({"encode", "a", "--dims", "1,1,1", "--type", "int8", "--spacing", "0,5,0,5,1"}), usage,
-               "must be three positive numbers: X,Y,Z, such as 0.5,0.5,1.25");
+               "must be one number above 0, or three of them (X,Y,Z), perhaps with a unit: 10um, or "
+               "0.5,0.5,1.25mm\n");
+  expect_error(tagrid({"encode", "a.nrrd", "--spacing", "0,5mm"}), usage, "0.5,0.5,1.25mm" + hint);
   // Others are not.
   const Ending other = tagrid({"encode", "a.nrrd", "-M", "1,5X"});
   expect_error(other, usage, "1.5G");
@@ -268,7 +269,8 @@ TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
                                         {"--field-scale", "0.1", "--range", "0:9"},
                                         {"--dims", "4,4,4"},
                                         {"--type", "int16"},
-                                        {"--spacing", "1,1,1"},
+                                        {"--spacing", "1,1,2"},
+                                        {"--spacing", "1,1,1", "--override-spacing", "1,1,1"},
                                         {"--endian", "big"},
                                         {"--keep", "--rm"}};
   for (const Arguments& options : wrong) {
@@ -299,7 +301,7 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
 TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
   phantom("volume.nrrd", {"--type", "int16"});
   const std::vector<Arguments> wrong = {
-      {"--type", "uint16"}, {"--endian", "big"}, {"--spacing", "1,1,2"}, {"--spacing", "0.5,1,1"}};
+      {"--type", "uint16"}, {"--endian", "big"}};
   for (const Arguments& options : wrong)
     for (const char* input : {"volume.nrrd", "-"})
       expect_error(

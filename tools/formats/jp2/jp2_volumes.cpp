@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -26,6 +27,8 @@ struct Jp2Outline {
   std::uint64_t images = 0;  ///< code streams; 0 if none was found
   std::uint64_t after = 0;   ///< bytes after the last box, or after the end of the code stream
   bool has_palette = false;  ///< Samples are numbers of colors.
+  /// Samples per meter along x and y when they were captured; 0 if that is not stated.
+  double x_per_meter = 0, y_per_meter = 0;
   bool has_extensions =
       false;  ///< The code stream says that it needs more than part 1 of the standard, and part 15.
 };
@@ -93,10 +96,27 @@ class Walk {
       if (!length || !name || *length < head || *length > end - at) return at;
       if (*name == box("jp2c")) add_code_stream(at + head, at + *length);
       if (*name == box("pclr")) outline.has_palette = true;
+      if (*name == box("resc") && depth == 2) read_resolution(at + head, at + *length);
+      if (*name == box("res ") && depth == 1) boxes(at + head, at + *length, 2);
       if (*name == box("jp2h") && depth == 0) boxes(at + head, at + *length, 1);
       at += *length;
     }
     return end;
+  }
+
+  /// Of the capture. That of the display says how large to show an image.
+  void read_resolution(std::uint64_t at, std::uint64_t end) {
+    const auto along = [&](std::uint64_t ratio, std::uint64_t exponent) {
+      const auto above = number(file_, at + ratio, 2, end), below = number(file_, at + ratio + 2, 2, end),
+                 power = number(file_, at + exponent, 1, end);
+      if (!above || !below || !power || *below == 0) return 0.0;
+      double resolution = static_cast<double>(*above) / static_cast<double>(*below);
+      for (int ten = static_cast<std::int8_t>(*power); ten != 0; ten += ten > 0 ? -1 : 1)
+        resolution = ten > 0 ? resolution * 10 : resolution / 10;
+      return resolution;
+    };
+    outline.y_per_meter = along(0, 8);
+    outline.x_per_meter = along(4, 9);
   }
 
   void add_code_stream(std::uint64_t at, std::uint64_t end) {
@@ -144,6 +164,7 @@ class Jp2Slices final : public ServedVolume {
     // A loss is not undone by a lossless copy.
     if (!is_lossless) pairs.emplace_back(lossy_source_key, "JPEG 2000, irreversible wavelet (9-7)");
     add_bytes_after(after_, warnings);
+    set_spacing();
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
@@ -175,10 +196,27 @@ class Jp2Slices final : public ServedVolume {
       not_understood.push_back(
           path + ": it says that it needs extensions of JPEG 2000 (part 2), which may change samples");
     if (outline.after > 0) after_.push_back({path, outline.after});
+    const std::pair resolution(outline.x_per_meter, outline.y_per_meter);
+    if (path == files.front()) resolution_ = resolution;
+    has_one_resolution_ = has_one_resolution_ && resolution == resolution_;
+  }
+
+  void set_spacing() {
+    constexpr double meter = 1000;  // millimeters
+    const auto [x, y] = resolution_;
+    if (!has_one_resolution_)
+      warnings.push_back(files.front() +
+                         ": its slices have different resolutions, so its spacing is unknown");
+    if (!has_one_resolution_ || x == 0 || y == 0) return;
+    SpacingOfSlice found = spacing_of_resolution(x, y, meter);
+    geometry = std::move(found.geometry);
+    if (!found.remark.empty()) warnings.push_back(files.front() + ": " + found.remark);
   }
 
   Jpeg2000Image first_;
   std::vector<BytesAfter> after_;
+  std::pair<double, double> resolution_;  // samples per meter; 0 if that is not stated
+  bool has_one_resolution_ = true;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "io/formats/nrrd/line.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "tools/formats/slice_files.h"
 
 namespace tagrid {
 namespace {
@@ -44,6 +45,12 @@ ForeignNumber length_of(const std::optional<double>& resolution) {
   if (!(*resolution > 0)) length.outcome = ForeignNumber::Outcome::unreadable;
   length.text = fmt::format("{}", *resolution);
   return length;
+}
+
+/// The unit of a resolution; 0 if it has none.
+double millimeters_of_unit(const TiffPage& page) {
+  constexpr std::uint16_t inch = 2, centimeter = 3;
+  return page.resolution_unit == inch ? 25.4 : page.resolution_unit == centimeter ? 10 : 0;
 }
 
 /// Why a straight line cannot be drawn; "" if it can.
@@ -149,17 +156,39 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
 
 Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& remarks) {
   const std::string& unit = image_j.unit[0];
-  if (unit.empty() || unit == "pixel" || unit == "pixels") return {};
+  if (unit == "pixel" || unit == "pixels") return {};
   ForeignNumber between = image_j.spacing;
   // ImageJ also ignores the sign.
   if (between.is_number() && between.value < 0) {
     between.value = -between.value;
     remarks.warn(fmt::format("ImageJ's spacing is {}; it is read as {}", between.text, between.value));
   }
+  // Of pictures with a resolution of paper, ImageJ also keeps that: as inches.
+  if (const auto known = length_unit(unit); unit.empty() || (known && known->name == "inch")) {
+    TiffPage page = first;
+    if (known) page.resolution_unit = 2;
+    Geometry geometry = spacing_of(page, remarks);
+    if (geometry.has_spacing && between.is_number() && between.value > 0)
+      geometry.spacing[2] = between.value * millimeters_of_unit(page);
+    return geometry;
+  }
   return spacing_of({{{"XResolution", length_of(first.x_resolution), unit},
                       {"YResolution", length_of(first.y_resolution), image_j.unit[1]},
                       {"ImageJ's spacing", between, image_j.unit[2]}}},
                     remarks);
+}
+
+Geometry spacing_of(const TiffPage& page, TiffRemarks& remarks) {
+  if (!page.x_resolution || !page.y_resolution) return {};
+  const double x = *page.x_resolution, y = *page.y_resolution;
+  if (const double millimeters = millimeters_of_unit(page); millimeters > 0) {
+    SpacingOfSlice found = spacing_of_resolution(x, y, millimeters);
+    remarks.warn(std::move(found.remark));
+    return std::move(found.geometry);
+  }
+  if (x > 0 && y > 0 && (x != 1 || y != 1))
+    remarks.warn(fmt::format("its resolution of {} x {} has no unit, so it is not a voxel size", x, y));
+  return {};
 }
 
 std::optional<ImageJCalibration> calibration_of(std::string_view description) {

@@ -39,9 +39,14 @@ struct ImageJ {
 /// Nothing if the description is not ImageJ's. Throws BrokenInput if its numbers do not fit each other.
 std::optional<ImageJ> image_j_of(std::string_view description);
 
-/// The spacing of a stack whose first page is `first`. Resolutions are lengths if ImageJ gives a unit;
-/// otherwise they are those of paper.
+/// The spacing of a stack whose first page is `first`. Resolutions are in ImageJ's unit; without one, and for inches,
+/// they are those of the page.
 Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& remarks);
+
+/// The spacing within a slice by its resolution in inches or centimeters, in mm; unknown along z. Nothing if the
+/// resolution has no unit, or if it is one of paper, such as 300 dpi, which programs write for any image: then a
+/// remark says so.
+Geometry spacing_of(const TiffPage& page, TiffRemarks& remarks);
 
 /// Analyze > Calibrate: a value is a function of a number of at least 0.
 struct ImageJCalibration {

@@ -170,6 +170,8 @@ TiffVolume volume_of(const OmeImage& image, std::span<const OmePlane> planes, Se
     if (!file.used.insert(page->first).second) volume.remarks.miss("OME-XML gives one page to two slices");
     volume.planes.push_back({*number, page->second});
   }
+  if (!volume.geometry.has_spacing && !volume.planes.empty())
+    volume.geometry = spacing_of(volume.planes.front().page, volume.remarks);
   if (!missing.empty()) {
     volume.geometry.spacing[2] = Geometry::unknown;
     volume.remarks.warn(

@@ -53,7 +53,10 @@ struct TiffPage {
   std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for
   /// Pixels per unit. TIFF files of volumes rarely name the unit. Values of 0 and less are invalid.
   std::optional<double> x_resolution, y_resolution;
-  Rescale rescale;  ///< what tags say that samples mean
+  /// 1: none, only the ratio of both counts; 2: inch; 3: cm. The standard takes a missing one for inches, which
+  /// those who leave it out do not mean.
+  std::uint16_t resolution_unit = 1;
+  Rescale rescale;                    ///< what tags say that samples mean
   /// A sentence if tags of another program say which pages are channels and moments; "" if none do.
   std::string unread_order;
   bool zero_is_white = false;

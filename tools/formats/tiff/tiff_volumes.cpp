@@ -90,6 +90,7 @@ void add_pages(const TiffFile& file, std::vector<TiffPage> pages, const std::str
     volumes.remarks.miss("it is a file of ScanImage, and what that says of channels and moments is not read");
   volumes.remarks.miss(pages.front().unread_order);
   volumes.list.emplace_back();
+  volumes.list.back().geometry = spacing_of(pages.front(), volumes.remarks);
   for (TiffPage& page : pages) volumes.list.back().planes.push_back({0, std::move(page)});
 }
 
@@ -213,11 +214,14 @@ std::size_t images_in(const std::string& description) {
 /// not know other slices.
 Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
   Geometry geometry;
-  if (const auto image_j = image_j_of(page.description)) {
+  if (const auto image_j = image_j_of(page.description); image_j) {
     geometry = spacing_of(*image_j, page, remarks);
-  } else if (const auto xml = ome_xml_of(page.description); xml && !xml->images.empty()) {
+  } else if (const auto xml = ome_xml_of(page.description);
+             xml && !xml->images.empty() && xml->images.front().geometry.has_spacing) {
     geometry = xml->images.front().geometry;
     remarks.add(xml->images.front().remarks);
+  } else {
+    geometry = spacing_of(page, remarks);
   }
   geometry.spacing[2] = Geometry::unknown;
   geometry.has_spacing = !std::isnan(geometry.spacing[0]) || !std::isnan(geometry.spacing[1]);

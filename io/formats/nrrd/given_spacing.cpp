@@ -1,0 +1,172 @@
+#include "io/formats/nrrd/given_spacing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "io/errors/errors.h"
+#include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/line.h"
+#include "io/text/text.h"
+#include "io/volume/lengths.h"
+
+namespace tagrid {
+namespace {
+
+using Distances = std::array<double, 3>;
+
+/// Programs round their numbers: 0.01 mm may be 9.99999e-3.
+constexpr double rounding = 1e-6;
+
+/// "10 10 25 um"
+std::string text_of_spacing(const Distances& distances, std::string_view unit) {
+  return fmt::format("{} {} {}{}{}", distances[0], distances[1], distances[2], unit.empty() ? "" : " ", unit);
+}
+
+/// Distances without the signs of axes that run the other way.
+Distances distances_of(const Geometry& geometry) {
+  Distances distances = geometry.spacing;
+  for (double& distance : distances) distance = std::abs(distance);
+  return distances;
+}
+
+/// A length in the unit of `geometry`, if both units are known and differ.
+double in_unit_of(const Geometry& geometry, double length, std::string_view unit) {
+  const auto from = length_unit(unit), to = length_unit(common_unit(geometry).name);
+  return from && to ? converted(length, *from, *to) : length;
+}
+
+bool is_near(double a, double b, double tolerance) {
+  return std::abs(a - b) <= tolerance * std::max(std::abs(a), std::abs(b));
+}
+
+/// True if the spacing along no axis contradicts `given`.
+bool agrees(const Geometry& geometry, const GivenSpacing& given) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!std::isnan(geometry.spacing[axis]) &&
+        !is_near(std::abs(geometry.spacing[axis]), in_unit_of(geometry, given.distances[axis], given.unit),
+                 rounding))
+      return false;
+  return true;
+}
+
+bool has_unit(const Geometry& geometry) { return geometry.units != std::array<std::string, 3>{}; }
+
+bool is_complete(const Geometry& geometry, const GivenSpacing& given) {
+  return geometry.has_spacing && !has_unknown_spacing(geometry) && (given.unit.empty() || has_unit(geometry));
+}
+
+/// The geometry in the given unit as far as units are known, with the given distances. The origin keeps its place.
+Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
+  const bool is_converted = !given.unit.empty() && common_unit(before).is_known;
+  Geometry geometry = is_converted ? in_unit(before, given.unit) : before;
+  if (!given.unit.empty()) geometry.units.fill(given.unit);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double was = geometry.spacing[axis], distance = given.distances[axis];
+    geometry.spacing[axis] = std::isnan(was) ? distance : std::copysign(distance, was);
+    if (geometry.has_directions)
+      for (double& part : geometry.directions[axis]) part *= distance / was;
+  }
+  geometry.has_spacing = true;
+  return geometry;
+}
+
+/// The lines of this geometry and these pairs, and all others of `nrrd_fields`. Positions of slices stay if
+/// `keeps_positions`.
+std::string lines_with(const Geometry& geometry, std::string_view nrrd_fields, const KeyValues& pairs,
+                       bool keeps_positions) {
+  std::vector<std::string_view> fields = {"spacings", "units", "axis mins", "axis maxs"}, keys;
+  if (geometry.has_directions || geometry.has_origin)
+    fields.insert(fields.end(),
+                  {"space", "space dimension", "space directions", "space origin", "space units"});
+  for (const auto& [key, value] : pairs) keys.push_back(key);
+  if (!keeps_positions) keys.emplace_back("slice_positions");
+  std::string lines = nrrd_fields_of(geometry, {});
+  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
+    const bool is_pair = line.kind == NrrdLine::Kind::key_value,
+               is_field = line.kind == NrrdLine::Kind::field;
+    if (is_field && std::ranges::find(fields, line.field) != fields.end()) continue;
+    if (is_pair && std::ranges::find(keys, line.key) != keys.end()) continue;
+    lines.append(line.text).append("\n");
+  }
+  return lines + nrrd_fields_of({}, pairs);
+}
+
+std::string in_words(const Geometry& geometry) {
+  return text_of_spacing(distances_of(geometry), common_unit(geometry).name);
+}
+
+/// True if `text`, as in_words() writes it, is the spacing of `geometry`.
+bool is_spacing_of(const Geometry& geometry, std::string_view text) {
+  const auto words = words_of(text);
+  const auto from = length_unit(common_unit(geometry).name),
+             to = length_unit(words.size() > 3 ? words[3] : std::string_view());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double was = axis < words.size() ? number_of(words[axis]).value_or(Geometry::unknown) : 0;
+    double is = std::abs(geometry.spacing[axis]);
+    if (from && to) is = converted(is, *from, *to);
+    // Other formats may have numbers of 32 bits.
+    constexpr double of_other_formats = 1e-5;
+    if (std::isnan(was) != std::isnan(is) || (!std::isnan(is) && !is_near(was, is, of_other_formats)))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
+  const Geometry before = in_one_unit(volume.info().geometry);
+  const std::string fields = volume.info().nrrd_fields, text = text_of_spacing(given.distances, given.unit);
+  const bool is_same = agrees(before, given);
+  if (!is_same && !given.overrides)
+    throw UsageError(
+        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or give {} to replace what "
+                 "the file states",
+                 {volume.name(), in_words(before), Setting{"spacing", "the given spacing"}, text,
+                  Setting{"override-spacing", "a spacing that overrides it"}}});
+  if (is_same && is_complete(before, given)) return;
+  const Geometry after = with_spacing(before, given);
+  KeyValues pairs;
+  if (!volume.facts().headerless) pairs.emplace_back(given_spacing_key, text);
+  if (!is_same) {
+    pairs.emplace_back(overridden_spacing_key, in_words(before));
+    std::string warning =
+        fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
+    if (!text_of_key(fields, "slice_positions").empty())
+      warning += "; the positions of its slices, which contradict it, are left out";
+    if (before.has_origin && !given.unit.empty() && !common_unit(before).is_known)
+      warning += fmt::format("; its origin has no known unit, and is taken for {}", given.unit);
+    volume.add_warning(std::move(warning));
+  }
+  std::string lines = lines_with(after, fields, pairs, is_same);
+  Geometry geometry = geometry_of(lines);
+  volume.set_geometry(std::move(geometry), std::move(lines));
+}
+
+std::string with_overridden_spacing(std::string_view fields_of_original, std::string_view fields) {
+  const std::string overridden = text_of_key(fields, overridden_spacing_key);
+  const Geometry original = in_one_unit(geometry_of(fields_of_original)), ours = geometry_of(fields);
+  if (overridden.empty() || text_of_key(fields_of_original, overridden_spacing_key) == overridden ||
+      !is_spacing_of(original, overridden))
+    return std::string(fields_of_original);
+  return lines_with(with_spacing(original, {distances_of(ours), common_unit(ours).name, true}),
+                    fields_of_original, {}, false);
+}
+
+std::string missing_of_voxel_size(const Geometry& geometry, bool needs_unit) {
+  if (!geometry.has_spacing && !geometry.has_directions) return "its voxel size is not stated";
+  std::string unknown;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (std::isnan(geometry.spacing[axis]))
+      unknown += (unknown.empty() ? "" : ", ") + std::string(1, "xyz"[axis]);
+  if (unknown == "z") return "the distance between its slices is not stated";
+  if (!unknown.empty()) return fmt::format("its spacing along {} is not stated", unknown);
+  return needs_unit && !has_unit(geometry) ? "its voxel size has no unit" : "";
+}
+
+}  // namespace tagrid
