@@ -323,9 +323,10 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   });
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
-      throw UsageError(
-          Sentence{"{}: its parts cannot be read in any order; give {}, a directory for a copy of it",
-                   {source->name(), Setting{"spool", "a spool"}}});
+      throw UsageError(Sentence{
+          "{}: estimate needs random access, which a pipe or a compressed or chunked file does not allow; "
+          "add {}, a directory for a temporary copy",
+          {source->name(), Setting{"spool", "a spool"}}});
     source = spooled(std::move(source), run.resources.spool);
   }
   const CodingParameters first =
