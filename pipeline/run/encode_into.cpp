@@ -45,10 +45,10 @@ std::optional<Reading> original_access(const EncodeRun& run, const VolumeSource&
 void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeResult& result) {
   if (run.verified || !keeps_files(run)) return;
   if (const std::string touched = files.touched(); !touched.empty())
-    result.warnings.push_back(touched +
-                              ": its metadata changed while it was read (ctime: a link, permissions, or a "
-                              "time that was set back); check "
-                              "the result with tagrid verify --against");
+    result.warnings.push_back(
+        touched +
+        ": its metadata changed while it was read (ctime: a link, permissions, or a time that was set back); "
+        "compare the .tag file with the original");
 }
 
 // Fails early if the output may not be written. A run that was interrupted just before its end may have

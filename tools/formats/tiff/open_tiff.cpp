@@ -15,6 +15,7 @@
 #include "io/text/text.h"
 #include "tools/formats/slice_files.h"
 #include "tools/formats/tiff/tiff_volumes.h"
+#include "tools/formats/words.h"
 
 namespace tagrid {
 namespace {
