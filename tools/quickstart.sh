@@ -33,3 +33,14 @@ awk -v raw="$raw" -v tag="$tag" 'BEGIN { printf "compression ratio %.2f (%d byte
 step "Building the programs for DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB; interrupt this if you need none of them"
 build
 step "Done: build/release/tagrid"
+cat <<'END'
+To call it tagrid, as the documents do:
+  export PATH="$PWD/build/release:$PATH"
+Not built, because it takes longer (docs/packages.md has packages of all):
+- the page of `tagrid view` (0.8 GB of packages):
+  tools/install_packages.sh page && web/build.sh
+- the Python module:
+  tools/install_packages.sh python
+  cmake --preset release -DTAGRID_PYTHON=ON && cmake --build --preset release
+  export PYTHONPATH="$PWD/build/release/python"
+END

@@ -65,7 +65,7 @@ extern "C" {
 #define TAGRID_VERSION_MINOR 0
 #define TAGRID_VERSION_PATCH 0
 
-/* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.1". */
+/* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.2". */
 TAGRID_API const char* tagrid_version(void);
 
 /* How a call ended. Values are never reused. */

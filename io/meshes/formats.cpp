@@ -47,11 +47,18 @@ const MeshFormat& format_of(const std::string& path, std::span<const MeshFormat>
 
 }  // namespace
 
+std::span<const MeshFormat> mesh_formats() { return std::span(formats).first(meshes); }
 std::span<const MeshFormat> surface_formats() { return std::span(formats).subspan(meshes); }
 
-const MeshFormat& mesh_format_of(const std::string& path) {
-  return format_of(path, std::span(formats).first(meshes), "mesh");
+bool is_named_as_one_of(std::span<const MeshFormat> known, std::string_view path) {
+  const std::string lower = lower_case(path);
+  for (const MeshFormat& format : known)
+    for (const std::string_view extension : format.extensions)
+      if (!extension.empty() && lower.ends_with(extension)) return true;
+  return false;
 }
+
+const MeshFormat& mesh_format_of(const std::string& path) { return format_of(path, mesh_formats(), "mesh"); }
 
 const MeshFormat& surface_format_of(const std::string& path) {
   return format_of(path, surface_formats(), "surface");

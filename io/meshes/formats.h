@@ -26,7 +26,11 @@ struct MeshFormat {
   std::uint64_t memory_of_writer = 0;
 };
 
+std::span<const MeshFormat> mesh_formats();
 std::span<const MeshFormat> surface_formats();
+
+/// True if the name of a file has an extension of one of `formats`, in any case.
+bool is_named_as_one_of(std::span<const MeshFormat> formats, std::string_view path);
 
 /// The format that the name of a file says; VTU for "-". Throws UsageError if it says none.
 const MeshFormat& mesh_format_of(const std::string& path);

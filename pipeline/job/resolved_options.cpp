@@ -19,22 +19,6 @@ namespace {
 // The field scale: this many voxels for the whole value range, so that active points do not depend on S.
 constexpr double voxels_per_range = 8;
 
-// The default does not depend on the data, so that files and pipes give the same bytes.
-std::pair<double, double> usual_range(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return {0, 256};
-    case SampleType::int8:
-      return {-128, 128};
-    case SampleType::uint16:
-      return {0, 4096};
-    case SampleType::int16:
-      return {-1024, 3072};
-    default:  // follows from the samples
-      return {0, 0};
-  }
-}
-
 void set_range(std::pair<double, double> range, CodingParameters& p) {
   const auto [low, high] = range;
   p.range_low = low;
@@ -163,6 +147,22 @@ std::vector<int> overviews_of(const EncodeOptions& options, const VolumeInfo& in
 }
 
 }  // namespace
+
+// It does not depend on the data, so that files and pipes give the same bytes.
+std::pair<double, double> usual_range(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return {0, 256};
+    case SampleType::int8:
+      return {-128, 128};
+    case SampleType::uint16:
+      return {0, 4096};
+    case SampleType::int16:
+      return {-1024, 3072};
+    default:
+      return {0, 0};
+  }
+}
 
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
   options.validate();

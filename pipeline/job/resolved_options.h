@@ -16,6 +16,10 @@ namespace tagrid {
 /// The edge of bricks in root cubes of this size, if none is given and nothing is transformed.
 constexpr int usual_brick_edge(int cube_size) { return std::max(2, 64 / cube_size); }
 
+/// The value range for which grids of integers of 8 and 16 bits are made, if no other is asked for. {0, 0} for other
+/// types, whose range follows from the samples.
+std::pair<double, double> usual_range(SampleType type);
+
 /// The options of an encoding, resolved for one volume before a sample is read. Two encodings are the same if
 /// these are: where a step of the samples is 1, errors of 0.9 and of 0.1 are both none.
 struct ResolvedOptions {

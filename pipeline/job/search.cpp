@@ -325,7 +325,7 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   search();
   if (best.step > 0) best = best_step(trials, type, goal, max_error, best.step, sampled);
   found.reason = rule.kind == ErrorRule::Kind::ratio ? fmt::format("for a ratio of {}", rule.value)
-                                                     : fmt::format("for {} bits a voxel", rule.value);
+                                                     : fmt::format("for {} bits per voxel", rule.value);
   if (best.transforms()) {
     found.max_error = bound_of_step(best, {}, type);
     found.step = best.step;
@@ -334,9 +334,10 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   found.max_error = sampled ? bounds.of_sample() : bounds.of_all();
   const double least = trials.of(found.max_error, 0, sampled).bits + besides;
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
-  require(least <= bits, {"{}: {} {} cannot be reached; the file takes about {} bits a voxel, a ratio of {}",
-                          {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
-                           fmt::format("{:.4g}", bits_of_sample / least)}});
+  require(least <= bits,
+          {"{}: {} {} cannot be reached; the file takes about {} bits per voxel, a ratio of {}",
+           {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
+            fmt::format("{:.4g}", bits_of_sample / least)}});
   return found;
 }
 

@@ -48,7 +48,7 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
   if (const std::string touched = files.touched(); !touched.empty())
     result.warnings.push_back(
         touched +
-        ": was linked, given other permissions, or changed with its time set back while it was being read; "
+        ": its metadata changed while it was read (ctime: a link, permissions, or a time that was set back); "
         "compare the .tag file with the original");
 }
 

@@ -4,6 +4,7 @@
 """
 
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -333,6 +334,22 @@ class DicomOdd(ReaderTest):
             self.encoded("s", says=f's: its slices may be of several scans: {attribute} is "{one}" in 0.dcm, and "{other}" in 2.dcm')
             self.save("s/2.dcm", data_set(truth[2], instance="1.2.3.2", position=(0, 0, 2), **{attribute: ""}))
             self.encodes((truth[:4] - 1024).astype("int16"), "s", what=f"without {attribute}")
+
+    def test_texts_are_those_of_pydicom(self):
+        self.save("a.dcm", data_set(volume()[0], ImageType=["ORIGINAL", "PRIMARY", "AXIAL"], PatientName="Doe^Jane",
+                                    SeriesDescription=r"a\b", ImageComments="two\r\nlines"))
+        stored = pydicom.dcmread(self.folder / "a.dcm")
+        for pairs in (self.encoded("a.dcm")[1]["source"]["pairs"], self.decoded_pairs()):
+            self.assertEqual(pairs["dicom_ImageType"], "\\".join(stored.ImageType))
+            self.assertEqual(pairs["dicom_PatientName"], str(stored.PatientName))
+
+    def decoded_pairs(self):
+        """Those of the NRRD file that decode writes, read by the rules of the format: \\\\ is a backslash, \\n ends a line."""
+        self.ok("encode", "a.dcm", "-fo", "pairs.tag")
+        self.ok("decode", "pairs.tag", "-fo", "pairs.nrrd")
+        header = (self.folder / "pairs.nrrd").read_bytes().split(b"\n\n")[0].decode()
+        pairs = dict(line.split(":=", 1) for line in header.split("\n") if ":=" in line)
+        return {key: re.sub(r"\\([n\\])", lambda m: {"n": "\n"}.get(m[1], m[1]), value) for key, value in pairs.items()}
 
     def test_images_whose_samples_are_no_slice_are_said(self):
         self.save("a.dcm", data_set(volume()[0], ImageType=["ORIGINAL", "PRIMARY", "M", "MOSAIC"]))

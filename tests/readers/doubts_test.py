@@ -185,25 +185,33 @@ class Doubts(ReaderTest):
         self.run_ok("encode", "a.nrrd", "-o", "a.tag")
         self.assertRegex(self.tagrid("info", "a.tag").stdout, r"\nphysical size +5 x 4.5 x 10.5 mm\n")
 
-    def test_a_grid_that_may_be_too_fine_is_warned_of(self):
+    def test_a_grid_that_may_be_too_fine_is_warned_of_where_a_mesh_is_asked_for(self):
         samples = (self.samples() * 16).astype("uint16")
-        warning = "the default range of uint16; it may be finer{} than you want"
-        # The voxels determine the grid of a lossless file, which is not larger for it.
-        self.assertIn(warning.format(""), self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag"))
-        bounded = self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--max-error", "5")
-        self.assertIn(warning.format(", and the file larger,"), bounded)
+        warning = (f"a.tag: samples span {samples.min()} to {samples.max()}, but the grid was made for 0 to 4096, the usual range of uint16: "
+                   "it may be finer than you want; encode with --range auto if it is")
+        for bound in ("0", "5"):
+            self.assertNotIn("range", self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f", "--max-error", bound))
+            for command in (("mesh", "-o", "a.vtu"), ("surface", "--iso", "20000", "-o", "a.ply"), ("preview", "-o", "a.png")):
+                self.assertIn(warning, self.run_ok(command[0], "a.tag", "-f", *command[1:]))
+        # Nothing but a grid is asked for.
+        self.assertIn("it may be finer than you want", self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--grid-only"))
+        self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto")
+        self.assertNotIn("range", self.run_ok("mesh", "a.tag", "-fo", "a.vtu"))
 
-    def test_a_grid_that_misses_a_mask_is_warned_of(self):
+    def test_a_grid_that_misses_a_mask_is_warned_of_where_a_mesh_is_asked_for(self):
         small = (self.samples() > 1500).astype("uint8")
         mask = numpy.kron(small, numpy.ones((4, 4, 4), "uint8"))
-        warning = "its samples span 1, but the grid was made for 256, the default range of uint8: meshes and surfaces will miss detail; give --range auto"
-        self.assertIn(warning, self.run_ok("encode", self.nrrd(samples=mask), "-o", "a.tag"))
-        for options in (("--range", "auto"), ("--range", "0:256"), ("--mesh-error", "1"), ("--grid", "derived"), ("-q",)):
-            self.assertNotIn("miss detail", self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", *options))
-        for samples in (mask * 20, mask * 0 + 3):
-            self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f"))
-        self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=small), "-o", "a.tag", "-f"),
-                         "nobody makes a mesh of it")
+        warning = ("a.tag: samples span 0 to 1, but the grid was made for 0 to 256, the usual range of uint8: it misses detail; "
+                   "encode with --range auto to follow it")
+        self.assertNotIn("range", self.run_ok("encode", self.nrrd(samples=mask), "-o", "a.tag"))
+        self.assertIn(warning, self.run_ok("mesh", "a.tag", "-o", "a.vtu"))
+        self.assertNotIn("detail", self.run_ok("mesh", "a.tag", "-qfo", "a.vtu"))
+        for options in (("--range", "auto"), ("--mesh-error", "1")):
+            self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", *options)
+            self.assertNotIn("detail", self.run_ok("mesh", "a.tag", "-fo", "a.vtu"))
+        for samples in (mask * 20, mask * 0 + 3, small):
+            self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f")
+            self.assertNotIn("detail", self.run_ok("mesh", "a.tag", "-fo", "a.vtu"))
 
     def test_metaimage_without_a_place_lies_where_itk_puts_it(self):
         samples = self.samples("uint8", 200)

@@ -192,6 +192,22 @@ class Tiff(ReaderTest):
         for t, c in itertools.product(range(2), range(2)):
             self.encodes(hyper[t, :, c], name, "--series", f"c{c + 1}t{t + 1}")
 
+    def test_image_js_channels_or_frames_of_one_slice_are_slices_if_they_are_many(self):
+        truth = volume("uint16", (20, 9, 11))
+        for axis, what in (("C", "channels"), ("T", "frames")):
+            name = self.write("a.tif", truth, imagej=True, metadata={"axes": axis + "YX", "spacing": 1.5, "unit": "mm"}, resolution=(4, 2))
+            with tifffile.TiffFile(self.folder / name) as file:
+                self.assertEqual(file.imagej_metadata[what], 20)
+            info = self.encodes(truth, name)
+            self.assertEqual((info["dims"], info["volumes"], info["geometry"]["spacing"]), ([11, 9, 20], 1, [0.25, 0.5, 1.5]))
+            run = self.tagrid("encode", name, "-o", "said.tag", "-f")
+            self.assertIn(f"ImageJ's description says 20 {what} of one slice; they are read as 20 slices of one volume", run.stderr)
+        # Few of them, or those of several slices, are what they are called.
+        self.write("a.tif", truth[:8], imagej=True, metadata={"axes": "CYX"})
+        self.assert_refused(64, "holds 8 volumes", "encode", "a.tif")
+        self.write("a.tif", truth.reshape(2, 10, 9, 11), imagej=True, metadata={"axes": "ZCYX"})
+        self.assert_refused(64, "holds 10 volumes", "encode", "a.tif")
+
     @unittest.skipIf(Image is None, "there is no Pillow on this machine (python3-pil)")
     def test_packed_samples_are_those_of_pillow(self):
         for bits, type in ((1, "uint8"), (2, "uint8"), (4, "uint8"), (12, "uint16"), (5, "uint8"), (15, "uint16")):

@@ -19,10 +19,11 @@
 #include "tools/archive/removal_pass.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 
-TAGRID_MEMBERS(ManifestLine, number, input, output, options)
+TAGRID_MEMBERS(ManifestLine, number, name, input, output, options)
 TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, spool)
 TAGRID_MEMBERS(ConversionOptions, output_dir, overwrite, skip_done, trust_description, run)
 
@@ -43,6 +44,8 @@ class LineRecord {
               {"version", TAGRID_VERSION},
               {"options", json_of(line.options)}}) {
     for (const char* key : output_keys) json[key] = nullptr;
+    json["compared"] = false;
+    json["warnings"] = ordered_json::array();
     json["sequence"] = sequence;
     json["seconds"] = json["finished"] = nullptr;
   }
@@ -62,7 +65,7 @@ class LineRecord {
     // Since 1970.
     json["finished"] =
         std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-    return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    return written_json(json);
   }
 
   ordered_json json;  ///< The results for the line are added here.
@@ -74,10 +77,21 @@ class LineRecord {
   Clock::time_point begin_ = Clock::now();
 };
 
+/// The bytes of the samples of a volume, as far as its record describes them.
+std::uint64_t sample_bytes_in(const ordered_json& record) {
+  const ordered_json &dims = record.at("dims"), &type = record.at("type");
+  if (dims.is_null() || type.is_null()) return 0;
+  const Index3 size{dims.at(0).get<std::int64_t>(), dims.at(1).get<std::int64_t>(),
+                    dims.at(2).get<std::int64_t>()};
+  const auto known = sample_type_named(type.get<std::string>());
+  return known ? sample_bytes(size, *known).value_or(0) : 0;
+}
+
 /// Collects the results of all lines, in one process.
 struct ConversionAccount {
   const RunOptions& run;
   LineFile& results;
+  ListMeter& meter;
   ConversionSums sums = {};
 
   /// Counts a line by its last record, and reports its result.
@@ -89,6 +103,10 @@ struct ConversionAccount {
        : status == "skipped" ? sums.skipped
        : status == "removed" ? sums.removed
                              : sums.failed);
+    if (json.at("compared").get<bool>()) ++sums.compared;
+    meter.end_volume(status == "ok" || status == "removed" ? sample_bytes_in(json) : 0);
+    for (const ordered_json& warning : json.at("warnings"))
+      warn(run, name_of_text(warning.get<std::string>()));
     if (status == "ok" || status == "removed") {
       sums.bytes_in += json.at("bytes_in").get<std::uint64_t>();
       sums.bytes_out += json.at("bytes_out").get<std::uint64_t>();
@@ -151,19 +169,20 @@ void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
   if (lines.size() > most) warn(run, "{} more lines are not records", lines.size() - most);
 }
 
-/// Collective. `account` is that of rank 0; for other ranks it is null.
-void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
+/// Collective. `account` is that of rank 0; for other ranks it is null. `meter` shows the lines of this rank.
+void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, ConversionAccount* account) {
   require_shared_folder(ranks, order.options.output_dir);
   std::unique_ptr<KnownOutputs> known;
   // Every rank reads the records before any rank writes to them.
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
-  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop};
+  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop, meter};
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
     LineRecord record(line, known->next_sequence(line.output));
+    meter.begin_volume(line.name);
     try {
       encode_line(pass, line, record.json);
     } catch (const std::exception&) {
@@ -191,8 +210,9 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
                             const ConversionOptions& options, LineFile& results) {
   const ConversionOrder order{lines, options};
   send_order(ranks, packed_order(order));
-  ConversionAccount account{options.run, results};
-  share_lines(ranks, order, &account);
+  ListMeter meter(options.run.progress, options.run.quiet, lines.size());
+  ConversionAccount account{options.run, results, meter};
+  share_lines(ranks, order, meter, &account);
   return account.sums;
 }
 
@@ -200,8 +220,9 @@ void obey_conversion(Ranks& ranks, const Bytes& bytes) {
   auto order = unpacked_order<ConversionOrder>(bytes);
   if (order.options.run.memory) give_back_freed_memory(*order.options.run.memory);
   order.options.run.progress = ProgressStyle::none;
+  ListMeter meter(ProgressStyle::none, true, order.lines.size());
   try {
-    share_lines(ranks, order, nullptr);
+    share_lines(ranks, order, meter, nullptr);
   } catch (const std::exception&) {
     // Rank 0 receives the failure, too.
   }
@@ -212,10 +233,12 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
                                 LineFile& results) {
   const KnownOutputs known(options.output_dir);
   warn_of_unreadable(options.run, known);
-  const RemovalPass removal(all, options, options.run.resources(ranks), known);
-  ConversionAccount account{options.run, results};
+  ListMeter meter(options.run.progress, options.run.quiet, lines.size());
+  const RemovalPass removal(all, options, options.run.resources(ranks), known, meter);
+  ConversionAccount account{options.run, results, meter};
   for (const ManifestLine& line : lines) {
     LineRecord record(line, known.next_sequence(line.output));
+    meter.begin_volume(line.name);
     std::vector<std::string> originals;
     try {
       originals = removal.verified(line, record.json);

@@ -33,12 +33,20 @@ namespace {
 using nlohmann::ordered_json;
 
 struct Volume {
-  std::string input, output;
+  std::string name, input, output;
   Encoding asked;
   std::vector<InputFile> files;
   bool headerless = false;
   std::unique_ptr<UnchangedFiles> watched;  ///< the same files
 };
+
+/// Adds a warning to the record, with the name of the volume in the list.
+void add_warning(const Volume& volume, std::string_view warning, ordered_json& record) {
+  if (warning.empty()) return;
+  const std::string input = volume.input + ": ";
+  if (warning.starts_with(input)) warning.remove_prefix(input.size());
+  record["warnings"].push_back(text_of_name(fmt::format("{}: {}", volume.name, warning)));
+}
 
 /// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const Volume& volume, const TagHeader& header, const TagIndex& index, std::uint64_t bytes_out,
@@ -124,11 +132,10 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
   if (!is_regular_output(volume.output))
     throw UsageError(volume.output + ": exists and is not a regular file");
   const SourceDescription& source = volume.asked.source;
-  if (source.raw) warn_of_description(run, volume.input, *source.raw);
-  ProgressMeter meter(run.progress, run.quiet, std::filesystem::path(volume.input).filename().string(), 1);
+  if (source.raw) add_warning(volume, doubt_of_description(volume.input, *source.raw), record);
   const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
     if (pass.stop) throw Stopped();
-    meter.update(done, total);
+    pass.meter.update(done, total);
   };
   Ranks alone;
   FinishedEncode encoded = encode_volume(alone, {.input = volume.input,
@@ -149,8 +156,9 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
   volume.watched->require();
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
-  warn_of_encoding(run, volume.input, volume.asked.options, result);
-  if (!result.reason_of_bound.empty() && !run.quiet) say("{}: {}", volume.input, result.reason_of_bound);
+  for (const std::string& warning : warnings_of_encoding(volume.input, volume.asked.options, result))
+    add_warning(volume, warning, record);
+  if (!result.reason_of_bound.empty() && !run.quiet) say("{}: {}", volume.name, result.reason_of_bound);
   describe(volume, result.header, result.index, result.file_bytes, result.lossy_source,
            why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
            output_checksum, record);
@@ -174,8 +182,8 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
         {.input = volume.output, .original = volume.input, .source = source, .resources = pass.resources});
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
-    const auto share = file.parity() ? std::optional(file.parity()->share) : std::nullopt;
-    if (share != volume.asked.options.parity ||
+    const std::uint32_t share = file.parity() ? file.parity()->share : 0;
+    if (share != volume.asked.options.parity.value_or(0) ||
         keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
     if (keeps_files)
@@ -189,6 +197,7 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
              text_of_key(original->info().nrrd_fields, lossy_source_key),
              why_not_restorable(why_lost, header.parameters),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
+    record["compared"] = true;
   } catch (const BrokenInput& broken) {
     if (was_removed) throw only_copy(volume, words_of(broken));
     throw usage_error("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
@@ -200,7 +209,8 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
 
 void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_json& record) {
   const ConversionOptions& options = pass.options;
-  Volume volume{line.input,
+  Volume volume{line.name,
+                line.input,
                 (std::filesystem::path(options.output_dir) / line.output).string(),
                 encoding_of(line.options, options.run),
                 {},

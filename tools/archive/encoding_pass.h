@@ -15,6 +15,7 @@ struct EncodingPass {
   const Resources resources;
   const KnownOutputs& known;
   const std::atomic<bool>& stop;  ///< If it becomes true, no result is needed: encode_line() throws Stopped.
+  ListMeter& meter;
 };
 
 /// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips this

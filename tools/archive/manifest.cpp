@@ -107,6 +107,7 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
     throw usage_error("{}: is not the name of a file or a directory", columns[0]);
+  line.name = listed;
   line.input = absolute_name(path);
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
@@ -127,6 +128,7 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
       line.output = output_called(value);
     else
       line.options[name] = value;
+    if (name == "series" || name == "dataset") line.name += fmt::format(" ({}={})", name, value);
   }
   // A directory may have dots in its name.
   const bool has_suffix = !is_folder(path);

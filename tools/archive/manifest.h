@@ -12,9 +12,10 @@ namespace tagrid {
 
 struct ManifestLine {
   std::size_t number = 0;  ///< in the file, from 1
-  std::string input;       ///< absolute
-  std::string output;      ///< its path below the directory of the outputs: STEM.tag, or as requested
-  OptionTexts options;     ///< those for all lines, overridden by those of this line
+  std::string name;     ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
+  std::string input;    ///< absolute
+  std::string output;   ///< its path below the directory of the outputs: STEM.tag, or as requested
+  OptionTexts options;  ///< those for all lines, overridden by those of this line
 };
 
 /// Reads the manifest at `path`, or from standard input for "-". Empty lines and lines that begin with '#'

@@ -55,8 +55,8 @@ std::string beginning_of_file(const std::string& path) {
 }  // namespace
 
 RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
-                         Resources resources, const KnownOutputs& known)
-    : options_(options), resources_(std::move(resources)), known_(known) {
+                         Resources resources, const KnownOutputs& known, ListMeter& meter)
+    : options_(options), resources_(std::move(resources)), known_(known), meter_(meter) {
   for (const ManifestLine& line : lines) count_files(line);
 }
 
@@ -195,17 +195,17 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
       {max_error, known.headerless, options_.trust_description, why_not_understood(volume->facts())},
       "it is kept");
   require_files_come_back(line.input, volume->facts(), !was.options.strip, "it is kept");
-  ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
                       ": has changed since it was encoded; it is kept; --skip-done -f encodes it again");
   Ranks alone;
-  const VerifyResult found = verify_file(alone, {.input = output,
-                                                 .original = line.input,
-                                                 .source = source,
-                                                 .resources = resources_,
-                                                 .progress = meter.progress()});
+  const VerifyResult found = verify_file(
+      alone, {.input = output,
+              .original = line.input,
+              .source = source,
+              .resources = resources_,
+              .progress = [&](std::uint64_t done, std::uint64_t total) { meter_.update(done, total); }});
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
     throw usage_error("{}: {}; it is kept", line.input, lost);
   require_kept_files(line, *volume);

@@ -13,9 +13,9 @@ namespace tagrid {
 
 class RemovalPass {
  public:
-  /// `lines` are all lines of the manifest. `options` and `known` must outlive the pass.
+  /// `lines` are all lines of the manifest. `options`, `known` and `meter` must outlive the pass.
   RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
-              const KnownOutputs& known);
+              const KnownOutputs& known, ListMeter& meter);
 
   /// Verifies the output of `line` once more. Returns the files of the original, which may then be removed;
   /// none if there is nothing to do. Completes `record`. Throws if the original must be kept.
@@ -39,6 +39,7 @@ class RemovalPass {
   const ConversionOptions& options_;
   Resources resources_;
   const KnownOutputs& known_;
+  ListMeter& meter_;
   std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
   std::vector<UnknownFiles> unknown_;
 };

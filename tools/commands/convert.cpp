@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <sys/stat.h>
-#include <filesystem>
+#include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -84,6 +85,7 @@ struct ConvertCommand {
                        {"results", results.name()},
                        {"files", sums.files},
                        {"ok", sums.ok},
+                       {"compared", sums.compared},
                        {"skipped", sums.skipped},
                        {"removed", sums.removed},
                        {"failed", sums.failed},
@@ -126,6 +128,9 @@ struct ConvertCommand {
   // Writes a list for --manifest to the standard output.
   void list_volumes() const {
     std::size_t count = 0, broken = 0, passed_over = 0;
+    // A list in a file has names as they are; a terminal must not act on them.
+    const bool is_shown = isatty(STDOUT_FILENO) != 0;
+    const auto print = [&](const std::string& name) { fmt::print("{}", is_shown ? printable(name) : name); };
     find_volumes(find, encoding.source, options.run, [&](const FoundVolume& volume) {
       std::string text = volume.text;
       for (char& c : text)
@@ -133,18 +138,24 @@ struct ConvertCommand {
       switch (volume.kind) {
         case FoundVolume::Kind::broken:
           ++broken;
-          fmt::print("# not listed: {}\n", text);
+          fmt::print("# not listed: {}\n", printable(text));
           return warn(options.run, text);
         case FoundVolume::Kind::passed_over:
           passed_over += volume.files;
-          return fmt::print("# passed over: {}\n", text);
+          return fmt::print("# passed over: {}\n", printable(text));
         case FoundVolume::Kind::volume:
           break;
       }
       ++count;
-      fmt::print("# {}\n{}", text, volume.path);
-      for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
-      fmt::print("\toutput={}\n", volume.output);
+      fmt::print("# {}\n", printable(text));
+      print(volume.path);
+      for (const auto& [name, value] : volume.options) {
+        fmt::print("\t{}=", name);
+        print(value);
+      }
+      fmt::print("\toutput=");
+      print(volume.output);
+      fmt::print("\n");
       std::fflush(stdout);
     });
     if (options.run.quiet) return;
@@ -172,7 +183,8 @@ struct ConvertCommand {
     const auto add = [&](std::size_t count, const char* what) {
       if (count > 0) text += fmt::format(", {} {}", count, what);
     };
-    add(sums.ok, "encoded");
+    add(sums.ok - sums.compared, "encoded");
+    add(sums.compared, "already there and compared");
     add(sums.removed, "removed");
     add(sums.skipped, "skipped");
     add(sums.failed, wrong);

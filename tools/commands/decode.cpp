@@ -62,12 +62,12 @@ struct DecodeCommand {
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
     refuse_contradictions();
-    const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
-    if (remove) require_replaceable_tag(input, path, {chosen, wanted, vdb, numbers()});
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     if (chosen.create != nullptr && path != "-") remove_abandoned_folders({path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
+    const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
+    if (remove) require_replaceable_tag(input, path, {chosen, wanted, vdb, numbers()});
 
     FinishedDecode decoded = decode(ranks, path, chosen, wanted);
     const DecodeResult& result = decoded.result;
@@ -135,10 +135,10 @@ struct DecodeCommand {
       warn(run, "{}: has {} of a newer version of tagrid, which the output lacks", shown_input(input),
            counted(static_cast<std::uint64_t>(unknown), "member"));
     for (const std::string& lost : losses(chosen, written)) warn(run, "{}: {}", name, lost);
+    if (run.shows_times())
+      for (const std::string& line : times_summary(result.header)) say_line(line);
+    if (run.says_result()) say_line(summary(result));
     if (run.is_verbose()) {
-      if (run.shows_times())
-        for (const std::string& line : times_summary(result.header)) say_line(line);
-      say_line(summary(result));
       say_line(memory_summary(result.memory));
       if (const std::string lost = lost_attributes(chosen, written); !lost.empty()) say("{}: {}", name, lost);
     }

@@ -50,14 +50,14 @@ struct EncodeCommand {
       throw UsageError(
           "--trust-description: has an effect only together with --rm; give --rm, or leave it out");
     if (resume) require_resumable(path);
-    std::vector<std::string> removed_after;
-    if (remove) removed_after = files_to_remove(asked, path);
     remove_abandoned(run, {input}, {path});
     // If the run continues an earlier one, its report may exist already.
     const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
     RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
+    std::vector<std::string> removed_after;
+    if (remove) removed_after = files_to_remove(asked, path);
     if (!resume) warn_of_record(path);
-    if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
+    if (asked.source.raw) warn(run, doubt_of_description(input, *asked.source.raw));
 
     const bool has_parity_beside =
         output.overwrite && is_regular_output(path) && is_regular_input(parity_beside(path));
@@ -73,14 +73,14 @@ struct EncodeCommand {
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
     report.write(figures, encoded);
-    warn_of_encoding(run, input, asked.options, result);
+    for (const std::string& warning : warnings_of_encoding(input, asked.options, result)) warn(run, warning);
     if (has_parity_beside)
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
+    if (run.shows_times())
+      for (const std::string& line : times_summary(result.header)) say_line(line);
+    if (run.says_result()) say_line(summary(result));
     if (run.is_verbose()) {
-      if (run.shows_times())
-        for (const std::string& line : times_summary(result.header)) say_line(line);
-      say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
         say("{}: the files cannot be restored byte for byte: {}", shown_input(input),

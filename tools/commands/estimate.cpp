@@ -53,7 +53,7 @@ struct EstimateCommand {
       request.rules.push_back({Kind::ratio, ratio});
     for (const double b : numbers_option("--bits", bits)) request.rules.push_back({Kind::bits, b});
     RunReport report(run.json, run.thread_count(), overwrite, "estimate", input, "");
-    if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
+    if (asked.source.raw) warn(run, doubt_of_description(input, *asked.source.raw));
     const EstimateResult result = estimate(request);
     if (!result.doubt_of_noise.empty()) warn(run, "{}: {}", shown_input(input), result.doubt_of_noise);
     for (const UsageError& error : result.out_of_reach) warn(run, "{}", words_of(error));
@@ -171,7 +171,7 @@ Action add_estimate_command(CLI::App& app) {
   add_text_option(*command, "--ratio", state->ratios, "R,R,...",
                   "Ratios to reach with the best PSNR, such as 10,40");
   add_text_option(*command, "--bits", state->bits, "B,B,...",
-                  "Bits a voxel to keep with the best PSNR, such as 0.5,1");
+                  "Bits per voxel to keep with the best PSNR, such as 0.5,1");
   add_encoding_options(*command, state->encoding,
                        {"max-error", "relative-error", "psnr", "ratio", "bits", "parity"});
   add_report_options(*command, state->run, state->overwrite);

@@ -12,6 +12,7 @@
 #include "io/sandbox/sandbox.h"
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {
@@ -75,14 +76,13 @@ std::vector<KnownFormat> known_formats() {
 }
 
 Json json_of(const KnownFormat& format) {
-  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
-  return {{"name", format.name},
-          {"help", format.help},
+  return {{"name", json_text(format.name)},
+          {"help", json_text(format.help)},
           {"reads", format.reads},
           {"writes", format.writes},
-          {"program", text_or_null(printable(format.reader))},
-          {"writer", text_or_null(printable(format.writer))},
-          {"missing", text_or_null(fmt::format("{}", fmt::join(format.missing, " ")))}};
+          {"program", json_text_or_null(format.reader)},
+          {"writer", json_text_or_null(format.writer)},
+          {"missing", json_text_or_null(fmt::format("{}", fmt::join(format.missing, " ")))}};
 }
 
 std::string where(const KnownFormat& format) {
@@ -104,7 +104,7 @@ struct FormatsCommand {
       Json json = {{"formats", Json::array()}};
       for (const KnownFormat& format : list) json["formats"].push_back(json_of(format));
       json["sandbox"] = sandbox_in_words();
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}\n", written_json(json, 2));
       return;
     }
     const auto described = [](const KnownFormat& format) {

@@ -48,8 +48,8 @@ struct GridCommand {
     require_tag_input(input);
     refuse_terminal(ranks, path, form.plural);
     remove_abandoned(run, {input}, {path});
-    const std::int64_t number = chosen_volume(input, volume, run);
     RunReport report(run.json, run.thread_count(), output.overwrite, form.name, input, path);
+    const std::int64_t number = chosen_volume(input, volume, run);
     Finished<Result> written = [&] {
       ProgressMeter meter(run.progress, run.quiet, fmt::format("writing the {}", form.name), 1);
       return write_form({input, number, path, options, run.resources(ranks), meter.progress()});
@@ -59,6 +59,8 @@ struct GridCommand {
     add_settings(written.result, figures.settings);
     report.write(figures, written);
     for (const std::string& warning : result.warnings) warn(run, warning);
+    if (const std::string doubt = doubt_of_range(result.header, result.index.total); !doubt.empty())
+      warn(run, "{}: {}", shown_input(input), doubt);
     if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
       warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
@@ -67,11 +69,10 @@ struct GridCommand {
     return std::move(written.result);
   }
 
-  /// With -v, says how much was written, and in which coordinates.
+  /// Says how much was written, and with -v in which coordinates.
   void tell_size(const std::string& counts, const TagHeader& header) const {
-    if (!run.is_verbose()) return;
-    say_line(counts);
-    say_line("coordinates: " + coordinates_text(header));
+    if (run.says_result()) say_line(counts);
+    if (run.is_verbose()) say_line("coordinates: " + coordinates_text(header));
   }
 };
 

@@ -8,6 +8,7 @@
 #include "tools/options/shared_options.h"
 #include "tools/report/damage.h"
 #include "tools/report/info.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 
@@ -38,7 +39,7 @@ Action add_info_command(CLI::App& app) {
     with_repair_advice(state->input, [&] {
       const TagSummary file = state->summary(ranks);
       if (state->json)
-        fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));
+        fmt::print("{}\n", written_json(info_json(file, !state->no_levels), 2));
       else
         fmt::print("{}", info_text(file, !state->no_levels));
     });

@@ -8,6 +8,7 @@
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
+#include "io/meshes/formats.h"
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
@@ -18,6 +19,9 @@ namespace {
 
 struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   void execute(const Ranks& ranks) {
+    if (is_named_as_one_of(surface_formats(), output.path))
+      throw usage_error("{}: is the name of a surface, and a mesh has tetrahedra; use tagrid surface --iso V",
+                        output.path);
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
     const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {

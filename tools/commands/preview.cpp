@@ -67,6 +67,8 @@ struct PreviewCommand {
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);
     report.write(figures_with(content, shown, file, png.position()), png);
+    if (const std::string doubt = doubt_of_range(file.header(), file.index().total); !doubt.empty())
+      warn(run, "{}: {}", shown_input(input), doubt);
     if (run.is_verbose()) {
       say("{} of {} bricks were read", content.bricks, file.count());
       say_line(memory_summary(content.memory));

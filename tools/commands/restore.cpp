@@ -126,9 +126,9 @@ struct RestoreCommand {
       warn(run, "{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,
            named(files, [](const EnvelopeFile& file) { return !file.slices.empty(); }),
            error_text(result.index.total.max_error, result.header));
-    if (!run.is_verbose()) return;
-    for (const EnvelopeFile& file : files) say("{}/{}: {} bytes", output.path, file.name, file.size);
-    if (is_exact && compression.empty())
+    if (run.is_verbose())
+      for (const EnvelopeFile& file : files) say("{}/{}: {} bytes", output.path, file.name, file.size);
+    if (run.says_result() && is_exact && compression.empty())
       say("{} restored, byte for byte: all checksums agree", counted(files.size(), "file"));
   }
 };

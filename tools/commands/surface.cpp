@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "io/formats/nrrd/rescale.h"
+#include "io/meshes/formats.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
 #include "tools/report/damage.h"
@@ -17,6 +18,10 @@ namespace {
 
 struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
   void execute(const Ranks& ranks) {
+    if (is_named_as_one_of(mesh_formats(), output.path))
+      throw usage_error(
+          "{}: is the name of a mesh of tetrahedra, and a surface has triangles; use tagrid mesh",
+          output.path);
     options.area = !run.json.empty();
     const auto add_settings = [this](const SurfaceResult& result, nlohmann::ordered_json& settings) {
       settings["iso"] = options.iso;

@@ -125,10 +125,13 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
         name, word, word);
   if (command.get_option_no_throw("INPUT") == nullptr)
     return fmt::format("{}: {}: one argument too many; see {}", name, word, help);
-  const char* several = name == "encode" ? "for several inputs use tagrid convert or a shell loop"
-                                         : "for several inputs use a shell loop";
+  const std::string several = name == "encode" || name == "estimate"
+                                  ? "if these are the slices of one volume, give their directory instead; to "
+                                    "encode several volumes, use "
+                                    "tagrid convert"
+                                  : "for several inputs, use a shell loop";
   return fmt::format(
-      "{}: {}: one argument too many: only one input is accepted; {}, and quote a name that contains spaces",
+      "{}: {}: one argument too many: only one input is accepted; {}; quote a name that contains spaces",
       name, word, several);
 }
 

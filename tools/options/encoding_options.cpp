@@ -14,6 +14,7 @@
 #include "tools/options/command_line.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {
@@ -86,64 +87,43 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
                      counted(likelier.sample_bytes, "byte"), as_given);
 }
 
-void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                   const EncodeResult& result) {
-  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
-  constexpr double far_more = 4, far_less = 1.0 / 64;
-  constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
-  const CodingParameters& p = result.header.parameters;
-  // Wide types take their range from the data.
-  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.counts_points())
-    return;
-  const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
-  const double span = high - low, made_for = p.range_high - p.range_low;
-  const std::string name = shown_input(input);
-  if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
-    return warn(run,
-                "{}: its samples span {}, but the grid was made for {}, the default range of {}: meshes and "
-                "surfaces will miss detail; give --range {}",
-                name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto");
-  if (!(span > far_more * made_for)) return;
-  warn(run,
-       "{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the default range of {}; "
-       "it may be finer{} than you want; {}--range lo:hi sets the span that matters",
-       name, low, high, p.range_low, p.range_high, name_of(p.type),
-       p.implies_grid() ? "" : ", and the file larger,",
-       input == "-" ? "" : "--range auto takes the span of the samples, ");
-}
-
 // Errors of integers are integers. Where a slope is known, EncodeResult::reason_of_bound says what is kept.
-void warn_of_rounded_bounds(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                            const EncodeResult& result) {
+std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const EncodeResult& result) {
   const CodingParameters& p = result.header.parameters;
-  if (is_float_type(p.type) || std::abs(rescale_of_bounds(result.header.nrrd_fields).slope) != 1) return;
+  std::vector<std::string> warnings;
+  if (is_float_type(p.type) || std::abs(rescale_of_bounds(result.header.nrrd_fields).slope) != 1)
+    return warnings;
   for (const auto& [bound, given] : {std::pair(&setting::max_error, asked.max_error),
                                      {&setting::surface_error, asked.surface_error},
                                      {&setting::mesh_error, asked.mesh_error}}) {
     if (!given || *given == kept_bound(*given, p.type)) continue;
     const bool is_lossless = bound == &setting::max_error && p.is_exact();
-    warn(run, "{}: --{} {}: samples are integers, so this is {}{}", shown_input(input), bound->name, *given,
-         kept_bound(*given, p.type), is_lossless ? " (lossless)" : "");
+    warnings.push_back(fmt::format("--{} {}: samples are integers, so this is {}{}", bound->name, *given,
+                                   kept_bound(*given, p.type), is_lossless ? " (lossless)" : ""));
   }
+  return warnings;
 }
 
-void warn_of_voxel_size(const RunOptions& run, const std::string& input, const EncodeResult& result) {
+// What is missing of the distances between samples, and how to give it; "" if nothing is.
+std::string doubt_of_voxel_size(const EncodeResult& result) {
+  if (result.missing_of_voxel_size.empty()) return "";
   const Geometry geometry = geometry_of(result.header.nrrd_fields);
-  if (result.missing_of_voxel_size.empty()) return;
   const bool lacks_unit = geometry.has_spacing && !has_unknown_spacing(geometry);
-  warn(run, "{}: {}; {}give it with --spacing, such as --spacing {}", shown_input(input),
-       result.missing_of_voxel_size, lacks_unit ? "" : "meshes and other programs take it for 1; ",
-       lacks_unit ? fmt::format("{},{},{}um", geometry.spacing[0], geometry.spacing[1], geometry.spacing[2])
-                  : "10um");
+  return fmt::format(
+      "{}; {}give it with --spacing, such as --spacing {}", result.missing_of_voxel_size,
+      lacks_unit ? "" : "meshes and other programs take it for 1; ",
+      lacks_unit ? fmt::format("{},{},{}um", geometry.spacing[0], geometry.spacing[1], geometry.spacing[2])
+                 : "10um");
 }
 
-void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
-  if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
+std::string doubt_of_lossy_source(const EncodeResult& result) {
+  if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return "";
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
-  warn(run,
-       "{}: the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep "
-       "the source instead, or give a bound with --max-error",
-       shown_input(input), printable(result.lossy_source), 100 * more, more < 0.1 ? 1 : 0);
+  return fmt::format(
+      "the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep the "
+      "source "
+      "instead, or give a bound with --max-error",
+      result.lossy_source, 100 * more, more < 0.1 ? 1 : 0);
 }
 
 }  // namespace
@@ -228,17 +208,17 @@ Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
   return encoding;
 }
 
-void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
-  if (run.quiet || is_folder(input)) return;
+std::string doubt_of_description(const std::string& input, const RawDescription& description) {
+  if (is_folder(input)) return "";
   // If samples are misread, no order of dims looks better than another.
   if (const auto reading = likelier_reading(input, description))
-    return warn(run, input + ": " + doubt(description, *reading));
+    return input + ": " + doubt(description, *reading);
   const auto likelier = likelier_dims(input, description);
-  if (!likelier) return;
+  if (!likelier) return "";
   const Index3 &given = description.dims, &other = *likelier;
-  warn(run,
-       "{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order (x is the fastest)",
-       input, other.x, other.y, other.z, given.x, given.y, given.z);
+  return fmt::format(
+      "{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order (x is the fastest)",
+      input, other.x, other.y, other.z, given.x, given.y, given.z);
 }
 
 std::string lost_structure(const TagHeader& header, const Statistics& total) {
@@ -250,15 +230,19 @@ std::string lost_structure(const TagHeader& header, const Statistics& total) {
       bound);
 }
 
-void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                      const EncodeResult& result) {
-  for (const std::string& warning : result.warnings) warn(run, warning);
-  warn_of_voxel_size(run, input, result);
-  warn_of_rounded_bounds(run, input, asked, result);
-  warn_of_range(run, input, asked, result);
-  warn_of_lossy_source(run, input, result);
-  if (const std::string lost = lost_structure(result.header, result.index.total); !lost.empty())
-    warn(run, "{}: {}", shown_input(input), lost);
+std::vector<std::string> warnings_of_encoding(const std::string& input, const EncodeOptions& asked,
+                                              const EncodeResult& result) {
+  std::vector<std::string> warnings = result.warnings;
+  const auto add = [&](const std::string& warning) {
+    if (!warning.empty()) warnings.push_back(fmt::format("{}: {}", shown_input(input), warning));
+  };
+  add(doubt_of_voxel_size(result));
+  for (const std::string& warning : rounded_bounds(asked, result)) add(warning);
+  // Other files have a grid as well, but few users ask for a mesh: that command warns.
+  if (result.header.parameters.mode == FileMode::grid) add(doubt_of_range(result.header, result.index.total));
+  add(doubt_of_lossy_source(result));
+  add(lost_structure(result.header, result.index.total));
+  return warnings;
 }
 
 }  // namespace tagrid

@@ -100,17 +100,17 @@ Index3 dims_option(const std::string& dims);
 /// The type that --type names. Throws UsageError that lists the types.
 SampleType sample_type_option(const std::string& name);
 
-/// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
-void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
+/// A warning if the type, the byte order, or the order of the dims of a headerless file is probably wrong; "" otherwise.
+std::string doubt_of_description(const std::string& input, const RawDescription& description);
 
 /// Says that the bound of an encoding is not below the range of the original samples, so that even a mask may be lost.
 /// "" if it is, or if no sample has changed.
 std::string lost_structure(const TagHeader& header, const Statistics& total);
 
-/// Gives the warnings of an encoding. Also warns if a bound was rounded down to an integer, if the grid was made
-/// for the usual range of a type, but the samples span far more, and if the source was compressed with loss, and
-/// the .tag file is larger.
-void warn_of_encoding(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
-                      const EncodeResult& result);
+/// All warnings of an encoding: those of the source; if a bound was rounded down to an integer; if the grid does not fit
+/// the range of the samples, and a grid was asked for; and if the source was compressed with loss, and the .tag file is
+/// larger.
+std::vector<std::string> warnings_of_encoding(const std::string& input, const EncodeOptions& asked,
+                                              const EncodeResult& result);
 
 }  // namespace tagrid

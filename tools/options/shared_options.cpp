@@ -83,7 +83,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command
       .add_option_function<std::string>("--progress", set,
                                         "How to show progress: auto (a bar on a terminal, nothing "
-                                        "elsewhere), bar, plain (a line per minute) or none")
+                                        "elsewhere), bar, plain (a line every 30 seconds) or none")
       ->check(one_of(styles))
       ->option_text("auto|bar|plain|none");
 }
@@ -91,6 +91,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
 void RunOptions::obey_memory_limit() const {
   if (memory) give_back_freed_memory(*memory);
 }
+
+bool RunOptions::says_result() const { return is_verbose() || (!quiet && isatty(STDERR_FILENO) != 0); }
 
 bool RunOptions::is_watched() const {
   return is_verbose() || shown_style(progress, quiet) != ProgressStyle::none;
@@ -182,7 +184,7 @@ void require_tag_input(const std::string& input) {
 }
 
 void warn(const RunOptions& options, const std::string& message) {
-  if (!options.quiet) say_line("tagrid: warning: " + message);
+  if (!options.quiet && !message.empty()) say_line("tagrid: warning: " + message);
 }
 
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,

@@ -46,6 +46,8 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// True with -v, unless -q was given, too.
   bool is_verbose() const { return verbosity > 0 && !quiet; }
+  /// True if a run that succeeds says in one line what it wrote: with -v, or to a person at a terminal. Not with -q.
+  bool says_result() const;
   /// True with -v -v, unless -q was given, too: where the processor time went is shown.
   bool shows_times() const { return verbosity > 1 && !quiet; }
   /// True if progress is shown, or with -v. Remarks that are not errors are then shown, too.

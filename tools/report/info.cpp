@@ -112,14 +112,13 @@ ordered_json source_json(const TagHeader& header) {
     const NrrdLine parsed = parse_nrrd_line(line);
     if (parsed.kind == NrrdLine::Kind::field) {
       json["fields"][json_text(std::string(parsed.field))] = json_text(std::string(parsed.value));
-    } else if (parsed.kind == NrrdLine::Kind::key_value) {
-      const std::size_t sign = line.find(":=");
-      json["pairs"][json_text(std::string(line.substr(0, sign)))] =
-          json_text(std::string(line.substr(sign + 2)));
-    } else {
+    } else if (parsed.kind == NrrdLine::Kind::comment) {
       json["comments"].push_back(json_text(std::string(line)));
     }
   }
+  // A header writes an end of line and a backslash as two characters each.
+  for (const auto& [key, text] : key_values_of(header.nrrd_fields))
+    json["pairs"][json_text(key)] = json_text(text);
   return json;
 }
 
@@ -185,11 +184,15 @@ std::string compression_of(const TagSummary& file) {
 std::string source_files_text(const TagSummary& file) {
   if (file.sizes.envelope == 0) return "not kept, except the fields that --json shows";
   const bool is_exact = file.header.parameters.is_exact();
-  const std::string compression = compression_of(file);
+  const std::string compression = compression_of(file),
+                    decoded = is_exact ? "" : ", with the decoded samples";
   if (!compression.empty())
-    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
-                       printable(compression), is_exact ? "" : ", with the decoded samples");
-  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
+    // Readers of HDF5 call chunks without a filter so.
+    return (compression == "chunks"
+                ? std::string("can be restored, but contiguous instead of in chunks")
+                : fmt::format("can be restored, but uncompressed ({})", printable(compression))) +
+           decoded;
+  return (is_exact ? "can be restored byte for byte" : "can be restored") + decoded;
 }
 
 ordered_json parity_json(const ParityLayout& layout, std::uint64_t bytes) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <malloc.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -9,11 +10,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,9 +28,30 @@
 namespace tagrid {
 namespace {
 
+constexpr std::string_view clear_line = "\r\033[K";
+std::mutex terminal;  ///< of the two that follow, and of what is written
+std::string status;   ///< what the last line shows
+std::atomic<bool> status_is_shown{false};
+
+void write_to_terminal(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
+}
+
+/// `text` without what does not fit on a line: a line that wraps cannot be cleared.
+std::string_view on_one_line(std::string_view text) {
+  winsize size = {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return text;
+  std::size_t columns = 0;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80 && ++columns == size.ws_col)
+      return text.substr(0, i);
+  return text;
+}
+
 void end_by_signal(int number) {
   if (signal_waits(number)) return;
   unlink_temporaries();
+  if (status_is_shown && write(STDERR_FILENO, clear_line.data(), clear_line.size()) < 0) return;
   if (code_after_signal() >= 0) {
     write_message_after_signal();
     _exit(code_after_signal());
@@ -126,6 +150,14 @@ std::vector<std::pair<std::string, std::string>>& secrets() {
   return all;
 }
 
+std::string without_secrets(std::string_view text) {
+  std::string shown_text(text);
+  for (const auto& [secret, shown] : secrets())
+    for (std::size_t at = 0; (at = shown_text.find(secret, at)) != shown_text.npos; at += shown.size())
+      shown_text.replace(at, secret.size(), shown);
+  return shown_text;
+}
+
 }  // namespace
 
 void show_instead_of(const std::string& text, const std::string& shown) {
@@ -133,15 +165,19 @@ void show_instead_of(const std::string& text, const std::string& shown) {
 }
 
 void say_line(std::string_view text) {
-  std::string line(text);
-  for (const auto& [secret, shown] : secrets())
-    for (std::size_t at = 0; (at = line.find(secret, at)) != line.npos; at += shown.size())
-      line.replace(at, secret.size(), shown);
-  say_to_terminal(printable(line) + "\n");
+  const std::lock_guard lock(terminal);
+  std::string line = printable(without_secrets(text)) + "\n";
+  if (!status.empty()) line = std::string(clear_line) + line + status;
+  write_to_terminal(line);
 }
 
-void say_to_terminal(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
+void show_status(std::string_view text) {
+  const std::lock_guard lock(terminal);
+  const std::string shown = printable(without_secrets(text));
+  status = on_one_line(shown);
+  status_is_shown = !status.empty();
+  write_to_terminal(std::string(clear_line) + status);
+  std::fflush(stderr);
 }
 
 void flush_standard_output() {

@@ -37,8 +37,9 @@ template <class... Values>
 void say(fmt::format_string<Values...> text, Values&&... values) {
   say_line(fmt::format(text, std::forward<Values>(values)...));
 }
-/// The same for text that the terminal interprets. Every part from outside must be printable().
-void say_to_terminal(std::string_view text);
+/// Shows `text`, in the form of printable(), on the last line of the terminal, until another text replaces it; ""
+/// removes it. It is cut to the width of the terminal. Lines that are said meanwhile appear above it.
+void show_status(std::string_view text);
 
 /// Flushes standard output. Throws WorldError, or ClosedPipe if the reader has closed the pipe.
 void flush_standard_output();

@@ -3,18 +3,31 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include <algorithm>
+#include <system_error>
 
 #include "io/text/text.h"
+#include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
 namespace {
 
+using std::chrono::milliseconds;
+
+constexpr milliseconds pause_of_bar{200}, pause_of_lines{30'000};
+
 std::string duration(double seconds) {
   const auto s = static_cast<long long>(seconds + 0.5);
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
                   : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+void draw(ProgressStyle style, double part, const std::string& text) {
+  if (style == ProgressStyle::plain) return say_line(text);
+  constexpr int width = 30;
+  const int filled = static_cast<int>(std::clamp(part, 0.0, 1.0) * width);
+  show_status(fmt::format("[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, text));
 }
 
 }  // namespace
@@ -26,33 +39,89 @@ ProgressStyle shown_style(ProgressStyle style, bool quiet) {
 }
 
 ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes)
-    : style_(shown_style(style, quiet)), what_(printable(what)), unit_bytes_(unit_bytes) {}
+    : style_(shown_style(style, quiet)), what_(std::move(what)), unit_bytes_(unit_bytes) {}
 
 ProgressMeter::~ProgressMeter() {
-  if (drawn_) say_to_terminal("\r\033[K");
+  if (drawn_) show_status("");
 }
 
 void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_point now) {
   if (style_ == ProgressStyle::none || total == 0) return;
   if (done < done_) start_ = now;
   done_ = done;
-  const auto pause = style_ == ProgressStyle::bar ? std::chrono::milliseconds(200) : std::chrono::minutes(1);
-  if (now - last_ < pause && (drawn_ || style_ != ProgressStyle::bar)) return;
+  const bool is_bar = style_ == ProgressStyle::bar;
+  if (now - last_ < (is_bar ? pause_of_bar : pause_of_lines) && (drawn_ || !is_bar)) return;
   last_ = now;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const double part = static_cast<double>(done) / static_cast<double>(total);
   const double rate = seconds > 0 ? static_cast<double>(done * unit_bytes_) / seconds / 1e6 : 0;
   const std::string left = part > 0 && seconds > 0 ? duration(seconds / part - seconds) : "?";
-  const std::string line = fmt::format("{} {:3.0f} %  {:.1f} MB/s  {} left", what_, 100 * part, rate, left);
-  if (style_ == ProgressStyle::plain) {
-    say_line(line);
-    return;
+  draw(style_, part, fmt::format("{} {:3.0f} %  {:.1f} MB/s  {} left", what_, 100 * part, rate, left));
+  drawn_ = is_bar;
+}
+
+ListMeter::ListMeter(ProgressStyle style, bool quiet, std::uint64_t volumes, milliseconds pause)
+    : style_(shown_style(style, quiet)), volumes_(volumes), pause_(pause) {
+  if (style_ == ProgressStyle::none) return;
+  try {
+    thread_ = std::thread([this] { draw_until_end(); });
+  } catch (const std::system_error&) {
+    // The system allows no more threads, and the work does not need this one.
   }
-  constexpr int width = 30;
-  const int filled = static_cast<int>(part * width);
-  say_to_terminal(fmt::format("\r\033[K[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, line));
-  std::fflush(stderr);
-  drawn_ = true;
+}
+
+ListMeter::~ListMeter() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_over_ = true;
+  }
+  end_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void ListMeter::begin_volume(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  name_ = name;
+  done_ = total_ = 0;
+}
+
+void ListMeter::update(std::uint64_t done, std::uint64_t total) {
+  const std::lock_guard lock(mutex_);
+  done_ = done;
+  total_ = total;
+}
+
+void ListMeter::end_volume(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++ended_;
+  worked_ += bytes > 0 ? 1 : 0;
+  bytes_ += bytes;
+  name_.clear();
+  done_ = total_ = 0;
+}
+
+std::string ListMeter::text(double seconds) const {
+  const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
+  const std::uint64_t bytes = bytes_ + done_;
+  std::string text = fmt::format("{} of {} volumes, {}", ended_, volumes_, human_bytes(bytes));
+  if (seconds > 0) text += fmt::format(", {:.1f} MB/s", static_cast<double>(bytes) / seconds / 1e6);
+  const double worked = static_cast<double>(worked_) + part;
+  const double left = static_cast<double>(volumes_ - std::min(ended_, volumes_)) - part;
+  text += worked > 0 ? fmt::format(", {} left", duration(seconds / worked * left)) : ", ? left";
+  if (!name_.empty()) text += total_ > 0 ? fmt::format("; {} {:.0f} %", name_, 100 * part) : "; " + name_;
+  return text;
+}
+
+void ListMeter::draw_until_end() {
+  const bool is_bar = style_ == ProgressStyle::bar;
+  std::unique_lock lock(mutex_);
+  while (!end_.wait_for(lock, is_bar ? pause_of_bar : pause_, [this] { return is_over_; })) {
+    const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
+    draw(style_,
+         (static_cast<double>(ended_) + part) / static_cast<double>(std::max<std::uint64_t>(1, volumes_)),
+         text(std::chrono::duration<double>(Clock::now() - start_).count()));
+  }
+  if (is_bar) show_status("");
 }
 
 }  // namespace tagrid

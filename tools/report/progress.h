@@ -2,16 +2,19 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace tagrid {
 
 enum class ProgressStyle {
   automatic,  ///< a bar on a terminal, otherwise nothing
   bar,
-  plain,  ///< a line per minute
+  plain,  ///< a line every 30 seconds
   none,
 };
 
@@ -46,6 +49,45 @@ class ProgressMeter {
   Clock::time_point last_ = start_;
   std::uint64_t done_ = 0;
   bool drawn_ = false;
+};
+
+/// The same for the volumes of a list. It also draws while nothing is counted, as when a volume is opened: a thread
+/// of its own draws, if the system allows it one.
+class ListMeter {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `volumes`: of the list. `pause`: between two lines of the plain style.
+  ListMeter(ProgressStyle style, bool quiet, std::uint64_t volumes,
+            std::chrono::milliseconds pause = std::chrono::seconds(30));
+  ~ListMeter();
+  ListMeter(const ListMeter&) = delete;
+  ListMeter& operator=(const ListMeter&) = delete;
+
+  /// The volume that is processed from now on, as the list names it.
+  void begin_volume(const std::string& name);
+  /// How much of it is done, in bytes of its samples.
+  void update(std::uint64_t done, std::uint64_t total);
+  /// A volume is done. `bytes` of it were read: 0 if there was nothing to do, so that the rate and the time left are
+  /// those of other volumes.
+  void end_volume(std::uint64_t bytes);
+
+  /// "2 of 12 volumes, 1.20 GB, 45.2 MB/s, 3:12 left; knee.nrrd 45 %", after `seconds`.
+  std::string text(double seconds) const;
+
+ private:
+  void draw_until_end();
+
+  ProgressStyle style_;
+  std::uint64_t volumes_, ended_ = 0, worked_ = 0, bytes_ = 0;
+  std::string name_;  ///< of the volume that is processed; "" between two of them
+  std::uint64_t done_ = 0, total_ = 0;
+  Clock::time_point start_ = Clock::now();
+  std::chrono::milliseconds pause_;
+  mutable std::mutex mutex_;
+  std::condition_variable end_;
+  bool is_over_ = false;
+  std::thread thread_;
 };
 
 }  // namespace tagrid

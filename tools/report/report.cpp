@@ -10,6 +10,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "pipeline/job/resolved_options.h"
 #include "pipeline/threads/node_times.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
@@ -24,6 +25,44 @@ std::uint64_t voxels(const TagHeader& header) {
 }
 
 }  // namespace
+
+std::string doubt_of_range(const TagHeader& header, const Statistics& total) {
+  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
+  constexpr double far_more = 4, far_less = 1.0 / 64;
+  constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
+  const CodingParameters& p = header.parameters;
+  const std::pair range(p.range_low, p.range_high);
+  if (is_wide_type(p.type) || range != usual_range(p.type)) return "";
+  const double span = total.high - total.low, made_for = p.range_high - p.range_low;
+  const std::string grid =
+      fmt::format("samples span {} to {}, but the grid was made for {} to {}, the usual range of {}",
+                  total.low, total.high, p.range_low, p.range_high, name_of(p.type));
+  if (span > 0 && span < far_less * made_for && p.mesh_error < 0 && Box::of_size(p.dims).count() >= least)
+    return grid + ": it misses detail; encode with --range auto to follow it";
+  if (span > far_more * made_for)
+    return grid + ": it may be finer than you want; encode with --range auto if it is";
+  return "";
+}
+
+std::string written_json(const ordered_json& json, int indent) {
+  const std::string dumped = json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
+  std::string text;
+  for (std::string_view rest = dumped; !rest.empty();) {
+    const auto first = static_cast<unsigned char>(rest[0]);
+    const std::size_t bytes = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+    const std::string_view character = rest.substr(0, bytes);
+    rest.remove_prefix(bytes);
+    // Only a string has a character that is not printable, except for the ends of lines between values.
+    if (character == "\n" || printable(character) == character) {
+      text += character;
+      continue;
+    }
+    unsigned code = bytes == 1 ? first : first & (0x7FU >> bytes);
+    for (const char byte : character.substr(1)) code = code << 6 | (static_cast<unsigned char>(byte) & 0x3FU);
+    text += fmt::format("\\u{:04x}", code);
+  }
+  return text;
+}
 
 bool has_uneven_slices(const TagHeader& header) {
   return !text_of_key(header.nrrd_fields, slice_positions_key).empty();
@@ -84,11 +123,11 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
 
 std::vector<std::string> times_summary(const TagHeader& header) {
   const auto row = [&](std::string_view name, double seconds, std::string_view remark) {
-    return fmt::format("{:<14}{:>10.3f}{:>12.3f}{}{}", name, seconds,
+    return fmt::format("{:<14}{:>10.3f}{:>14.3f}{}{}", name, seconds,
                        1e9 * seconds / static_cast<double>(voxels(header)), remark.empty() ? "" : "  ",
                        remark);
   };
-  std::vector<std::string> lines = {fmt::format("{:<14}{:>10}{:>12}", "node", "CPU s", "ns a voxel")};
+  std::vector<std::string> lines = {fmt::format("{:<14}{:>10}{:>14}", "node", "CPU s", "ns per voxel")};
   double all = 0;
   NodeTime slowest;
   for (const NodeTime& node : node_times()) {

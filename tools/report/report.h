@@ -32,6 +32,15 @@ std::string coordinates_text(const TagHeader& header);
 /// True if the slices of the source lie at unequal distances.
 bool has_uneven_slices(const TagHeader& header);
 
+/// Says that the samples span far more or far less than the usual range of their type, for which the grid was made: it
+/// may be too fine, or miss detail. "" if they do not, or if another range was chosen.
+std::string doubt_of_range(const TagHeader& header, const Statistics& total);
+
+/// JSON as it is written to files and to standard output: on one line, or with lines indented by `indent` columns.
+/// Bytes that are not UTF-8 become U+FFFD. Characters on which a terminal would act are escaped (\u009b): the text
+/// can be shown, and its values are the same.
+std::string written_json(const nlohmann::ordered_json& json, int indent = -1);
+
 /// `bytes` as text that JSON can hold, as file names may contain any bytes.
 std::string json_text(const std::string& bytes);
 /// The same; null if there are none.

@@ -1,8 +1,10 @@
 #include "tools/report/run_report.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 
 #include "io/errors/errors.h"
@@ -15,6 +17,9 @@
 
 namespace tagrid {
 namespace {
+
+/// As put() writes them.
+constexpr std::string_view beginning_of_report = "{\n  \"command\": ";
 
 /// True if two names belong to one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
@@ -62,6 +67,11 @@ RunReport::RunReport(const std::string& path, int threads, bool overwrite, const
   if (exists && overwrite && FileBytes(path).peek(1) != "{")
     throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path));
   file_.emplace(path, exists && overwrite);
+  // If this run fails, nobody must take the statistics of an earlier one for its own. Another JSON file stays until
+  // there is a report.
+  if (exists && FileBytes(path).peek(beginning_of_report.size()) == beginning_of_report &&
+      unlink(path.c_str()) != 0)
+    throw world_error("cannot remove the older report", path, errno);
 }
 
 void RunReport::write(const RunFigures& figures) {
@@ -90,8 +100,7 @@ void RunReport::write_json(nlohmann::ordered_json figures) {
 
 void RunReport::put(const nlohmann::ordered_json& figures) {
   json_.update(figures);
-  // File names may contain any bytes, but JSON may not.
-  file_->write(json_.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  file_->write(written_json(json_, 2) + "\n");
   file_->publish();
 }
 

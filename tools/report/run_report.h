@@ -32,7 +32,8 @@ RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint6
 /// Create it before the run, so that a bad name is found first and time is measured.
 class RunReport {
  public:
-  /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws
+  /// `path` is the report's file, "" if none was requested. An older report there is removed, so that a run that fails
+  /// leaves none. `input` is null ("") if there is none. Throws
   /// UsageError if the file exists and `overwrite` is false, or if it is the input, the output, or `another`
   /// file that the run reads or writes ("": none).
   RunReport(const std::string& path, int threads, bool overwrite, const std::string& command,

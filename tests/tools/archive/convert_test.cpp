@@ -169,6 +169,33 @@ TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
                "nothing has been converted to it yet");
 }
 
+TEST_F(Convert, AWarningNamesTheVolumeAsTheListDoesAndIsInItsRecord) {
+  volumes(2);
+  expect_ok(script("mkdir sub && mv a.nrrd sub"));
+  file("list.tsv", "sub/a.nrrd\tmax-error=0.5\nb.nrrd\n");
+  const std::string warning = "sub/a.nrrd: --max-error 0.5: samples are integers, so this is 0 (lossless)";
+  const Ending ending = convert();
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_EQ(ending.err, "tagrid: warning: " + warning + "\n");
+  EXPECT_EQ(records()[0]["warnings"], Json({warning}));
+  EXPECT_EQ(records()[1]["warnings"], Json::array());
+}
+
+TEST_F(Convert, OutputsThatWereOnlyComparedAreCountedApart) {
+  volumes(2);
+  expect_ok(convert());
+  expect_ok(script("rm out/results.jsonl"));
+  volume("c.nrrd", 3);
+  file("list.tsv", "a.nrrd\nb.nrrd\nc.nrrd\n");
+  const Ending ending = convert({"--skip-done", "--progress", "plain", "--json", "x.json"});
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_TRUE(has(ending.err, "volumes: 3, 1 encoded, 2 already there and compared; ")) << ending.err;
+  EXPECT_EQ(json_of("x.json")["ok"], 3);
+  EXPECT_EQ(json_of("x.json")["compared"], 2);
+  EXPECT_EQ(records()[0]["compared"], true);
+  EXPECT_EQ(records()[2]["compared"], false);
+}
+
 TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
   volumes(2);
   file("list.tsv",

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -76,6 +77,15 @@ class Slurm(unittest.TestCase):
         self.assertEqual([path.name for path in self.out.iterdir()], ["large.tag"], job.output())
         self.assertTrue((self.out / "large.tag").read_bytes() == (self.volumes / "large.tag").read_bytes())
 
+    def expect_cancelled(self, job):
+        """It has ended for good: Slurm had time to start it again."""
+        job.finish()
+        wait_until(lambda: not self.processes(), "the end of all processes", 60)
+        time.sleep(10)
+        self.assertEqual([task["JobState"] for task in job.tasks()], ["CANCELLED"], job.output())
+        self.assertEqual(job.restarts(), 0, job.output())
+        self.assertNotIn("queued again", job.output())
+
     def records(self, name):
         return [json.loads(line) for line in (self.out / f"{name}.jsonl").read_text().splitlines()]
 
@@ -117,10 +127,22 @@ class Slurm(unittest.TestCase):
     def test_a_task_that_is_told_to_stop_is_queued_again_and_goes_on(self):
         job = self.array(1)
         self.wait_for_some_tags(job)
-        job.signal("--batch", "--signal=TERM")
+        job.signal("--batch", "--signal=USR1")
         self.assertEqual(job.finish(), ["0:0"], job.output())
         self.assertEqual(job.restarts(), 1)
         self.assertIn("queued again", job.output())
+        self.expect_all_volumes()
+        self.assertIn("skipped", [record["status"] for record in self.records("results-0-of-1")])
+
+    def test_a_task_that_is_cancelled_ends_and_can_be_continued(self):
+        job = self.array(1)
+        self.wait_for_some_tags(job)
+        job.signal()
+        self.expect_cancelled(job)
+        self.assertIn("cancelled", job.output())
+        self.assertLess(len(list(self.out.glob("*.tag"))), 12)
+        job = self.array(1)
+        self.assertEqual(job.finish(), ["0:0"], job.output())
         self.expect_all_volumes()
         self.assertIn("skipped", [record["status"] for record in self.records("results-0-of-1")])
 
@@ -146,9 +168,20 @@ class Slurm(unittest.TestCase):
             with self.subTest(launcher=launcher):
                 job = self.large(launcher=launcher)
                 self.wait_for_some_parts()
-                job.signal("--batch", "--signal=TERM")
+                job.signal("--batch", "--signal=USR1")
                 self.expect_large_volume(job)
                 self.assertEqual(job.restarts(), 1, job.output())
+                (self.out / "large.tag").unlink()
+
+    def test_a_large_volume_that_is_cancelled_with_each_launcher_ends_and_can_be_continued(self):
+        for launcher in ("", "mpirun"):
+            with self.subTest(launcher=launcher):
+                job = self.large(launcher=launcher)
+                self.wait_for_some_parts()
+                job.signal()
+                self.expect_cancelled(job)
+                self.assertEqual([path.name for path in self.out.iterdir()], [".large.tag.parts"])
+                self.expect_large_volume(self.large(launcher=launcher))
                 (self.out / "large.tag").unlink()
 
     def test_a_large_volume_that_an_administrator_requeues_goes_on(self):
@@ -161,7 +194,7 @@ class Slurm(unittest.TestCase):
     def test_a_volume_that_takes_longer_than_its_job_is_completed_by_the_next_ones(self):
         # Slurm looks at the time every half minute, and so sends the signal up to a minute early. However fast the machine
         # is, the first job is not done by then.
-        job = self.large("--time=1", "--signal=B:TERM@30")
+        job = self.large("--time=1", "--signal=B:USR1@30")
         self.wait_for_some_parts()
         for process in self.processes():
             os.kill(process, signal.SIGSTOP)

@@ -38,9 +38,11 @@ class Slurm : public Conversions<CommandLine> {
            body("convert_array.sbatch") + "list.tsv out ";
   }
   Ending batch(const std::string& text) const { return script(with_bin_ + text); }
-  /// Runs it, and sends it SIGTERM, as Slurm does, when a file `started` appears.
-  Ending interrupted(const std::string& text) const {
-    return batch(text + " & job=$!; while [ ! -e started ]; do sleep 0.02; done; kill -TERM $job; wait $job");
+  /// Runs it, and sends it a signal when a file `started` appears: USR1 as Slurm does when the time is nearly over, TERM
+  /// as scancel does.
+  Ending interrupted(const std::string& text, const std::string& signal = "USR1") const {
+    return batch(text + " & job=$!; while [ ! -e started ]; do sleep 0.02; done; kill -" + signal +
+                 " $job; wait $job");
   }
 };
 
@@ -89,12 +91,27 @@ TEST_F(Slurm, ATaskThatIsInterruptedIsQueuedAgainAndGoesOn) {
   program("slow",
           "echo $TMPDIR > tmpdir; [ -e started ] && exec \"$TAGRID\" \"$@\"; touch started; exec sleep 300");
   const Ending ending = interrupted("export PROGRAM=slow TAGRID SLURM_TMPDIR=/scratch; " + task(1));
-  EXPECT_EQ(ending.code, 128 + SIGTERM) << ending.err;
+  EXPECT_EQ(ending.code, 75) << ending.err;
   EXPECT_EQ(content("requeued"), "requeue 17\n");
   EXPECT_EQ(content("tmpdir"), "/scratch\n");
   EXPECT_LT(ending.seconds, 300);
   expect_done(batch(task(1)));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok");
+}
+
+TEST_F(Slurm, ATaskThatIsCancelledEndsAndIsNotQueuedAgain) {
+  volumes(3);
+  program("slow", "[ -e started ] && exec \"$TAGRID\" \"$@\"; touch started; exec sleep 300");
+  const Ending ending = interrupted("export PROGRAM=slow TAGRID; " + task(1), "TERM");
+  EXPECT_EQ(ending.code, 128 + SIGTERM) << ending.err;
+  EXPECT_TRUE(has(ending.out, "cancelled")) << ending.out;
+  EXPECT_LT(ending.seconds, 300);
+  // Also if the time is nearly over when it is cancelled.
+  std::filesystem::remove(path("started"));
+  program("slow", "trap '' TERM; touch started; read -t 2 < <(sleep 3); trap - TERM; kill $$");
+  EXPECT_EQ(interrupted("export PROGRAM=slow TAGRID; " + task(1), "USR1 $job; sleep 0.5; kill -TERM").code,
+            128 + SIGTERM);
+  EXPECT_FALSE(exists("requeued"));
 }
 
 TEST_F(Slurm, ATaskThatFailsOrSucceedsIsNotQueuedAgain) {
@@ -121,8 +138,9 @@ TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
   EXPECT_EQ(content("tmpdir"), "/scratch\n");
   EXPECT_EQ(content("launched").substr(0, 18), "--cpus-per-task=8\n");
   std::filesystem::remove(path("launched"));
+  // Interrupted, but not by Slurm.
   EXPECT_EQ(batch("export CODE=75 TAGRID_LAUNCHER=mpirun; " + run).code, 75);
-  EXPECT_EQ(content("requeued"), "requeue 17\n");
+  EXPECT_FALSE(exists("requeued"));
   EXPECT_EQ(content("launched"), "-n\n3\n--map-by\nslot:PE=8\n");
   EXPECT_EQ(batch("export CODE=0 TAGRID_LAUNCHER=sh; " + run).code, usage);
   // Without scratch space on the node, there is no --spool.
@@ -163,12 +181,24 @@ TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {
   // A launcher that is ended by the signal.
   std::filesystem::remove(path("started"));
   program("srun", "touch started; exec sleep 300");
-  EXPECT_EQ(interrupted(run).code, 128 + SIGTERM);
+  EXPECT_EQ(interrupted(run).code, 75);
   EXPECT_EQ(content("requeued"), "requeue 17\nrequeue 17\n");
   // Killed for another reason, such as too much memory.
   program("srun", "kill -KILL $$");
   EXPECT_EQ(batch(run).code, 128 + SIGKILL);
   EXPECT_EQ(content("requeued"), "requeue 17\nrequeue 17\n");
+}
+
+TEST_F(Slurm, ACancelledEncodingOfALargeVolumeIsNotQueuedAgain) {
+  const std::string run = "TAGRID_LAUNCHER=srun" + body("encode_large.sbatch") + "a.nhdr a.tag";
+  program("tagrid-mpi", "trap 'exit 75' TERM; touch started; while :; do sleep 0.02; done");
+  const Ending ending = interrupted(run, "TERM");
+  EXPECT_EQ(ending.code, 75);
+  EXPECT_TRUE(has(ending.out, "cancelled")) << ending.out;
+  std::filesystem::remove(path("started"));
+  program("srun", "touch started; exec sleep 300");
+  EXPECT_EQ(interrupted(run, "TERM").code, 128 + SIGTERM);
+  EXPECT_FALSE(exists("requeued"));
 }
 
 }  // namespace

@@ -106,6 +106,31 @@ TEST_F(OutputFiles, TheReportIsNoFileOfTheVolume) {
   EXPECT_FALSE(std::filesystem::exists(path("y.raw")) || std::filesystem::exists(path("y.nhdr")));
 }
 
+TEST_F(OutputFiles, ARunThatFailsLeavesNoReportOfAnEarlierOne) {
+  make_tag();
+  file("broken.nrrd", "NRRD0004\nnothing");
+  file("broken.tag", content("volume.tag").substr(0, 500));
+  const std::vector<Arguments> failing = {{"encode", "broken.nrrd", "-o", "x.tag"},
+                                          {"encode", "missing.nrrd", "-o", "x.tag"},
+                                          {"decode", "broken.tag", "-o", "x.nrrd"},
+                                          {"verify", "broken.tag"},
+                                          {"mesh", "broken.tag", "-o", "x.vtu"}};
+  for (const Arguments& command : failing) {
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--json", "x.json"}));
+    ASSERT_TRUE(std::filesystem::exists(path("x.json")));
+    EXPECT_NE(tagrid(with(command, {"-f", "--json", "x.json"})).code, 0) << command.front();
+    EXPECT_FALSE(std::filesystem::exists(path("x.json"))) << command.front();
+  }
+  // What is no report stays, and so does one that may not be overwritten.
+  file("x.json", "{\"name\": \"mine\"}");
+  EXPECT_NE(tagrid({"encode", "broken.nrrd", "-o", "x.tag", "-f", "--json", "x.json"}).code, 0);
+  EXPECT_EQ(content("x.json"), "{\"name\": \"mine\"}");
+  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--json", "y.json"}));
+  const std::string before = content("y.json");
+  EXPECT_EQ(tagrid({"encode", "broken.nrrd", "-o", "x.tag", "--json", "y.json"}).code, usage);
+  EXPECT_EQ(content("y.json"), before);
+}
+
 TEST_F(OutputFiles, PermissionsAndTimeOfTheInputAreKept) {
   phantom("volume.nrrd");
   age("volume.nrrd");

@@ -120,9 +120,7 @@ TEST_F(SurfaceCommand, ThatTheGridTookNoNoticeOfAMaskIsSaidAndTheAdviceHelps) {
     for (std::size_t y = 10; y < 20; ++y)
       for (std::size_t x = 10; x < 20; ++x) samples[(z * 30 + y) * 30 + x] = 1;
   file("mask.nrrd", "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 30 30 30\nencoding: raw\n\n" + samples);
-  const auto encoded = tagrid({"encode", "mask.nrrd"});
-  EXPECT_EQ(encoded.code, 0);
-  EXPECT_TRUE(has(encoded.err, "give --range auto"));
+  expect_ok(tagrid({"encode", "mask.nrrd"}));
   const auto result = tagrid({"surface", "mask.tag", "--iso", "0.5"});
   EXPECT_EQ(result.code, 0);
   EXPECT_TRUE(has(result.err, "--range auto"));

@@ -47,8 +47,8 @@ TEST_F(Options, ACommandAndItsInputAreRequired) {
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command}), usage, "INPUT is required");
   expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: only one input is accepted");
-  expect_error(tagrid({"encode", "a", "b"}), usage, "for several inputs use tagrid convert");
-  expect_error(tagrid({"decode", "a", "b"}), usage, "for several inputs use a shell loop");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "give their directory instead");
+  expect_error(tagrid({"decode", "a", "b"}), usage, "for several inputs, use a shell loop");
   expect_error(tagrid({"convert", "a"}), usage, "convert takes a list: tagrid convert --find a > list.tsv");
   expect_error(tagrid({"convert", "--manifest", "a", "b"}), usage,
                "b: one argument too many; see tagrid convert --help");
@@ -363,7 +363,7 @@ TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
   EXPECT_TRUE(has(bar.err, "MB/s"));
   EXPECT_TRUE(has(bar.err, "left"));
   EXPECT_EQ(bar.err.substr(bar.err.size() - 4), "\r\033[K") << "the bar is cleared at the end";
-  // A line per minute: none in a short run. Automatic: none without a terminal.
+  // A line every 30 seconds: none in a short run. Automatic: none without a terminal.
   for (const char* style : {"plain", "none", "auto"})
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--progress", style}));
 }
@@ -383,7 +383,7 @@ TEST_F(Options, AnotherTypeOrOrderOfBytesIsSuspected) {
   EXPECT_EQ(told("52,40,36", {"--type", "int16", "--endian", "big", "-q"}), "");
 }
 
-TEST_F(Options, SamplesFarBeyondTheUsualRangeAreToldOnce) {
+TEST_F(Options, SamplesFarBeyondTheUsualRangeAreToldWhereAMeshIsAskedFor) {
   std::string samples;
   for (int i = 0; i < 20 * 20 * 20; ++i) {
     const int v = i % 20 * 3000;
@@ -391,19 +391,19 @@ TEST_F(Options, SamplesFarBeyondTheUsualRangeAreToldOnce) {
   }
   file("wide.raw", samples);
   const Arguments raw = {"--dims", "20,20,20", "--type", "uint16"};
-  expect_error(tagrid(with({"encode", "-", "-o", "piped.tag"}, raw), samples), 0,
-               "--range lo:hi sets the span");
-  expect_error(tagrid(with({"encode", "wide.raw"}, raw)), 0,
-               "its samples lie between 0 and 57000, but the grid was made for 0 .. 4096");
-  for (const Arguments& more : {Arguments{"--range", "auto"},
-                                {"--range", "0:60000"},
-                                {"--range", "0:4096"},
-                                {"--field-scale", "0.001"},
-                                {"-q"}})
+  expect_ok(tagrid(with({"encode", "-", "-o", "piped.tag"}, raw), samples));
+  expect_ok(tagrid(with({"encode", "wide.raw"}, raw)));
+  EXPECT_TRUE(content("piped.tag") == content("wide.tag"));
+  const std::string warning = "samples span 0 to 57000, but the grid was made for 0 to 4096";
+  expect_error(tagrid({"mesh", "wide.tag"}), 0, warning);
+  expect_error(tagrid(with({"encode", "wide.raw", "-f", "--grid-only"}, raw)), 0, warning);
+  for (const Arguments& more :
+       {Arguments{"--range", "auto"}, {"--range", "0:60000"}, {"--field-scale", "0.001"}}) {
     expect_ok(tagrid(with(with({"encode", "wide.raw", "-f"}, raw), more)));
+    expect_ok(tagrid({"mesh", "wide.tag", "-f"}));
+  }
   file("list.tsv", "wide.raw\n");
-  expect_error(tagrid(with({"convert", "--manifest", "list.tsv", "--output-dir", "out"}, raw)), 0,
-               "the grid was made for 0 .. 4096");
+  expect_ok(tagrid(with({"convert", "--manifest", "list.tsv", "--output-dir", "out"}, raw)));
 }
 
 TEST_F(Options, AnotherOrderOfDimsIsSuspected) {

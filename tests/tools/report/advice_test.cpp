@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <thread>
 
 #include "pipeline/job/options.h"
 #include "tests/support/command_line.h"
@@ -9,6 +10,7 @@
 #include "tools/options/command_line.h"
 #include "tools/report/damage.h"
 #include "tools/report/failure.h"
+#include "tools/report/process.h"
 #include "tools/report/progress.h"
 
 namespace tagrid {
@@ -125,7 +127,7 @@ TEST(Advice, KeepsTheRankThatFailed) {
 }
 using namespace std::chrono_literals;
 
-TEST(Progress, PlainIsALineAMinuteWithRateAndRemainingTime) {
+TEST(Progress, PlainIsALineEveryHalfMinuteWithRateAndRemainingTime) {
   testing::internal::CaptureStderr();
   {
     ProgressMeter meter(ProgressStyle::plain, false, "encode", 1000000);
@@ -135,8 +137,8 @@ TEST(Progress, PlainIsALineAMinuteWithRateAndRemainingTime) {
       meter.update(static_cast<std::uint64_t>(tenth) / 6, 1500, start + tenth * 100ms);
   }
   const std::string text = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << text;
-  EXPECT_EQ(text.substr(0, text.find('\n')), "encode   7 %  1.7 MB/s  14:00 left");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
+  EXPECT_EQ(text.substr(0, text.find('\n')), "encode   3 %  1.7 MB/s  14:30 left");
 }
 
 TEST(Progress, WorkThatIsDoneAgainHasATimeOfItsOwn) {
@@ -144,7 +146,7 @@ TEST(Progress, WorkThatIsDoneAgainHasATimeOfItsOwn) {
   {
     ProgressMeter meter(ProgressStyle::plain, false, "try", 1000000);
     const auto start = ProgressMeter::Clock::now();
-    meter.update(1000, 1000, start + 30s);
+    meter.update(1000, 1000, start + 20s);
     meter.update(0, 1000, start + 10min);
     meter.update(250, 1000, start + 12min);
     meter.begin(start + 20min);
@@ -161,6 +163,45 @@ TEST(Progress, QuietOrNoneSaysNothing) {
   ProgressMeter(ProgressStyle::plain, true, "encode", 1).update(1, 2, later);
   ProgressMeter(ProgressStyle::bar, true, "encode", 1).update(1, 2, later);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Progress, OfAListCountsVolumesBytesRateAndTheTimeThatIsLeft) {
+  ListMeter meter(ProgressStyle::none, false, 12);
+  EXPECT_EQ(meter.text(10), "0 of 12 volumes, 0 B, 0.0 MB/s, ? left");
+  meter.begin_volume("a.nrrd");
+  meter.update(50'000'000, 100'000'000);
+  EXPECT_EQ(meter.text(10), "0 of 12 volumes, 50.0 MB, 5.0 MB/s, 3:50 left; a.nrrd 50 %");
+  meter.end_volume(100'000'000);
+  EXPECT_EQ(meter.text(20), "1 of 12 volumes, 100 MB, 5.0 MB/s, 3:40 left");
+  // What was skipped says nothing about the rate.
+  for (int i = 0; i < 10; ++i) meter.end_volume(0);
+  EXPECT_EQ(meter.text(20), "11 of 12 volumes, 100 MB, 5.0 MB/s, 0:20 left");
+  meter.begin_volume("b.nrrd");
+  EXPECT_EQ(meter.text(25), "11 of 12 volumes, 100 MB, 4.0 MB/s, 0:25 left; b.nrrd");
+  meter.end_volume(100'000'000);
+  EXPECT_EQ(meter.text(40), "12 of 12 volumes, 200 MB, 5.0 MB/s, 0:00 left");
+}
+
+TEST(Progress, OfAListIsShownEvenWhileNothingIsCounted) {
+  testing::internal::CaptureStderr();
+  {
+    ListMeter meter(ProgressStyle::plain, false, 3, 20ms);
+    meter.begin_volume("a.nrrd");
+    std::this_thread::sleep_for(300ms);
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 3) << text;
+  EXPECT_TRUE(text.starts_with("0 of 3 volumes, 0 B, 0.0 MB/s, ? left; a.nrrd\n")) << text;
+}
+
+TEST(Progress, LinesAppearAboveWhatIsShown) {
+  testing::internal::CaptureStderr();
+  show_status("half");
+  say_line("a warning");
+  show_status("");
+  say_line("another one");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "\r\033[Khalf\r\033[Ka warning\nhalf\r\033[Kanother one\n");
 }
 
 // Text from files, names and lists is shown without the terminal acting on it.
@@ -204,6 +245,33 @@ TEST_F(PrintableOutput, AListAndItsVolumesAreNotObeyed) {
   EXPECT_FALSE(has(bar.err, "\x1b[31m"));
   std::istringstream lines(content("out/results.jsonl"));
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+}
+
+TEST_F(PrintableOutput, JsonIsNotObeyedAndHasTheSameValues) {
+  // A control character of C1, DEL, and characters that turn the direction of writing.
+  const std::string text =
+                        "a\xC2\x9b"
+                        "31m\x7f\xE2\x80\xAE\xE2\x81\xA6\xD8\x9C\xC3\xA9",
+                    name = text + ".nrrd";
+  phantom(name);
+  file("x.nrrd",
+       "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nowner:=" + text + "\n\n12345678");
+  const auto is_harmless = [](const std::string& json) {
+    return json.find_first_of("\x7f\x9b\xE2\xD8") == json.npos &&
+           has(json, "\\u009b31m\\u007f\\u202e\\u2066\\u061c\xC3\xA9");
+  };
+  expect_ok(tagrid({"encode", "x.nrrd"}));
+  const std::string info = tagrid({"info", "x.tag", "--json"}).out;
+  EXPECT_TRUE(is_harmless(info)) << info;
+  EXPECT_EQ(nlohmann::json::parse(info)["source"]["pairs"]["owner"], text);
+  expect_ok(tagrid({"encode", name, "--json", "x.json"}));
+  EXPECT_TRUE(is_harmless(content("x.json")));
+  EXPECT_EQ(json_of("x.json")["input"], name);
+  file("list", name + "\n");
+  expect_ok(tagrid({"convert", "--manifest", "list", "--output-dir", "out"}));
+  EXPECT_TRUE(is_harmless(content("out/results.jsonl")));
+  EXPECT_TRUE(
+      nlohmann::json::parse(content("out/results.jsonl"))["input"].get<std::string>().ends_with("/" + name));
 }
 
 TEST_F(PrintableOutput, HeadersAreNotObeyed) {

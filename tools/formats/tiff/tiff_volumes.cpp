@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
@@ -60,8 +61,24 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
   return pages;
 }
 
-void add_image_j(const TiffFile& file, std::vector<TiffPage> pages, const ImageJ& image_j,
+/// ImageJ saves a stack as channels or frames if nothing told it that these are slices.
+ImageJ with_slices(ImageJ image_j, TiffRemarks& remarks) {
+  constexpr std::int64_t most = 8;  // channels that ImageJ can give a color each
+  const auto become_slices = [&](std::int64_t& count, const char* what) {
+    remarks.miss(
+        fmt::format("ImageJ's description says {} {} of one slice; they are read as {} slices of one volume",
+                    count, what, count));
+    std::swap(image_j.slices, count);
+  };
+  if (image_j.slices != 1) return image_j;
+  if (image_j.frames == 1 && image_j.channels > most) become_slices(image_j.channels, "channels");
+  if (image_j.channels == 1 && image_j.frames > most) become_slices(image_j.frames, "frames");
+  return image_j;
+}
+
+void add_image_j(const TiffFile& file, std::vector<TiffPage> pages, const ImageJ& described,
                  TiffVolumes& volumes) {
+  const ImageJ image_j = with_slices(described, volumes.remarks);
   pages = pages_of_stack(file, std::move(pages), static_cast<std::uint64_t>(image_j.images), "ImageJ's",
                          volumes.remarks);
   const Geometry geometry = spacing_of(image_j, pages.front(), volumes.remarks);
