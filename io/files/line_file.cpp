@@ -18,15 +18,8 @@ LineFile::LineFile(const std::string& path) : name_(path) {
   constexpr int flags = O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK;
   descriptor_ = uninterrupted([&] { return open(path.c_str(), flags, 0666); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
-  lock();
+  held_.emplace(descriptor_, path);
   cut_half_line();
-}
-
-void LineFile::lock() {
-  if (lock_now(descriptor_)) return;
-  if (errno == EWOULDBLOCK)
-    throw UsageError(name_ + ": another run is writing to it; wait until that run ends");
-  // Some file systems have no locks; then the caller must ensure that there is only one run.
 }
 
 void LineFile::cut(long long size) {

@@ -141,20 +141,30 @@ bool remove_if_abandoned(const std::string& path, bool folders) {
   return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
 }
 
+/// True for the lock of one of the targets; see OutputLock.
+bool is_lock_of(std::string_view name, const std::set<std::string>& targets) {
+  constexpr std::string_view end = ".lock";
+  return name.starts_with('.') && name.ends_with(end) && name.size() > 1 + end.size() &&
+         targets.contains(std::string(name.substr(1, name.size() - 1 - end.size())));
+}
+
 std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folders) {
   std::map<std::string, std::set<std::string>> names;
   for (const std::string& output : outputs)
     names[folder_of(output)].insert(name_in_temporary_names(fs::path(output).filename().string()));
   std::size_t removed = 0;
   for (const auto& [folder, targets] : names) {
-    std::vector<std::string> abandoned;
+    std::vector<std::string> abandoned, locks;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
       const std::string name = entry->path().filename().string();
       if (const auto target = target_of_temporary(name); target && targets.contains(std::string(*target)))
         abandoned.push_back(entry->path().string());
+      else if (!folders && is_lock_of(name, targets))
+        locks.push_back(entry->path().string());
     }
     for (const std::string& path : abandoned) removed += remove_if_abandoned(path, folders);
+    for (const std::string& path : locks) remove_if_abandoned(path, false);
   }
   return removed;
 }
@@ -239,6 +249,10 @@ SignalsWait::~SignalsWait() {
   const int number = waiting_signal;
   if (number == 0) return;
   unlink_temporaries();
+  if (const int code = code_after_signal(); code >= 0) {
+    write_message_after_signal();
+    _exit(code);
+  }
   std::signal(number, SIG_DFL);
   std::raise(number);
 }
@@ -280,6 +294,7 @@ bool hold_temporary(int descriptor) {
   return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
 }
 
+/// Also removes the locks of outputs that no process holds; these are empty, and not counted.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs) {
   return remove_abandoned(outputs, false);
 }

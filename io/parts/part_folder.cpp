@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/held_by_another.h"
 #include "io/files/output_file.h"
 #include "io/files/temporaries.h"
 
@@ -116,7 +117,8 @@ void PartFolder::lock() {
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
       lock_.reset();
       if (error == EWOULDBLOCK)
-        throw UsageError(path_ + ": another process is working on this run; wait until it ends");
+        throw HeldByAnother(path_ +
+                            ": another process is working on this run; repeat the command when it has ended");
       throw world_error("cannot lock", name, error);
     }
     struct stat ours = {};

@@ -12,7 +12,7 @@ namespace tagrid {
 class PartFolder {
  public:
   /// With `resumable`: the directory with that name, new or from an earlier run, locked until the end of this
-  /// process. Throws UsageError if another process holds it, or if something else has its name: a link, a
+  /// process. Throws HeldByAnother if another process holds it, and UsageError if something else has its name: a link, a
   /// folder on another file system, or a directory with other files and no record. Otherwise: a new directory
   /// with a unique name, which is removed with its parts by the destructor, and when a signal ends the
   /// process.

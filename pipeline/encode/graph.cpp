@@ -10,6 +10,7 @@
 #include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
+#include "stages/brick/sample_statistics.h"
 #include "stages/criterion/marking.h"
 #include "stages/mesh/mesh_error.h"
 
@@ -56,6 +57,7 @@ void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
       gather(brick.slices, parameters.domain().volume(), parameters.type, brick.active.box());
   encoded.code->statistics.mesh_error =
       measure_mesh(original, encoded.mesh->values, brick.active, parameters, brick.brick);
+  check_bound(encoded.code->statistics, parameters);
   encoded.mesh.reset();
 }
 

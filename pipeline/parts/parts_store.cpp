@@ -81,7 +81,7 @@ class PartsStore : public BrickStore {
     if (options.options.error_rule) record_.error_rule = text_of_rule(options.options);
     folder_ = std::make_unique<PartFolder>(run_.output, run_.resume);
     goes_on_ = run_.resume && read_earlier_record();
-    if (!goes_on_) check_output(run_.output, run_.overwrite);
+    if (!goes_on_ && !is_output_there()) check_output(run_.output, run_.overwrite);
     return goes_on_ ? earlier_findings(options) : EarlierFindings{};
   }
 
@@ -99,6 +99,8 @@ class PartsStore : public BrickStore {
       if (is_finished()) return false;
       check_output(run_.output, run_.overwrite);
       folder_->remove_unfinished();
+    } else if (is_output_there()) {
+      return false;
     } else if (run_.resume) {
       folder_->clear();
     }
@@ -203,6 +205,11 @@ class PartsStore : public BrickStore {
     refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
     refusal.terms.push_back(advice());
     throw UsageError(refusal);
+  }
+
+  // Without a record: the caller compares it with what this run would write.
+  bool is_output_there() const {
+    return run_.resume && !run_.overwrite && is_regular_output(run_.output) && status_of(run_.output);
   }
 
   bool is_finished() const {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -6,10 +8,12 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
+#include "io/files/output_lock.h"
 #include "io/files/spool_file.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/stored_bits.h"
@@ -52,15 +56,15 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
         "compare the .tag file with the original");
 }
 
-// Fails early if the output may not be written. A run that was interrupted just before its end may have
-// written it already: a store that continues a run checks later.
+// Fails early if the output may not be written. A run that was interrupted just before or after its end may have
+// written it already: a run that continues checks later.
 void check_early(const EncodeRun& run) {
   // Parity is made from the finished file, which is read again.
   if (run.options.parity && !is_regular_output(run.output))
     throw UsageError(
         Sentence{"{}: {} needs an output that can be read again; write to a file, or protect it later",
                  {shown_output(run.output), setting::parity}});
-  if (!run.resume || !status_of(part_folder_of(run.output))) check_output(run.output, run.overwrite);
+  if (!run.resume) check_output(run.output, run.overwrite);
 }
 
 class StreamStore : public BrickStore {
@@ -172,6 +176,39 @@ std::string about_spare_bits_of(const SourceFiles& files) {
   return "";
 }
 
+/// True if there is an output, and no record of a run: one that was killed after it had given the file its name.
+bool is_finished_without_record(const EncodeRun& run) {
+  return run.resume && !run.overwrite && is_regular_output(run.output) && status_of(run.output) &&
+         !status_of(part_folder_of(run.output) + "/run");
+}
+
+/// Throws UsageError, as for every other output that exists, unless it is the result of this run.
+void require_earlier_result(const EncodeRun& run, const EncodeJob& job, const VolumeSource& volume,
+                            const Resources& resources) {
+  try {
+    require_result(run, job, volume, resources);
+  } catch (const BrokenInput& broken) {
+    throw UsageError(fmt::format("{}: already exists, and is not what this run would write ({})", run.output,
+                                 broken.what()),
+                     Problem::output_exists);
+  }
+}
+
+/// Gives the file its name if the source is still there, unchanged: a run that removes originals may have verified the
+/// file that has the name now, and removed the source since. Its only copy must not be replaced.
+struct LockedCommit {
+  std::shared_ptr<BrickStore> store;
+  std::string output;
+  UnchangedFiles source;
+
+  void commit() const {
+    std::optional<OutputLock> lock;
+    if (is_regular_output(output)) lock.emplace(file_of_link(output));
+    source.require();
+    store->commit();
+  }
+};
+
 // Writes the envelope of a source if `keep`, and if the source allows it.
 void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickStore& store,
                        EncodeResult& result) {
@@ -194,6 +231,7 @@ void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickS
 FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
                            const Resources& resources) {
   check_early(run);
+  const bool may_be_done = is_finished_without_record(run);
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
   const UnchangedFiles files(volume->files());
@@ -255,9 +293,14 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);
+  } else if (may_be_done) {
+    require_earlier_result(run, job, *volume, resources);
+    result.warnings.push_back(
+        run.output + ": is there already, and is what this run would write; it was compared with the input");
   }
   store->finish(result);
-  return {std::move(result), std::move(store)};
+  return {std::move(result),
+          std::make_shared<LockedCommit>(LockedCommit{std::move(store), run.output, files})};
 }
 
 std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources) {

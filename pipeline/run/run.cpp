@@ -245,6 +245,26 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   return result;
 }
 
+VerifyResult require_result(const EncodeRun& run, const EncodeJob& job, const VolumeSource& original,
+                            const Resources& resources) {
+  const TagBricks file(std::make_shared<FileSource>(run.output));
+  if (serialize_header(file.header()) != serialize_header(job.header))
+    throw BrokenInput("made from another volume, or with other options");
+  std::vector<int> overviews;
+  for (const Member& member : file.index().members)
+    if (member.is_overview()) overviews.push_back(static_cast<int>(member.factor));
+  const ParityShare share = file.parity() ? file.parity()->share : 0;
+  const bool keeps_files = file.sizes().envelope > 0;
+  if (overviews != job.overviews || share != run.options.parity.value_or(share) ||
+      keeps_files != (run.keep_files && !run.options.strip && source_files(original.facts()).why_not.empty()))
+    throw BrokenInput("made with other options");
+  Ranks alone;
+  VerifyResult found = verify_file(
+      alone, {.input = run.output, .original = run.input, .source = run.source, .resources = resources});
+  if (keeps_files) require_same(compare_source_files(file, original, resources.threads), original.name());
+  return found;
+}
+
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const UnchangedFiles& files, const Resources& resources) {
   try {

@@ -139,6 +139,7 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
     encode_voxels_and_activity(samples, active, parameters, brick, code);
   else
     encode_points_and_activity(samples, active, parameters, brick, code);
+  check_bound(code.statistics, parameters);
 }
 
 void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,

@@ -1,4 +1,4 @@
-// Statistics of the samples of a brick.
+// Statistics of the samples of a brick, and the check that they keep the bound.
 #pragma once
 
 #include <algorithm>
@@ -6,8 +6,11 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
 
+#include "stages/sample/coding_parameters.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/statistics.h"
 #include "stages/sample/vector_code.h"
@@ -100,6 +103,21 @@ void measure_samples(std::span<const T> original, std::span<const T> decoded, St
     measure_floats(original, decoded, brick);
   brick.samples = original.size();
   statistics.add(brick);
+}
+
+/// Throws std::logic_error if the errors of decoded samples, or of the mesh, exceed the bounds of the file: the program
+/// must end before it writes such a brick. Bounds that are absent (negative) allow every error. With a surface_error,
+/// the looser bound is checked, as statistics do not tell active voxels from others.
+inline void check_bound(const Statistics& measured, const CodingParameters& parameters) {
+  const double bound = std::max(parameters.max_error, parameters.surface_error);
+  // Not ">": NaN breaks every bound.
+  if (parameters.max_error >= 0 && !(measured.max_error <= bound))
+    throw std::logic_error("a sample was encoded with an error of " + std::to_string(measured.max_error) +
+                           ", beyond its bound of " + std::to_string(bound));
+  // Negative: not measured yet.
+  if (parameters.mesh_error >= 0 && !(measured.mesh_error <= parameters.mesh_error))
+    throw std::logic_error("a mesh was encoded with an error of " + std::to_string(measured.mesh_error) +
+                           ", beyond its bound of " + std::to_string(parameters.mesh_error));
 }
 
 }  // namespace tagrid

@@ -23,7 +23,7 @@ inline std::string program_under_test() { return sanitized_program() ? sanitized
 
 inline bool program_is_sanitized() { return sanitized || sanitized_program(); }
 
-constexpr int usage = 64, broken_input = 65, world = 74;
+constexpr int usage = 64, broken_input = 65, world = 74, held = 75;
 
 class CommandLine : public TemporaryFolder {
  protected:

@@ -23,7 +23,7 @@
 
 namespace tagrid {
 
-TAGRID_MEMBERS(ManifestLine, number, name, input, output, options)
+TAGRID_MEMBERS(ManifestLine, number, name, input, is_relative, output, options)
 TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, spool)
 TAGRID_MEMBERS(ConversionOptions, output_dir, overwrite, skip_done, trust_description, run)
 
@@ -34,9 +34,9 @@ using nlohmann::ordered_json;
 /// The record of a line, created when its work begins. From then on it has all keys; unknown values are null.
 class LineRecord {
  public:
-  /// `sequence`: see KnownOutputs::next_sequence().
-  LineRecord(const ManifestLine& line, std::uint64_t sequence)
-      : json({{"input", text_of_name(line.input)},
+  /// `folder`: that of the outputs. `sequence`: see KnownOutputs::next_sequence().
+  LineRecord(const ManifestLine& line, const std::string& folder, std::uint64_t sequence)
+      : json({{"input", text_of_name(name_in_records(line.input, base_of_records(folder, line)))},
               {"output", text_of_name(line.output)},
               {"status", "failed"},
               {"error", nullptr},
@@ -181,7 +181,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
-    LineRecord record(line, known->next_sequence(line.output));
+    LineRecord record(line, order.options.output_dir, known->next_sequence(line.output));
     meter.begin_volume(line.name);
     try {
       encode_line(pass, line, record.json);
@@ -234,27 +234,27 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
   const KnownOutputs known(options.output_dir);
   warn_of_unreadable(options.run, known);
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
-  const RemovalPass removal(all, options, options.run.resources(ranks), known, meter);
+  RemovalPass pass(all, options, options.run.resources(ranks), known, meter);
   ConversionAccount account{options.run, results, meter};
   for (const ManifestLine& line : lines) {
-    LineRecord record(line, known.next_sequence(line.output));
+    LineRecord record(line, options.output_dir, known.next_sequence(line.output));
     meter.begin_volume(line.name);
-    std::vector<std::string> originals;
+    std::string text;
+    const auto append = [&] { results.append(text = record.text()); };
     try {
-      originals = removal.verified(line, record.json);
+      if (const auto removal = pass.verified(line, record.json)) {
+        // The record comes first: if the run is killed in between, the next one verifies the original once more.
+        remove_replaced(*removal, pass.output_path(line), [&] {
+          record.json["status"] = "removed";
+          append();
+        });
+      } else {
+        append();
+      }
     } catch (const std::exception&) {
+      if (record.json["status"] == "removed") record.json["status"] = "kept";
       record.fail();
-    }
-    std::string text = record.text();
-    results.append(text);
-    // The record comes first: if the run is killed in between, the next one verifies the original once more.
-    try {
-      remove_files(originals);
-    } catch (const std::exception&) {
-      record.json["status"] = "kept";
-      record.fail();
-      text = record.text();
-      results.append(text);
+      append();
     }
     account.settle(line, text, record.error);
   }

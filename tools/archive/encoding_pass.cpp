@@ -34,6 +34,7 @@ using nlohmann::ordered_json;
 
 struct Volume {
   std::string name, input, output;
+  std::string base;  ///< from which its record names files
   Encoding asked;
   std::vector<InputFile> files;
   bool headerless = false;
@@ -63,7 +64,7 @@ void describe(const Volume& volume, const TagHeader& header, const TagIndex& ind
   record["restorable"] = why_not_restorable.empty();
   record["why_not_restorable"] = json_text_or_null(why_not_restorable);
   record["lossy_source"] = json_text_or_null(lossy_source);
-  record["input_files"] = json_of(volume.files);
+  record["input_files"] = json_of(volume.files, volume.base);
   record["headerless"] = volume.headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
@@ -173,21 +174,15 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
     const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
     const EncodePlan plan = plan_encoding(options.parameters, pass.resources, original->traits().any_rows,
                                           {.besides = original->traits().memory});
-    const TagHeader header = settle(options, plan, *original).header;
-    if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
-      throw BrokenInput("made from another volume, or with other options");
-    Ranks alone;
-    const VerifyResult found = verify_file(
-        alone,
-        {.input = volume.output, .original = volume.input, .source = source, .resources = pass.resources});
+    const EncodeJob job = settle(options, plan, *original);
+    const VerifyResult found = require_result({.input = volume.input,
+                                               .source = source,
+                                               .output = volume.output,
+                                               .options = volume.asked.options,
+                                               .keep_files = true},
+                                              job, *original, pass.resources);
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
-    const std::uint32_t share = file.parity() ? file.parity()->share : 0;
-    if (share != volume.asked.options.parity.value_or(0) ||
-        keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
-      throw BrokenInput("made with other options");
-    if (keeps_files)
-      require_same(compare_source_files(file, *original, pass.resources.threads), original->name());
     const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
     const std::string why_lost = volume.asked.options.strip ? "only the samples were wanted"
                                  : keeps_files && compression.empty()
@@ -195,7 +190,7 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
                                      : source_files(original->facts()).why_not_restorable();
     describe(volume, found.header, found.index, found.bytes_in,
              text_of_key(original->info().nrrd_fields, lossy_source_key),
-             why_not_restorable(why_lost, header.parameters),
+             why_not_restorable(why_lost, job.parameters()),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
     record["compared"] = true;
   } catch (const BrokenInput& broken) {
@@ -212,6 +207,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   Volume volume{line.name,
                 line.input,
                 (std::filesystem::path(options.output_dir) / line.output).string(),
+                base_of_records(options.output_dir, line),
                 encoding_of(line.options, options.run),
                 {},
                 false,
@@ -221,7 +217,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   const bool was_removed =
       (last && last->state == KnownOutput::State::removed) || !pass.known.possibly_newer(line.output).empty();
   const KnownOutput* known = options.skip_done ? last : nullptr;
-  const bool is_there = known && is_file_of_size(volume.output, known->bytes_out);
+  const bool is_there = known && has_written_size(*known, volume.output);
   if (known && skip_removed(*known, volume.input, volume.output, options.run, record)) return;
   require_own_folders(options.output_dir, line.output);
   require_file_or_folder(volume.input);

@@ -12,9 +12,11 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
+#include "io/files/output_lock.h"
 #include "io/files/system_call.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
@@ -85,6 +87,13 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   return "";
 }
 
+void require_untouched(const UnchangedFiles& files) {
+  files.require();
+  if (const std::string file = files.touched(); !file.empty())
+    throw BrokenInput(
+        file + ": was changed, linked or given other permissions after it was verified; nothing is removed");
+}
+
 }  // namespace
 
 void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding) {
@@ -118,8 +127,9 @@ void require_lasting_choice(const std::string& input, const SourceDescription& s
 }
 
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, const char* advice) {
-  const bool is_series = is_folder(input);
+                                          const std::string& output, OtherHeaders& headers,
+                                          const char* advice) {
+  const bool is_series = is_folder(input), is_file = is_regular_input(input);
   if (is_series)
     require_file_as_output(input, output, advice);
   else
@@ -138,7 +148,11 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     const auto from_there = fs::path(file).lexically_relative(folder);
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may be in a different directory than its header", advice);
+    if (is_file)
+      if (const std::string why = not_own_name(input, file); !why.empty()) refuse(file, why, advice);
   }
+  if (const auto named = headers.first_named(volume->files()))
+    refuse(named->file, named->header + ", which lies beside it, names it, too", advice);
   return volume->files();
 }
 
@@ -178,8 +192,12 @@ void refuse_without_bound(const EncodeOptions& options, const std::string& optio
       option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E", option);
 }
 
-void remove_files(const std::vector<std::string>& files) {
-  for (const std::string& file : files)
+void remove_replaced(const Removal& removal, const std::string& tag, const std::function<void()>& record) {
+  const OutputLock lock(file_of_link(tag));
+  require_untouched(removal.originals);
+  require_untouched(removal.copy);
+  if (record) record();
+  for (const std::string& file : removal.files)
     if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);
 }
 

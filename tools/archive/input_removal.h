@@ -1,13 +1,16 @@
 // --rm: removes the input when its output has been verified, if nothing is lost with it.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "io/files/file_attributes.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/job/options.h"
+#include "tools/archive/other_headers.h"
 #include "tools/options/output_options.h"
 
 namespace tagrid {
@@ -17,11 +20,13 @@ namespace tagrid {
 void require_lasting_choice(const std::string& input, const SourceDescription& source);
 
 /// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is
-/// not a file that can be removed, or if `output` is not a file that stays; `advice` ends the message. Throws
+/// not a file that can be removed, if others may need it (it has another name than its header, or one of the other
+/// `headers` names it), or if `output` is not a file that stays; `advice` ends the message. Throws
 /// as require_lasting_choice() does, too. What else decides is checked with require_replaceable() and then
 /// with require_files_come_back(), whose reasons are the weaker ones.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, const char* advice);
+                                          const std::string& output, OtherHeaders& headers,
+                                          const char* advice);
 
 /// Other facts that decide whether an encoding may replace a volume.
 struct Replacement {
@@ -56,7 +61,16 @@ struct Decoding {
 /// is not a file that stays, or if the output would hold less. Also throws BrokenInput and WorldError.
 void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding);
 
-/// Removes the files. Throws WorldError.
-void remove_files(const std::vector<std::string>& files);
+/// Files that a verified copy replaces, and the copy, both watched since before it was verified.
+struct Removal {
+  std::vector<std::string> files;
+  UnchangedFiles originals;
+  UnchangedFiles copy;
+};
+/// Removes the files if they and their copy are still those that were verified; no other process can rename or remove
+/// one of them meanwhile. `tag`: that of both which is the .tag file. Calls `record` between the check and the removal.
+/// Throws BrokenInput if one was changed or replaced since, and WorldError.
+void remove_replaced(const Removal& removal, const std::string& tag,
+                     const std::function<void()>& record = {});
 
 }  // namespace tagrid

@@ -109,6 +109,7 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
     throw usage_error("{}: is not the name of a file or a directory", columns[0]);
   line.name = listed;
   line.input = absolute_name(path);
+  line.is_relative = !fs::path(listed).is_absolute();
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
@@ -213,10 +214,6 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       throw usage_error("{}: line {}: {}", file.name(), number, words_of(error));
     }
   }
-  if (lines.empty())
-    throw UsageError(file.name() +
-                     ": names no volume; every line of a list begins with the path of a volume, and lines "
-                     "that begin with # are ignored");
   return lines;
 }
 

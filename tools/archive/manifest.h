@@ -11,18 +11,19 @@
 namespace tagrid {
 
 struct ManifestLine {
-  std::size_t number = 0;  ///< in the file, from 1
-  std::string name;     ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
-  std::string input;    ///< absolute
-  std::string output;   ///< its path below the directory of the outputs: STEM.tag, or as requested
-  OptionTexts options;  ///< those for all lines, overridden by those of this line
+  std::size_t number = 0;    ///< in the file, from 1
+  std::string name;          ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
+  std::string input;         ///< absolute
+  bool is_relative = false;  ///< it was listed as a relative path
+  std::string output;        ///< its path below the directory of the outputs: STEM.tag, or as requested
+  OptionTexts options;       ///< those for all lines, overridden by those of this line
 };
 
 /// Reads the manifest at `path`, or from standard input for "-". Empty lines and lines that begin with '#'
 /// are skipped. Relative paths start at the directory of the manifest, or at the current folder if it comes
 /// from standard input. Without a column for it, the output of 2019/knee.nhdr is knee.tag, or 2019/knee.tag
 /// with `keep_folders`. `given` holds the options for all lines. Throws UsageError if a line has an invalid
-/// option or output, if two lines have the same output, and if there is no volume; also throws WorldError.
+/// option or output, and if two lines have the same output; also throws WorldError.
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given, bool keep_folders);
 
 /// The output for output=NAME: a path below the folder of the outputs, without "." and empty steps, and with

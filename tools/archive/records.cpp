@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <set>
 #include <system_error>
 
@@ -13,7 +14,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
 #include "io/text/text.h"
-#include "tools/archive/manifest.h"
+#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
@@ -37,25 +38,6 @@ std::string name_in(const ordered_json& object, const char* key) {
   return name_of_text(object.at(key).get<std::string>());
 }
 
-/// Nothing if the record describes no output. Throws nlohmann::json::exception if it is not a valid record.
-std::optional<KnownOutput> known_output(const ordered_json& record) {
-  const auto state = state_of(record.at("status").get<std::string>());
-  if (!state) return std::nullopt;
-  KnownOutput known;
-  known.state = *state;
-  known.input = name_in(record, "input");
-  known.options = record.at("options").get<OptionTexts>();
-  for (auto& [name, value] : known.options) value = name_of_text(value);
-  for (const auto& file : record.at("input_files"))
-    known.input_files.push_back({name_in(file, "path"), file.at("bytes").get<std::uint64_t>(),
-                                 file.at("modified_ns").get<std::int64_t>()});
-  known.headerless = record.at("headerless").get<bool>();
-  known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
-  known.input_checksum = record.at("input_xxh3").get<std::string>();
-  known.output_checksum = record.at("output_xxh3").get<std::string>();
-  return known;
-}
-
 /// Throws nlohmann::json::exception if `record` does not say.
 RecordTime time_of(const ordered_json& record) {
   RecordTime time{0, record.at("finished").get<double>()};
@@ -74,6 +56,13 @@ bool replaces(const KnownOutput& record, const KnownOutput& newest) {
       record.time.sequence > 0)
     return is_removal(record);
   return record.time >= newest.time;
+}
+
+std::string canonical_folder(const std::string& folder) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(folder), error);
+  const std::string path = error ? fs::absolute(folder).string() : canonical.string();
+  return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
 }
 
 /// True if a volume is at `input`. A directory from which files were removed may still be there, with others.
@@ -113,11 +102,31 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files) {
   return result;
 }
 
-ordered_json json_of(const std::vector<InputFile>& files) {
+std::string base_of_records(const std::string& folder, const ManifestLine& line) {
+  if (!line.is_relative) return "";
+  std::string base = canonical_folder(folder);
+  const auto steps = [](const fs::path& path) { return std::distance(path.begin(), path.end()) - 1; };
+  const fs::path name = fs::path(line.input).lexically_relative(base);
+  return name.empty() || std::ranges::count(name, "..") >= steps(base) ? "" : base;
+}
+
+std::string name_in_records(const std::string& path, const std::string& base) {
+  if (base.empty()) return path;
+  const std::string name = fs::path(path).lexically_relative(base).string();
+  return name.empty() ? path : name;
+}
+
+std::string path_in_records(const std::string& name, const std::string& base) {
+  return name.empty() || fs::path(name).is_absolute() ? name
+                                                      : (fs::path(base) / name).lexically_normal().string();
+}
+
+ordered_json json_of(const std::vector<InputFile>& files, const std::string& base) {
   ordered_json json = ordered_json::array();
   for (const InputFile& file : files)
-    json.push_back(
-        {{"path", text_of_name(file.path)}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
+    json.push_back({{"path", text_of_name(name_in_records(file.path, base))},
+                    {"bytes", file.bytes},
+                    {"modified_ns", file.modified}});
   return json;
 }
 
@@ -148,14 +157,14 @@ void skip(const KnownOutput& known, ordered_json& record) {
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   const RunOptions& run, ordered_json& record) {
   if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
-  if (!is_file_of_size(output, known.bytes_out))
+  if (!has_written_size(known, output))
     throw BrokenInput(output +
                       ": is gone or has another size, and its original was removed; restore it from a copy");
   skip(known, record);
   return true;
 }
 
-KnownOutputs::KnownOutputs(const std::string& folder) {
+KnownOutputs::KnownOutputs(const std::string& folder) : folder_(canonical_folder(folder)) {
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
@@ -190,6 +199,26 @@ void KnownOutputs::read(const std::string& path) {
   }
 }
 
+/// Nothing if the record describes no output. Throws nlohmann::json::exception if it is not a valid record.
+std::optional<KnownOutput> KnownOutputs::known_output(const ordered_json& record) const {
+  const auto state = state_of(record.at("status").get<std::string>());
+  if (!state) return std::nullopt;
+  KnownOutput known;
+  known.state = *state;
+  known.input = path_in_records(name_in(record, "input"), folder_);
+  known.options = record.at("options").get<OptionTexts>();
+  for (auto& [name, value] : known.options) value = name_of_text(value);
+  for (const auto& file : record.at("input_files"))
+    known.input_files.push_back({path_in_records(name_in(file, "path"), folder_),
+                                 file.at("bytes").get<std::uint64_t>(),
+                                 file.at("modified_ns").get<std::int64_t>()});
+  known.headerless = record.at("headerless").get<bool>();
+  known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
+  known.input_checksum = record.at("input_xxh3").get<std::string>();
+  known.output_checksum = record.at("output_xxh3").get<std::string>();
+  return known;
+}
+
 std::string KnownOutputs::note(const ordered_json& record, const std::string& line) {
   std::string output = name_in(record, "output");
   const RecordTime time = time_of(record);
@@ -218,9 +247,12 @@ std::string KnownOutputs::possibly_newer(const std::string& output) const {
 
 void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
                                 const RecordTime& time) {
-  // With any other status, nothing was to be encoded, or nothing was tried.
+  // With any other status, nothing was to be encoded, or nothing was tried. Neither was it if the command was refused,
+  // or another run held a file.
   const auto status = record.at("status").get<std::string>();
+  const ordered_json code = record.value("code", ordered_json());
   if (status != "failed" && status != "skipped" && status != "ok") return;
+  if (status == "failed" && (code == exit_usage || code == exit_resumable)) return;
   const auto [last, is_first] = last_runs_.try_emplace(output);
   if (!is_first && time < last->second.time) return;
   const auto error = record.find("error");

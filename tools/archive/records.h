@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/archive/manifest.h"
 #include "tools/options/encoding_options.h"
 
 namespace tagrid {
@@ -28,8 +30,16 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files);
 /// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a directory.
 void require_file_or_folder(const std::string& path);
 
-/// Names in records are those of text_of_name(); in memory they are the names themselves.
-nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
+/// The directory from which the records of a line name files, so that outputs, records and originals can move together:
+/// that of the outputs, `folder`. Returns "" if they name them by absolute paths: the list does, or the two have nothing
+/// in common but the root.
+std::string base_of_records(const std::string& folder, const ManifestLine& line);
+/// The name of a file in such records, and the path for such a name.
+std::string name_in_records(const std::string& path, const std::string& base);
+std::string path_in_records(const std::string& name, const std::string& base);
+
+/// Names in records are those of text_of_name(); in memory they are the names themselves. `base`: see above.
+nlohmann::ordered_json json_of(const std::vector<InputFile>& files, const std::string& base);
 nlohmann::ordered_json json_of(const OptionTexts& options);
 
 /// When a record was written. Clocks of different machines disagree, so it is first compared how many records
@@ -71,6 +81,12 @@ std::string other_volume(const KnownOutput& known, const std::vector<InputFile>&
 /// True if there is a regular file of this size at the path.
 bool is_file_of_size(const std::string& path, std::uint64_t bytes);
 
+/// True if the output at the path has the size that it was written with. Parity that was added to it since
+/// (`tagrid protect`) does not count.
+bool has_written_size(const KnownOutput& known, const std::string& path);
+/// True if it also has the content. Throws WorldError.
+bool is_as_written(const KnownOutput& known, const std::string& path);
+
 /// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 
@@ -110,10 +126,12 @@ class KnownOutputs {
     std::string failure;
   };
   void read(const std::string& path);
+  std::optional<KnownOutput> known_output(const nlohmann::ordered_json& record) const;
   /// Returns the name of the output.
   std::string note(const nlohmann::ordered_json& record, const std::string& line);
   void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
 
+  std::string folder_;  ///< absolute
   std::size_t files_ = 0;
   std::vector<std::string> unreadable_;
   /// By output: the stretches of unreadable_, one per file, that come before its last record in that file.

@@ -103,9 +103,9 @@ std::string RemovalPass::output_path(const ManifestLine& line) const {
   return (fs::path(options_.output_dir) / line.output).string();
 }
 
-std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
+std::optional<Removal> RemovalPass::verified(const ManifestLine& line, ordered_json& record) {
   const KnownOutput* known = known_.find(line.output);
-  if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
+  if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return std::nullopt;
   if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
   const std::string failure = known_.last_failure(line.output);
@@ -134,12 +134,11 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   record["options"] = json_of(known->options);
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
-  const UnchangedFiles watched(files);
+  // Each check reads them anew.
+  Removal removal{files, UnchangedFiles(files), UnchangedFiles({output_path(line)})};
   require_same_options(line, *known);
   verify(line, *known, record);
-  watched.require();  // each check reads them anew
-  record["status"] = "removed";
-  return files;
+  return removal;
 }
 
 void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
@@ -152,10 +151,10 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
         line.input, difference);
 }
 
-std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
+std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) {
   require_file_or_folder(line.input);
   const Encoding was = encoding_of(known.options, options_.run);
-  auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
+  auto files = removable_volume(line.input, was.source, output_path(line), headers_, "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
   if (const std::string others = other_volume(known, look_at(files)); !others.empty())
     throw broken_input_error(
@@ -183,7 +182,10 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   const std::string output = output_path(line);
   const Encoding was = encoding_of(known.options, options_.run);
   const SourceDescription& source = was.source;
-  if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
+  if (!is_as_written(known, output)) {
+    const KnownOutputs now(options_.output_dir);
+    if (const KnownOutput* newest = now.find(line.output); newest && newest->record != known.record)
+      throw BrokenInput(output + ": was encoded again by another run in the meantime; the original is kept");
     record["status"] = "damaged";
     throw BrokenInput(output + ": has changed since it was written; the original is kept");
   }

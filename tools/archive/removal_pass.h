@@ -3,10 +3,12 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/archive/conversion.h"
+#include "tools/archive/input_removal.h"
 #include "tools/archive/records.h"
 
 namespace tagrid {
@@ -17,9 +19,11 @@ class RemovalPass {
   RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
               const KnownOutputs& known, ListMeter& meter);
 
-  /// Verifies the output of `line` once more. Returns the files of the original, which may then be removed;
-  /// none if there is nothing to do. Completes `record`. Throws if the original must be kept.
-  std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
+  /// Verifies the output of `line` once more. Returns what may then be removed; nothing if there is nothing to do.
+  /// Completes `record`. Throws if the original must be kept.
+  std::optional<Removal> verified(const ManifestLine& line, nlohmann::ordered_json& record);
+  /// The path of the output of a line.
+  std::string output_path(const ManifestLine& line) const;
 
  private:
   /// A line whose volume cannot be opened, so that its other files, beside the named one, are unknown.
@@ -30,11 +34,10 @@ class RemovalPass {
   };
   void count_files(const ManifestLine& line);
   void require_not_needed(const ManifestLine& line, const std::string& file) const;
-  std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known) const;
+  std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known);
   void require_same_options(const ManifestLine& line, const KnownOutput& known) const;
   void require_kept_files(const ManifestLine& line, const VolumeSource& volume) const;
   void verify(const ManifestLine& line, const KnownOutput& known, nlohmann::ordered_json& record) const;
-  std::string output_path(const ManifestLine& line) const;
 
   const ConversionOptions& options_;
   Resources resources_;
@@ -42,6 +45,7 @@ class RemovalPass {
   ListMeter& meter_;
   std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
   std::vector<UnknownFiles> unknown_;
+  OtherHeaders headers_;  ///< of the directories that were looked at so far
 };
 
 }  // namespace tagrid

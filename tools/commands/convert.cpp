@@ -16,6 +16,7 @@
 #include "tools/archive/find_volumes.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/records.h"
 #include "tools/commands/commands.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
@@ -63,6 +64,7 @@ struct ConvertCommand {
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given, options.run);
     const std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
+    if (lines.empty()) require_records();
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
     // The report may be the first file in the directory of the outputs.
@@ -103,6 +105,17 @@ struct ConvertCommand {
     if (sums.failed > 0)
       throw broken_input_error("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
                                results.name());
+  }
+
+  // If all originals were removed, the list that --find makes of their directory names none.
+  void require_records() const {
+    const std::string what = shown_input(manifest) + ": names no volume";
+    if (!status_of(options.output_dir) || KnownOutputs(options.output_dir).files() == 0)
+      throw UsageError(
+          what +
+          "; every line of a list begins with the path of a volume, and lines that begin with # are "
+          "ignored");
+    warn(options.run, "{}; nothing is left to do", what);
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.

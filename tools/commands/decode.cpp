@@ -76,13 +76,14 @@ struct DecodeCommand {
     RunFigures figures = figures_with(facts, result, chosen);
     figures.volumes = volume ? 1 : result.header.volumes;
     report.write(figures, decoded);
+    const UnchangedFiles written({path, samples_path(path, chosen)});
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     if (chosen.has_levels && !run.quiet && facts.at("levels").size() == 1)
       say("tagrid: {}: has the finest level alone; --overviews of encode makes others", path);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
     watched.require();
-    if (remove) remove_files({input});
+    if (remove) remove_replaced({{input}, watched, written}, input);
     if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
   }
 

@@ -52,7 +52,7 @@ struct EncodeCommand {
     if (resume) require_resumable(path);
     remove_abandoned(run, {input}, {path});
     // If the run continues an earlier one, its report may exist already.
-    const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
+    const bool goes_on = resume && (status_of(part_folder_of(path) + "/run") || status_of(path));
     RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = files_to_remove(asked, path);
@@ -72,7 +72,9 @@ struct EncodeCommand {
     figures.volumes = result.header.volumes;
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
     figures.more["lossy_source"] = json_text_or_null(result.lossy_source);
+    const auto written = remove ? status_of(result.temporary) : std::nullopt;
     report.write(figures, encoded);
+    const UnchangedFiles copy(remove ? std::vector{path} : std::vector<std::string>());
     for (const std::string& warning : warnings_of_encoding(input, asked.options, result)) warn(run, warning);
     if (has_parity_beside)
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
@@ -87,7 +89,11 @@ struct EncodeCommand {
             result.why_not_restorable);
     }
     watched.require();
-    remove_files(removed_after);
+    if (!remove) return;
+    const auto named = status_of(path);
+    if (!written || !named || named->st_dev != written->st_dev || named->st_ino != written->st_ino)
+      throw BrokenInput(path + ": was replaced by another run after it was verified; the input was kept");
+    remove_replaced({removed_after, watched, copy}, path);
   }
 
   // "scan.tag" for "scan.nrrd", and for the folders "scan" and "scan/".
@@ -102,7 +108,8 @@ struct EncodeCommand {
 
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
-    auto files = removable_volume(input, asked.source, path, advice);
+    OtherHeaders headers;
+    auto files = removable_volume(input, asked.source, path, headers, advice);
     const auto volume = open_volume(input, asked.source);
     const double max_error = in_samples(asked.options, volume->facts()).parameters.max_error;
     require_replaceable(

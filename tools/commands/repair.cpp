@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
+#include "io/files/output_lock.h"
 #include "io/parity/parity.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -152,7 +153,10 @@ struct RepairCommand {
           "an earlier one; remove it, or protect the file again",
           shown_input(input), parity_beside(input));
     if (!is_newer) prove(ranks, repaired.temporary());
-    repaired.commit();
+    {
+      const OutputLock lock(file_of_link(output.path));
+      repaired.commit();
+    }
     if (!run.quiet) tell(file, condition);
     if (is_newer)
       warn(run, "{}: is of a newer version, which this tagrid does not read, so only its parity was checked",
@@ -232,8 +236,12 @@ struct ProtectCommand {
     if (!beside) copy(file, output);
     const std::uint64_t base = beside ? 0 : file.size();
     const std::uint64_t end = write_parity(file, *asked, base, to_file(output), memory);
-    watched.require();
-    output.commit();
+    {
+      // Another run may have given the name to another file, which this copy must not replace.
+      const OutputLock lock(target);
+      watched.require();
+      output.commit();
+    }
     if (!beside && is_regular_input(parity_beside(target)))
       warn(run, "{}: is of the file without parity; remove it", parity_beside(target));
     if (run.is_verbose()) say("{}: {} bytes of parity", path, end - base);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/files/held_by_another.h"
 #include "io/text/numbered_names.h"
 #include "pipeline/memory/resources.h"
 
@@ -90,6 +91,16 @@ std::string advice_on(const ErrorDetail& detail) {
   return "";
 }
 
+bool is_held_by_another(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const HeldByAnother&) {
+    return true;
+  } catch (...) {
+    return false;
+  }
+}
+
 /// The sentence, in which a search is the whole command: other commands have no such option.
 Sentence with_commands(Sentence sentence) {
   for (Term& term : sentence.terms)
@@ -133,7 +144,7 @@ Failure current_failure(const std::string& memory_advice) {
     case ErrorKind::closed_pipe:
       return {exit_world, ""};
     case ErrorKind::world:
-      return {exit_world, message};
+      return {is_held_by_another(std::current_exception()) ? exit_resumable : exit_world, message};
     case ErrorKind::memory:
       return {exit_world, "out of memory" + (memory_advice.empty() ? "" : "; " + memory_advice)};
     case ErrorKind::bug:

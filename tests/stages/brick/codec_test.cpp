@@ -7,6 +7,7 @@
 
 #include <map>
 
+#include "stages/brick/sample_statistics.h"
 #include "stages/values/points/coding.h"
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
@@ -224,6 +225,60 @@ TEST(CountActive, HoldsForLargeRootCubes) {
     }
     EXPECT_EQ(total.active, expected.active) << s;
   }
+}
+
+// The bound is compared with what was measured, whatever coder made the brick.
+TEST(CheckBound, AllowsTheBoundAndNoMore) {
+  CodingParameters p{.dims = {4, 4, 4}, .max_error = 5};
+  Statistics measured;
+  measured.max_error = 5;
+  EXPECT_NO_THROW(check_bound(measured, p));
+  for (const double error : {5.5, 6.0, INFINITY, NAN}) {
+    measured.max_error = error;
+    EXPECT_THROW(check_bound(measured, p), std::logic_error) << error;
+  }
+  p.surface_error = 2;
+  measured.max_error = 5;
+  EXPECT_NO_THROW(check_bound(measured, p));
+  p.max_error = 0;
+  p.surface_error = -1;
+  measured.max_error = 0.25;
+  EXPECT_THROW(check_bound(measured, p), std::logic_error);
+  p.max_error = -1;  // none
+  EXPECT_NO_THROW(check_bound(measured, p));
+  p.mesh_error = 3;
+  measured.mesh_error = 3;
+  EXPECT_NO_THROW(check_bound(measured, p));
+  measured.mesh_error = 3.5;
+  EXPECT_THROW(check_bound(measured, p), std::logic_error);
+}
+
+// As if a coder had decoded a sample further away: statistics of a brick are added to those that are there.
+TEST(CheckBound, ABrickWhoseErrorIsBeyondItIsNotEncoded) {
+  for (const SampleType type : {SampleType::uint8, SampleType::int16, SampleType::int32, SampleType::float32})
+    with_sample_type(type, [&](auto zero) {
+      using T = decltype(zero);
+      const CodingParameters p{
+          .dims = {5, 4, 3}, .type = type, .cube_size = 4, .brick_edge = 1, .max_error = 2};
+      std::vector<T> samples;
+      for (int i = 0; i < 5 * 4 * 3; ++i) samples.push_back(static_cast<T>(i * i % 97));
+      const Box box = samples_to_encode(p, {0, 0, 0});
+      const LatticeBits activity = random_activity_of(p.domain(), 0, 1);
+      const Box closed = p.bricks().closed_box({0, 0, 0});
+      std::vector<T> of_brick(static_cast<std::size_t>(box.count()));
+      std::size_t i = 0;
+      for_each_point(box, [&](Index3 q) {
+        of_brick[i++] = samples[static_cast<std::size_t>(q.x + 5 * (q.y + 4 * q.z))];
+      });
+      BrickCode code;
+      code.statistics.max_error = 2;
+      EXPECT_NO_THROW(
+          encode_brick(Samples<T>{box, of_brick.data()}, cut(activity, closed), p, {0, 0, 0}, code));
+      BrickCode wrong;
+      wrong.statistics.max_error = 3;
+      EXPECT_THROW(encode_brick(Samples<T>{box, of_brick.data()}, cut(activity, closed), p, {0, 0, 0}, wrong),
+                   std::logic_error);
+    });
 }
 
 // Broken activity bytes give another conforming set; the values after them must still decode or be refused.

@@ -74,7 +74,9 @@ class ConvertFault : public Conversions<FailingDisk>, public testing::WithParamI
       if (name.ends_with(".tag")) {
         EXPECT_TRUE(content("out/" + name) == whole_.at(name)) << name << " is not whole";
       } else if (name != "results.jsonl") {
-        EXPECT_TRUE(GetParam().signal == SIGKILL && name.find(".part") != name.npos) << name;
+        const bool is_hidden =
+            name.find(".part") != name.npos || name.ends_with(".tag.lock") || name.ends_with(".holder");
+        EXPECT_TRUE(GetParam().signal == SIGKILL && is_hidden) << name;
       }
     }
     for (const auto& [name, bytes] : before_) {

@@ -263,16 +263,34 @@ TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   EXPECT_FALSE(exists("a.nrrd"));
 }
 
-// If a run with other options fails for a volume, its original must stay.
+// If a run fails for a volume, its original must stay.
 TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
   volumes(1);
   expect_ok(convert({"--max-error", "5"}));
-  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  const std::string whole = content("a.nrrd");
+  file("a.nrrd", whole.substr(0, whole.size() - 9));
+  EXPECT_EQ(convert({"--skip-done", "--max-error", "5"}).code, broken_input);
+  file("a.nrrd", whole);
+  expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ", {"--max-error", "5"});
   expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ");
-  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now not given");
   expect_ok(convert({"--skip-done", "--max-error", "5"}));
   expect_ok(remove({"--max-error", "5.0"}));
   EXPECT_FALSE(exists("a.nrrd"));
+}
+
+// Nothing was encoded, and the output is what its record says.
+TEST_F(ConvertRemoval, ARefusedRunDoesNotKeepAnOriginal) {
+  volumes(3);
+  expect_ok(convert({"--max-error", "5"}));
+  for (const Arguments& other : {Arguments{"--skip-done"}, {}, {"--max-error", "7"}})
+    EXPECT_EQ(convert(other).code, broken_input);
+  EXPECT_EQ(last()["status"], "failed");
+  EXPECT_EQ(last()["code"], usage);
+  EXPECT_EQ(script("flock out/results.jsonl $TAGRID convert --manifest list.tsv --output-dir out -f").code,
+            held);
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now not given");
+  expect_ok(remove({"--max-error", "5"}));
+  EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd") || exists("c.nrrd"));
 }
 
 // Nothing was tried, so the record of the encoding still holds. With other options, the output is not what was
@@ -290,11 +308,13 @@ TEST_F(ConvertRemoval, ARunThatFoundTheSameOutputsDoesNotUndoTheirRecords) {
   file("list.tsv", "b.nrrd\n");
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(last()["status"], "failed");
-  expect_kept("b.nrrd", "kept", "b.nrrd: its last encoding failed: out/b.tag: already exists",
-              {"--max-error", "5"});
+  expect_kept("b.nrrd", "kept", "was encoded with other options: max-error was 5, now not given");
   // A failure is not forgotten because a later run tried nothing.
+  const std::string whole = content("b.nrrd");
+  file("b.nrrd", whole.substr(0, whole.size() - 9));
+  EXPECT_EQ(convert({"-f", "--max-error", "5"}).code, broken_input);
+  file("b.nrrd", whole);
   EXPECT_EQ(convert({"--max-error", "5"}).code, broken_input);
-  EXPECT_EQ(last()["status"], "exists");
   expect_kept("b.nrrd", "kept", "b.nrrd: its last encoding failed: ", {"--max-error", "5"});
 }
 
@@ -307,7 +327,7 @@ TEST_F(ConvertRemoval, AnotherBoundBesideAPsnrKeepsTheOriginal) {
     const Arguments lossless = {"--psnr", "45", "--max-error", "0"};
     EXPECT_EQ(convert(skip ? with(lossless, {"--skip-done"}) : lossless).code, broken_input);
     EXPECT_EQ(last()["status"], "failed");
-    expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ", lossless);
+    expect_kept("a.nrrd", "kept", "a.nrrd: was encoded with other options: max-error was 5, now 0", lossless);
   }
 }
 
@@ -368,10 +388,17 @@ TEST_F(ConvertRemoval, FilesThatAFailedLineMayNeedAreKept) {
     EXPECT_TRUE(exists("a.nhdr") && exists("a.raw")) << other;
     const Json record = records()[records().size() - 3];
     EXPECT_EQ(record["status"], "kept");
-    EXPECT_TRUE(has(record["error"].get<std::string>(), "a.raw: may also be of ")) << record;
+    EXPECT_TRUE(has(record["error"].get<std::string>(),
+                    other == "b.nhdr"
+                        ? "a.raw: cannot be removed: b.nhdr, which lies beside it, names it, too"
+                        : "a.raw: may also be of "))
+        << record;
     EXPECT_FALSE(exists("c.nrrd")) << "it needs nobody, and nobody it";
   }
+  // The header is still there, although it is not listed.
   file("list.tsv", "a.nhdr\n");
+  expect_kept("a.raw", "kept", "b.nhdr, which lies beside it, names it, too");
+  std::filesystem::remove(path("b.nhdr"));
   expect_ok(remove());
   EXPECT_FALSE(exists("a.nhdr") || exists("a.raw"));
 }

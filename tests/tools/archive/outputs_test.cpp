@@ -231,6 +231,18 @@ TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandD
   expect_error(script(": | $TAGRID convert --manifest - --output-dir out"), usage,
                "standard input: names no volume");
   EXPECT_FALSE(exists("out"));
+  // Where volumes were converted before, nothing may be left of them to list.
+  expect_ok(script("$TAGRID convert --find . > list.tsv"));
+  expect_ok(convert());
+  expect_ok(convert({"--remove-verified"}));
+  expect_ok(script("$TAGRID convert --find . -q > list.tsv"));
+  for (const char* option : {"--skip-done", "--remove-verified"}) {
+    const Ending nothing = convert({option});
+    EXPECT_EQ(nothing.code, 0) << option;
+    EXPECT_EQ(nothing.err, "tagrid: warning: list.tsv: names no volume; nothing is left to do\n");
+  }
+  expect_ok(script("rm -r out"));
+  volumes(1);
   // A shard without lines is one of more shards than volumes.
   file("list.tsv", "a.nrrd\n");
   expect_ok(convert({"--shard=3/4"}));

@@ -1,0 +1,75 @@
+#include "io/files/output_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+
+#include "io/errors/errors.h"
+#include "io/files/temporaries.h"
+
+namespace tagrid {
+namespace {
+
+/// If another user left the file, and not the right to write to it, it can still be locked on a local file system.
+Descriptor opened(const std::string& name) {
+  constexpr int flags = O_CLOEXEC | O_NOFOLLOW;
+  Descriptor file = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | flags, 0666); });
+  if (file < 0 && errno == EACCES) file = uninterrupted([&] { return open(name.c_str(), O_RDONLY | flags); });
+  return file;
+}
+
+bool is_same_file(int one, int other) {
+  struct stat a = {}, b = {};
+  return fstat(one, &a) == 0 && fstat(other, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
+/// True if the open file is now locked, or cannot be because the file system has no locks. False if another process
+/// holds it.
+bool is_locked(int file, const std::string& name) {
+  if (lock_now(file) || errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EBADF)
+    return true;
+  if (errno == EWOULDBLOCK) return false;
+  throw world_error("cannot lock", name, errno);
+}
+
+/// True if the file has the name: the process that held the lock before removed the one that had it. Opened again,
+/// because a network file system may remember for a while which file had a name.
+bool has_name(int file, const std::string& name) {
+  const Descriptor named = opened(name);
+  if (named < 0) throw world_error("cannot open the lock", name, errno);
+  return is_same_file(file, named);
+}
+
+}  // namespace
+
+std::string lock_of_output(const std::string& path) {
+  const std::filesystem::path file = path;
+  return (file.parent_path() / ("." + name_in_temporary_names(file.filename().string()) + ".lock")).string();
+}
+
+OutputLock::OutputLock(const std::string& path) : name_(lock_of_output(path)) {
+  for (;;) {
+    {
+      // A signal that ends the process must not leave the file, nor remove that of another process.
+      const SignalsWait wait;
+      descriptor_ = opened(name_);
+      if (descriptor_ < 0) throw world_error("cannot create the lock", name_, errno);
+      if (is_locked(descriptor_, name_) && has_name(descriptor_, name_)) {
+        slot_ = register_temporary(name_);
+        return;
+      }
+    }
+    // Waits for the process that holds it, and tries again.
+    uninterrupted([&] { return flock(descriptor_, LOCK_EX); });
+  }
+}
+
+OutputLock::~OutputLock() {
+  unlink(name_.c_str());
+  forget_temporary(slot_);
+}
+
+}  // namespace tagrid
