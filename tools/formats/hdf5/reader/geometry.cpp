@@ -176,9 +176,9 @@ KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known)
 }
 
 /// Attributes that geometry_of_attributes() and other_meanings() read, or warn about.
-constexpr const char* attributes_read[] = {
-    "spacing", "spacing_units", "element_size_um", "direction",   "directions",
-    "origin",  "axis_order",    "dimension_order", "IMAGE_SCALE", "axistags"};
+constexpr const char* attributes_read[] = {"spacing",    "spacing_units",   "element_size_um",
+                                           "direction",  "directions",      "origin",
+                                           "axis_order", "dimension_order", "axistags"};
 
 constexpr const char* vtk_group = "/VTKHDF";
 constexpr std::string_view point_data = "/VTKHDF/PointData/", cell_data = "/VTKHDF/CellData/";
