@@ -20,7 +20,6 @@ namespace {
 
 /// Attributes that are kept as pairs; more would be a file of its own.
 constexpr std::size_t most_attributes = std::size_t{1} << 18;
-constexpr std::size_t axis_of_z = 2;
 
 class Describing {
  public:

@@ -16,6 +16,7 @@ namespace tagrid {
 
 /// The axes x, y and z of an array; nothing for a z that is missing.
 using SpaceAxes = std::array<std::optional<std::size_t>, 3>;
+inline constexpr std::size_t axis_of_x = 0, axis_of_y = 1, axis_of_z = 2;
 
 /// Coordinates as xarray writes them: arrays of one axis, in the group of the array, with the names of its axes. Nothing
 /// without any. Throws BrokenInput, WorldError.

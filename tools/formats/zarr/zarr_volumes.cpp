@@ -29,8 +29,6 @@
 namespace tagrid {
 namespace {
 
-constexpr std::size_t axis_of_x = 0, axis_of_y = 1, axis_of_z = 2;
-
 class ZarrVolume final : public ServedVolume {
  public:
   ZarrVolume(const std::string& path, const ReaderOptions& options)

@@ -20,10 +20,6 @@ namespace {
 
 constexpr const char* info_of_imaris = "/DataSetInfo/Image";
 
-bool are_steps(const std::vector<double>& numbers) {
-  return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number) && number != 0; });
-}
-
 /// `count` numbers that are a data set of their own; none if there are not as many, or one of them is not finite.
 std::vector<double> numbers_at(hid_t file, const std::string& path, const std::string& name,
                                std::size_t count) {
@@ -43,10 +39,6 @@ std::string text_of_letters(hid_t object, const std::string& name) {
   std::string text;
   for (const std::string& letter : text_list_attribute(object, name)) text += letter;
   return text;
-}
-ForeignNumber number_of_letters(hid_t object, const std::string& name) {
-  const std::string text = text_of_letters(object, name);
-  return text.empty() ? ForeignNumber() : foreign_number(std::optional<std::string_view>(text));
 }
 
 /// "/ITKImage/0/VoxelData": fields of the group, x first; Directions has the vector of an axis in each row.
@@ -173,6 +165,11 @@ std::optional<Convention> cremi_of(hid_t file, const std::string& path, const st
 }
 
 }  // namespace
+
+ForeignNumber number_of_letters(hid_t object, const std::string& name) {
+  const std::string text = text_of_letters(object, name);
+  return text.empty() ? ForeignNumber() : foreign_number(std::optional<std::string_view>(text));
+}
 
 std::optional<Convention> convention_of(hid_t file, const std::string& path, const std::string& name,
                                         const Index3& dims) {

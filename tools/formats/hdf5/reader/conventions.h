@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/formats/nrrd/geometry.h"
+#include "io/text/foreign_number.h"
 #include "stages/grid/box.h"
 
 namespace tagrid {
@@ -25,6 +26,9 @@ struct Convention {
 /// of these conventions. What cannot be read gives no position, and a warning.
 std::optional<Convention> convention_of(hid_t file, const std::string& path, const std::string& name,
                                         const Index3& dims);
+
+/// A number that Imaris writes as a list of letters; absent if there is none.
+ForeignNumber number_of_letters(hid_t object, const std::string& name);
 
 /// True if the file is one of Imaris, whose volumes are those of "/DataSet/ResolutionLevel 0".
 bool is_imaris(hid_t file);

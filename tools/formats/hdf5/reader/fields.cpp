@@ -13,6 +13,10 @@ bool are_finite(const std::vector<double>& numbers) {
   return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
 }
 
+bool are_steps(const std::vector<double>& numbers) {
+  return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number) && number != 0; });
+}
+
 AttributeNumbers Fields::numbers(const std::string& attribute, std::size_t count, const char* consequence,
                                  const IsGood& is_good) {
   AttributeNumbers found = foreign_numbers(object_, attribute, count);

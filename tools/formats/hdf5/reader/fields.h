@@ -16,6 +16,8 @@ using IsGood = std::function<bool(const std::vector<double>&)>;
 
 /// True if all numbers are finite.
 bool are_finite(const std::vector<double>& numbers);
+/// True if they are finite and not 0, as distances between samples are.
+bool are_steps(const std::vector<double>& numbers);
 
 /// Reads attributes of one object, and gathers what users should know about them.
 class Fields {

@@ -35,7 +35,6 @@ bool are_spacings(const std::vector<double>& numbers) {
                              [](double number) { return std::isnan(number) || is_nonzero(number); }) &&
          std::ranges::any_of(numbers, is_nonzero);
 }
-bool are_sizes(const std::vector<double>& numbers) { return std::ranges::all_of(numbers, is_nonzero); }
 std::array<std::array<double, 3>, 3> three_vectors(const std::vector<double>& numbers) {
   std::array<std::array<double, 3>, 3> vectors = {};
   for (std::size_t i = 0; i < 9; ++i) vectors[i / 3][i % 3] = numbers[i];
@@ -111,7 +110,7 @@ Geometry geometry_of_attributes(Fields& fields) {
   bool is_order_stated =
       fields.has(hdf5_header_attribute) || fields.has("spacing_units") || fields.has("space");
   const auto spacing = fields.numbers("spacing", 3, no_spacing, are_spacings);
-  const auto size = fields.numbers("element_size_um", 3, no_spacing, are_sizes);
+  const auto size = fields.numbers("element_size_um", 3, no_spacing, are_steps);
   const std::string unit = fields.text("spacing_units", "the unit is not known");
   if (spacing.is_number()) {
     std::ranges::copy(spacing.values, geometry.spacing.begin());
@@ -177,9 +176,9 @@ KeyValues other_attributes(hid_t dataset, const std::vector<std::string>& known)
 }
 
 /// Attributes that geometry_of_attributes() and other_meanings() read, or warn about.
-constexpr const char* attributes_read[] = {
-    "spacing", "spacing_units", "element_size_um", "direction",   "directions",
-    "origin",  "axis_order",    "dimension_order", "IMAGE_SCALE", "axistags"};
+constexpr const char* attributes_read[] = {"spacing",    "spacing_units",   "element_size_um",
+                                           "direction",  "directions",      "origin",
+                                           "axis_order", "dimension_order", "axistags"};
 
 constexpr const char* vtk_group = "/VTKHDF";
 constexpr std::string_view point_data = "/VTKHDF/PointData/", cell_data = "/VTKHDF/CellData/";
@@ -204,7 +203,7 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
   Fields fields(group.get(), where);
   const auto extent = fields.numbers("WholeExtent", 6, unknown),
              origin = fields.numbers("Origin", 3, unknown),
-             spacing = fields.numbers("Spacing", 3, unknown, are_sizes),
+             spacing = fields.numbers("Spacing", 3, unknown, are_steps),
              given_direction = fields.numbers("Direction", 9, unknown, are_directions);
   warnings.insert(warnings.end(), fields.warnings.begin(), fields.warnings.end());
   for (const auto& [attribute, found] :

@@ -18,8 +18,6 @@ namespace {
 
 bool is_step(double number) { return std::isfinite(number) && number != 0; }
 
-bool are_steps(const std::vector<double>& numbers) { return std::ranges::all_of(numbers, is_step); }
-
 /// The unit of so many meters, and by how much lengths are multiplied then.
 std::pair<std::string, double> unit_of_meters(double meters) {
   for (const auto& [unit, size] :

@@ -15,6 +15,7 @@
 #include "io/text/text.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/handle.h"
+#include "tools/formats/hdf5/reader/conventions.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/emd.h"
 #include "tools/formats/hdf5/reader/links.h"
@@ -76,13 +77,6 @@ bool are_in_another_order(const std::vector<std::string>& names) {
     if (name.size() == 1 && space.find(name) != space.npos && space.find(name) != from_end) return true;
   }
   return false;
-}
-
-/// A number that Imaris writes as a list of letters; nothing if there is none.
-ForeignNumber number_of_letters(hid_t group, const std::string& name) {
-  std::string text;
-  for (const std::string& letter : text_list_attribute(group, name)) text += letter;
-  return text.empty() ? ForeignNumber() : foreign_number(std::optional<std::string_view>(text));
 }
 
 }  // namespace

@@ -158,9 +158,10 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
     return none;
   }
   // Outside of NeXus and EMD, the attribute may only say what axes are called.
-  if (!may_be_emd && !is_nexus_signal(file, name) && std::ranges::none_of(names, [&](const std::string& one) {
-        return opened_dataset(file, inside(group_path, one)) ||
-               !why_missing(file, inside(group_path, one)).starts_with("there is no ");
+  if (!may_be_emd && !is_nexus_signal(file, name) &&
+      std::ranges::none_of(names, [&, &folder = group_path](const std::string& one) {
+        return opened_dataset(file, inside(folder, one)) ||
+               !why_missing(file, inside(folder, one)).starts_with("there is no ");
       }))
     return std::nullopt;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -17,7 +17,7 @@ constexpr int most_groups = 8;
 constexpr hssize_t most_numbers = 16;
 constexpr std::size_t most_beside = 1000;
 
-std::vector<std::string> names_of_attributes(hid_t object) {
+std::vector<std::string> attribute_names(hid_t object) {
   std::vector<std::string> names;
   const auto add = [](hid_t, const char* name, const H5A_info_t*, void* user) -> herr_t {
     static_cast<std::vector<std::string>*>(user)->emplace_back(name);
@@ -56,7 +56,7 @@ std::vector<std::string> unread_geometry(hid_t file, const std::string& name,
     return looks_like_geometry(one) && std::ranges::find(known, one) == known.end();
   };
   const auto look = [&](hid_t object, const std::string& where) {
-    for (const std::string& one : names_of_attributes(object))
+    for (const std::string& one : attribute_names(object))
       if (is_unread(one) && !attribute_in_words(object, one).empty())
         found.push_back(where.empty() ? one : fmt::format("{} (of {})", one, where));
   };
