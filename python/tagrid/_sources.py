@@ -33,7 +33,7 @@ def shown_address(name: str) -> str:
     scheme, rest = address.groups()
     host = re.split(r"[/?#]", rest, maxsplit=1)[0]
     # A password with one of these characters ends too early, and must not be shown either.
-    ends = re.search(r"(^[^:]*(:\d*)?|\])$", host.rpartition("@")[2]) or "@" in host
+    ends = re.search(r"(^[^:]*|:\d*|\])$", host.rpartition("@")[2]) or "@" in host
     if ends:
         rest = host.rpartition("@")[2] + rest[len(host):]
     else:

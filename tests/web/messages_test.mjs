@@ -95,6 +95,7 @@ test("addresses are shown without what is secret", () => {
     ["https://host:80/a?mail=a@b", "https://host:80/a"],
     ["https://[::1]:80/a", "https://[::1]:80/a"],
     ["https://[::1]/a@b", "https://[::1]/a@b"],
+    ["https://[::1]:8/a@b", "https://[::1]:8/a@b"],
     ["https://host/a.tag#part", "https://host/a.tag"],
     ["//user:pw@host/a?b", "//host/a"],
     ["/scans/a.tag?token=abc", "/scans/a.tag"],

@@ -23,7 +23,8 @@ CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::s
     option->check(CLI::Validator(
         [](const std::string& given) {
           return is_address(given)
-                     ? shown_address(given) + ": is an address; this must be a name on this machine"
+                     ? shown_address(given) +
+                           ": is an address, and only INPUT can be one; download it first if it is to be read"
                      : std::string();
         },
         ""));

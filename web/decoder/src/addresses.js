@@ -11,7 +11,7 @@ export function shownAddress(given) {
   if (scheme === undefined) return rest.replace(/[?#].*$/s, "");
   // A password with one of these characters ends too early, and must not be shown either.
   const host = rest.replace(/[/?#].*$/s, "");
-  const hasPort = /^[^:]*(:\d*)?$|\]$/.test(host.slice(host.lastIndexOf("@") + 1));
+  const hasPort = /(^[^:]*|:\d*|\])$/.test(host.slice(host.lastIndexOf("@") + 1));
   const at = hasPort || host.includes("@") ? host.lastIndexOf("@") : rest.lastIndexOf("@");
   return scheme + rest.slice(at + 1).replace(/[?#].*$/s, "");
 }
