@@ -46,7 +46,9 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   for (const std::string& path : data_paths) {
     std::error_code error;
     const fs::path file = fs::canonical(path, error);
-    if (error || std::ranges::any_of(folders, [&](const auto& folder) { return is_below(file, folder); }))
+    // open_data_file() refuses what is not a regular file.
+    if (error || !fs::is_regular_file(file, error) ||
+        std::ranges::any_of(folders, [&](const auto& folder) { return is_below(file, folder); }))
       continue;
     if (count++ == 0) first = file == path ? path : fmt::format("{} ({})", path, file.string());
   }

@@ -16,8 +16,8 @@ std::string path_of_data_file(const std::string& header_path, const std::string&
 /// Checks that the files at `data_paths` lie in the folder of the header or below it: otherwise, a header from
 /// somebody else could put any file of this machine into a .tag file. Links are followed, and the folder of
 /// the header is also that of the file to which a link leads. Throws BrokenInput (Problem::data_outside) for
-/// the first file that lies elsewhere; with `outside_ok`, adds a warning that names it instead. Files that do
-/// not exist are not checked.
+/// the first file that lies elsewhere; with `outside_ok`, adds a warning that names it instead. Only
+/// regular files are checked; open_data_file() refuses others.
 void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,
                     bool outside_ok, std::vector<std::string>& warnings);
 

@@ -116,7 +116,7 @@ class Interleaved(ReaderTest):
                 ("times", lambda i: {"AcquisitionTime": f"12{i % 2}0{i:02}"}, {},
                  "slices of AcquisitionTime 120000 to 120008 and of 121001 to 121009 lie between each other"),
                 ("moments", lambda i: {"TriggerTime": 400 * (i % 2)}, {"Modality": "MR"},
-                 "slices of TriggerTime 0 and of TriggerTime 400 lie between each other"),
+                 "slices of TriggerTime 0.0 and of TriggerTime 400.0 lie between each other"),
                 ("frames", lambda i: {"FrameOfReferenceUID": f"1.2.{i // 5}"}, {}, "different coordinate systems (FrameOfReferenceUID)")):
             self.write(folder, [[(2 * i, attributes(i)) for i in range(n)]], **common)
             self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=said)

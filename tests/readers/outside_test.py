@@ -59,8 +59,8 @@ class Outside(ReaderTest):
             (self.folder / "private" / f"key{i}").write_bytes(self.truth[4 * i:4 * i + 4].tobytes())
             (self.folder / "upload" / f"own{i}").write_bytes(self.truth[4 * i:4 * i + 4].tobytes())
         names = "../private/key0\n../private/key1\n"
-        for path in (self.header("l.nhdr", NRRD + "data file: LIST\n" + names), self.header("p.nhdr", NRRD + "data file: ../private/key%d 0 1 1\n"),
-                     self.header("m.nhdr", NRRD + "data file: LIST\nown0\n../private/key1\n"),
+        for path in (self.header("l.nhdr", NRRD + "data file: LIST 3\n" + names), self.header("p.nhdr", NRRD + "data file: ../private/key%d 0 1 1 3\n"),
+                     self.header("m.nhdr", NRRD + "data file: LIST 3\nown0\n../private/key1\n"),
                      self.header("l.mhd", META + "ElementDataFile = LIST\n" + names),
                      self.header("p.mhd", META + "ElementDataFile = ../private/key%d 0 1 1\n")):
             self.assert_outside(path)

@@ -111,7 +111,7 @@ class Vendors(ReaderTest):
             "[XTekCT]\nVoxelsX=%d\nVoxelsY=%d\nVoxelsZ=%d\nVoxelSizeX=0.05\nVoxelSizeY=0.06\nVoxelSizeZ=0.07\nXraykV=225\n" % sizes)
 
     def test_both_descriptions_of_nikon_are_one_volume(self):
-        truth = volume("uint16")
+        truth = volume("uint16") // 16
         for stem in ("scan", "a_scan", "z_scan"):
             self.nikon(stem, truth, stem=stem)
             for name in (f"{stem}.vgi", "scan.xtekct"):
@@ -139,7 +139,7 @@ class Vendors(ReaderTest):
             shutil.rmtree(self.folder / "back")
 
     def test_descriptions_of_nikon_that_contradict_each_other_are_said(self):
-        truth = volume("uint16")
+        truth = volume("uint16") // 16
         for changes, said in (({"resolution": "0.05 0.06 0.08"}, "0.08 mm along z"), ({"resolution": "50 60 70", "unit": "um"}, ""),
                               ({"resolution": "0.050000001 0.06 0.07"}, ""), ({"sizes": (23, 19, 6)}, "23 x 19 x 6 samples")):
             self.nikon("s", truth, **changes)
@@ -158,7 +158,7 @@ class Vendors(ReaderTest):
         # One that is broken belongs to the scan, and is said.
         (self.folder / "t" / "scan.vgi").write_text("{volume1}\n[file1]\n")
         self.encodes(truth, "t/scan.xtekct", says="the other description of its samples cannot be read")
-        self.assert_refused(65, "Size is missing", "encode", "t/scan.vgi")
+        self.assert_refused(65, "size is missing", "encode", "t/scan.vgi")
 
     def test_a_scanco_header_that_cannot_be_meant_is_said(self):
         truth = volume("int16")

@@ -32,13 +32,18 @@ std::optional<RawDescription> layout(const std::vector<std::int64_t>& sizes, con
   return RawDescription{dims, *known, big_endian, {}, offset};
 }
 
+/// `text` without blanks and line ends around it.
+std::string without_space(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n"), end = text.find_last_not_of(" \t\r\n");
+  return begin == text.npos ? "" : std::string(text.substr(begin, end + 1 - begin));
+}
+
 /// "name = value;" by names in lower case.
 std::map<std::string, std::string> fields_of(std::string_view text) {
   std::map<std::string, std::string> fields;
   for (const std::string_view part : split(text, ';'))
     if (const std::size_t equal = part.find('='); equal != part.npos)
-      fields.emplace(lower_case(std::string(trimmed(part.substr(0, equal)))),
-                     std::string(trimmed(part.substr(equal + 1))));
+      fields.emplace(lower_case(without_space(part.substr(0, equal))), without_space(part.substr(equal + 1)));
   return fields;
 }
 

@@ -181,6 +181,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   const auto offset = static_cast<std::uint64_t>(stream.tell());
   file.instance = text_of(dataset, DCM_SOPInstanceUID).value_or("");
   const std::string image_type = text_of(dataset, DCM_ImageType).value_or("");
+  file.is_mr = text_of(dataset, DCM_Modality) == "MR";
   if (const auto values = values_of(image_type); values.size() > 2) file.image_type = values[2];
   read_pixel_facts(dataset, syntax_of(format, file), file);
   read_frames(dataset, most_frames(path, file), file);

@@ -106,6 +106,7 @@ struct DicomFile {
   std::string path;
   std::string series, instance;  ///< UIDs
   std::string image_type;        ///< the third value: "AXIAL", "LOCALIZER"
+  bool is_mr = false;            ///< of magnetic resonance, by its Modality
   DicomPixels pixels;
   std::vector<DicomFrame> frames;
   Moments moments;  ///< of all frames

@@ -29,11 +29,7 @@ constexpr std::array<std::string_view, 3> times = {"AcquisitionDateTime", "Acqui
 
 bool is_among(std::string_view name, auto& names) { return std::ranges::find(names, name) != names.end(); }
 
-bool is_mr(const Slices& slices, const Files& files) {
-  const auto& texts = files[slices.front().file].texts;
-  const auto modality = texts.find("Modality");
-  return modality != texts.end() && modality->second == "MR";
-}
+bool is_mr(const Slices& slices, const Files& files) { return files[slices.front().file].is_mr; }
 
 bool has_two_values(std::size_t moment, const Slices& slices, const Files& files) {
   const DicomValue first = value_of(files, slices.front(), moment);
