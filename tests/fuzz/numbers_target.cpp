@@ -35,7 +35,8 @@ void numbers(Bytes bytes) {
   if (const auto d = given_spacing(text)) {
     const auto& [x, y, z] = d->distances;
     claim(given_spacing(fmt::format("{},{},{}{}", x, y, z, d->unit)) == d, "distances come back");
-    for (const double distance : d->distances) claim(distance > 0 && distance <= 1e300, "distances are possible");
+    for (const double distance : d->distances)
+      claim(distance > 0 && distance <= 1e300, "distances are possible");
   }
   if (const auto r = value_range(text))
     claim(value_range(fmt::format("{}:{}", r->first, r->second)) == r, "a range comes back");

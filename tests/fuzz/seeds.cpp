@@ -47,9 +47,10 @@ Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
       raw.append(reinterpret_cast<const char*>(slice.data()), slice.size() * sizeof(T));
     }
   });
-  RawDescription description{.dims = dims, .type = type, .spacing = {{0.5, 0.5, 2}}};
+  SourceDescription description(RawDescription{.dims = dims, .type = type});
+  description.spacing = GivenSpacing{{0.5, 0.5, 2}};
   const std::string from = folder.write("in", raw), to = folder.write("out.tag", "");
-  encode_volume(from, SourceDescription(description), to, true, options, Resources(1));
+  encode_volume(from, description, to, true, options, Resources(1));
   return content_of(to);
 }
 

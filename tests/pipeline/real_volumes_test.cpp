@@ -89,8 +89,8 @@ class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<V
   EncodeResult encode(const Volume& volume, double max_error, bool grid_only) {
     EncodeOptions options{.grid_only = grid_only, .max_error = max_error};
     return encode_volume(raw_path(volume),
-                         SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
-                         path("a.tag"), true, options, Resources(available_threads()));
+                         SourceDescription(RawDescription{volume.dims, volume.type, false, 0}), path("a.tag"),
+                         true, options, Resources(available_threads()));
   }
   // Compares the two files byte by byte, without the reader or verify.
   template <class T>
@@ -220,9 +220,9 @@ class RealRates : public TemporaryFolder, public testing::WithParamInterface<Cla
  protected:
   double bits_a_voxel(const Volume& volume, double max_error) const {
     EncodeOptions options{.max_error = max_error, .effort = GetParam().effort};
-    const EncodeResult result = encode_volume(
-        raw_path(volume), SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
-        path("a.tag"), true, options, Resources(available_threads()));
+    const EncodeResult result =
+        encode_volume(raw_path(volume), SourceDescription(RawDescription{volume.dims, volume.type, false, 0}),
+                      path("a.tag"), true, options, Resources(available_threads()));
     return 8.0 * static_cast<double>(result.file_bytes) /
            static_cast<double>(Box::of_size(volume.dims).count());
   }

@@ -143,7 +143,7 @@ class Spacing(ReaderTest):
         self.write_nrrd("spacings: 0.5 0.5 2\n")
         self.assert_spacing(self.geometry("a.nrrd", "--spacing", "0.5,0.5,2mm", silent=True), [0.5, 0.5, 2], "mm")
         self.write_nrrd("spacings: 0.5 0.5 nan\nunits: \"mm\" \"mm\" \"mm\"\n")
-        self.assert_spacing(self.geometry("a.nrrd", "--spacing", "500,500,750um", silent=True), [0.5, 0.5, 0.75], "mm")
+        self.assert_spacing(self.geometry("a.nrrd", "--spacing", "500,500,750um", silent=True), [500, 500, 750], "um")
         self.assert_refused(64, "0.5 0.5 nan mm", "encode", "a.nrrd", "--spacing", "0.6mm")
 
     @unittest.skipIf(nibabel is None, "there is no nibabel on this machine")
@@ -186,7 +186,7 @@ class Spacing(ReaderTest):
 
         z = "a.tif: the distance between its slices is not stated; meshes and other programs take it for 1; give it with --spacing"
         self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), says=z), [0.01, 0.02, None], "mm")
-        self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), "--spacing", "10,20,30um", silent=True), [0.01, 0.02, 0.03], "mm")
+        self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), "--spacing", "10,20,30um", silent=True), [10, 20, 30], "um")
         self.assert_spacing(self.geometry(file(2540, 2540, "INCH"), says=z), [0.01, 0.01, None], "mm")
         self.assert_refused(64, "0.01 0.01 nan mm", "encode", "a.tif", "--spacing", "11um")
         self.assert_spacing(self.geometry("a.tif", "--override-spacing", "11um", says="replaced"), [11, 11, 11], "um")

@@ -12,7 +12,7 @@ import unittest
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, tifffile, unless_sanitized, zarr
 
-SHAPE = (70, 80, 90)
+SHAPE = (40, 50, 60)
 RULES = (["--max-error", "noise:0.5"], ["--relative-error", "0.01"], ["--psnr", "45"], ["--ratio", "12"], ["--bits", "2"],
          ["--range", "auto"], ["--range", "auto", "--psnr", "50"])
 
@@ -21,7 +21,7 @@ def volume():
     """A ball in noise."""
     random = numpy.random.default_rng(5)
     z, y, x = numpy.indices(SHAPE)
-    ball = (z - 35) ** 2 + (y - 40) ** 2 + (x - 45) ** 2 < 900
+    ball = (z - 20) ** 2 + (y - 25) ** 2 + (x - 30) ** 2 < 300
     return (1000 + 800 * ball + random.normal(0, 12, SHAPE)).astype("uint16")
 
 
@@ -29,7 +29,7 @@ class TwoPasses(ReaderTest):
     def setUp(self):
         super().setUp()
         self.samples = volume()
-        head = "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 90 80 70\nencoding: raw\nendian: little\n\n"
+        head = "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 60 50 40\nencoding: raw\nendian: little\n\n"
         self.nrrd = head.encode() + self.samples.tobytes()
         (self.folder / "a.nrrd").write_bytes(self.nrrd)
 
@@ -60,7 +60,7 @@ class TwoPasses(ReaderTest):
         """What the file says that follows from the samples, and the samples."""
         info = self.info(name)
         self.ok("decode", name, "-o", "x.raw", "-f", "--samples")
-        return [info[key] for key in ("max_error", "range", "field_scale", "achieved", "bricks")] + [(self.folder / "x.raw").read_bytes()]
+        return [info[key] for key in ("max_error", "range", "field_scale", "achieved", "levels")] + [(self.folder / "x.raw").read_bytes()]
 
     def test_every_format_has_the_bound_of_an_uncompressed_file(self):
         others = list(self.others())
@@ -74,12 +74,13 @@ class TwoPasses(ReaderTest):
                     self.assertTrue(self.decoded("b.tag") == wanted)
                     needs_copy = is_copied and rule not in (["--relative-error", "0.01"], ["--range", "auto"])
                     self.assertEqual(run.stderr.count("first copied to"), needs_copy, run.stderr)
-                    self.ok("encode", path, "-o", "c.tag", "-f", "--spool", self.folder, *rule)
-                    self.assertTrue((self.folder / "b.tag").read_bytes() == (self.folder / "c.tag").read_bytes())
+                    if "--psnr" in rule:
+                        self.ok("encode", path, "-o", "c.tag", "-f", "--spool", self.folder, *rule)
+                        self.assertTrue((self.folder / "b.tag").read_bytes() == (self.folder / "c.tag").read_bytes())
             for folder in (["--spool", self.folder], []):
                 run = self.piped("encode", "-", "-o", "b.tag", "-f", *rule, *folder)
                 self.assertEqual(run.returncode, 0, run.stderr)
-                self.assertIn(b"standard input: is read more than once, so its samples (1", run.stderr)
+                self.assertIn(b"standard input: is read more than once, so its samples (2", run.stderr)
                 self.assertEqual(self.decoded("b.tag"), wanted, rule)
                 self.assertEqual(self.piped("encode", "-", "-o", "b.tag", "-f", "-q", *rule, *folder).stderr, b"")
         self.assertEqual([name for name in os.listdir(self.folder) if "spool" in name], [])
@@ -103,19 +104,19 @@ class TwoPasses(ReaderTest):
             self.assertEqual(run.returncode, 74, run.stderr)
             self.assertIn(folder.encode(), run.stderr)
         # More than any disk has room for.
-        head = b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 1000000 1000000 20000\nencoding: raw\nendian: little\n\n"
+        head = b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 1000 1000 20000000\nencoding: raw\nendian: little\n\n"
         run = self.piped("encode", "-", "-o", "b.tag", "--max-error", "noise:1", input=head)
         self.assertEqual(run.returncode, 74, run.stderr)
         self.assertIn(b"GB free; name another directory with --spool", run.stderr)
         # A disk that fills up: the limit on the size of files ends as one does.
-        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
         run = self.piped("encode", "-", "-o", "b.tag", *rule, preexec_fn=limit)
         self.assertEqual(run.returncode, 74, run.stderr)
         self.assertFalse((self.folder / "b.tag").exists())
 
     def test_a_pipe_of_floats_needs_a_range_or_auto(self):
         floats = self.samples.astype("float32")
-        head = b"NRRD0004\ntype: float\ndimension: 3\nsizes: 90 80 70\nencoding: raw\nendian: little\n\n"
+        head = b"NRRD0004\ntype: float\ndimension: 3\nsizes: 60 50 40\nencoding: raw\nendian: little\n\n"
         (self.folder / "f.nrrd").write_bytes(head + floats.tobytes())
         run = self.piped("encode", "-", "-o", "b.tag", "--max-error", "1", input=head + floats.tobytes())
         self.assertEqual(run.returncode, 64, run.stderr)
@@ -127,7 +128,7 @@ class TwoPasses(ReaderTest):
     @unless_sanitized
     @unittest.skipIf(h5py is None, "there is no h5py on this machine")
     def test_the_limit_on_memory_holds(self):
-        large = numpy.tile(self.samples, (2, 6, 6))
+        large = numpy.tile(self.samples, (2, 5, 5))
         with h5py.File(self.folder / "large.h5", "w") as file:
             file.create_dataset("volume", data=large, chunks=(16, 64, 64), compression="gzip", compression_opts=1)
         for rule in (["--max-error", "noise:0.5"], ["--psnr", "40"]):

@@ -140,8 +140,8 @@ TEST(Numbers, ASpacingIsOneDistanceOrThreePerhapsWithAUnit) {
   is("1,2,3 microns", 1, 2, 3, "um");
   is("1mm,2mm,3mm", 1, 2, 3, "mm");
   is("1e-3in", 1e-3, 1e-3, 1e-3, "inch");
-  for (const char* text : {"", "1,1", "1,0,1", "1,-1,1", "1,nan,1", "1,1,1e301", "1,1,1,1", "inf", "um", "1px",
-                           "1um,2,3", "1um,2um,3", "1um,2um,3mm", "1,2um,3um", "1um,2,3um", "1,,2"})
+  for (const char* text : {"", "1,1", "1,0,1", "1,-1,1", "1,nan,1", "1,1,1e301", "1,1,1,1", "inf", "um",
+                           "1px", "1um,2,3", "1um,2um,3", "1um,2um,3mm", "1,2um,3um", "1um,2,3um", "1,,2"})
     EXPECT_FALSE(given_spacing(text)) << text;
 }
 

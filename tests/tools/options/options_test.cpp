@@ -300,8 +300,7 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
 
 TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
   phantom("volume.nrrd", {"--type", "int16"});
-  const std::vector<Arguments> wrong = {
-      {"--type", "uint16"}, {"--endian", "big"}};
+  const std::vector<Arguments> wrong = {{"--type", "uint16"}, {"--endian", "big"}};
   for (const Arguments& options : wrong)
     for (const char* input : {"volume.nrrd", "-"})
       expect_error(

@@ -161,7 +161,9 @@ TiffPage TiffFile::current_page() {
   page.description = description();
   if (float x = 0; TIFFGetField(tiff, TIFFTAG_XRESOLUTION, &x) == 1) page.x_resolution = x;
   if (float y = 0; TIFFGetField(tiff, TIFFTAG_YRESOLUTION, &y) == 1) page.y_resolution = y;
-  page.resolution_unit = value_of<std::uint16_t>(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_NONE);
+  // Not the default of the standard.
+  if (std::uint16_t unit = 0; TIFFGetField(tiff, TIFFTAG_RESOLUTIONUNIT, &unit) == 1)
+    page.resolution_unit = unit;
   look_at_values(page);
   look_at_sub_images(page);
   page.plain = plain_place(page);

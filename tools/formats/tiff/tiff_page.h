@@ -56,7 +56,7 @@ struct TiffPage {
   /// 1: none, only the ratio of both counts; 2: inch; 3: cm. The standard takes a missing one for inches, which
   /// those who leave it out do not mean.
   std::uint16_t resolution_unit = 1;
-  Rescale rescale;                    ///< what tags say that samples mean
+  Rescale rescale;  ///< what tags say that samples mean
   /// A sentence if tags of another program say which pages are channels and moments; "" if none do.
   std::string unread_order;
   bool zero_is_white = false;

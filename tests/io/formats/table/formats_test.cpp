@@ -145,7 +145,7 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
     sink->commit();
     EXPECT_TRUE(std::filesystem::exists(samples_path(name, *format))) << name;
     SourceDescription description;
-    if (format->name == "raw") description.raw = RawDescription{info.dims, info.type, {}, {}, 0};
+    if (format->name == "raw") description.raw = RawDescription{info.dims, info.type, {}, 0};
     if (format->name == "vti") continue;  // only written
     const auto source = open_volume(name, description);
     std::vector<std::byte> read(48);
@@ -164,7 +164,7 @@ TEST_F(FormatFiles, WhatIsNotReadIsNamed) {
       EXPECT_EQ(format->name, name);
       EXPECT_EQ(format_of(content), nullptr) << name;
       const std::string file_name = file("volume", content);
-      RawDescription raw{{9, 9, 9}, SampleType::uint8, {}, {}, 0};
+      RawDescription raw{{9, 9, 9}, SampleType::uint8, {}, 0};
       for (const SourceDescription& source : {SourceDescription(), SourceDescription(raw)}) {
         const std::string message = message_of<BrokenInput>([&] { open_volume(file_name, source); });
         EXPECT_TRUE(has(message, format->what)) << message;

@@ -35,7 +35,7 @@ std::string bytes_of(bool big_endian) {
   return bytes;
 }
 
-RawDescription raw_int16() { return {dims, SampleType::int16, false, std::nullopt, 0}; }
+RawDescription raw_int16() { return {dims, SampleType::int16, false, 0}; }
 
 /// Reads a volume to its end, in steps of 2 slices.
 std::vector<std::int16_t> read_rest(VolumeSource& reader, std::int64_t z = 0) {
