@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "io/errors/errors.h"
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 

@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "io/errors/errors.h"
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 
