@@ -239,7 +239,9 @@ std::vector<std::string> warnings_of_encoding(const std::string& input, const En
   add(doubt_of_voxel_size(result));
   for (const std::string& warning : rounded_bounds(asked, result)) add(warning);
   // Other files have a grid as well, but few users ask for a mesh: that command warns.
-  if (result.header.parameters.mode == FileMode::grid) add(doubt_of_range(result.header, result.index.total));
+  const bool is_chosen = asked.range || asked.range_from_data || asked.field_scale;
+  if (result.header.parameters.mode == FileMode::grid && !is_chosen)
+    add(doubt_of_range(result.header, result.index.total));
   add(doubt_of_lossy_source(result));
   add(lost_structure(result.header, result.index.total));
   return warnings;

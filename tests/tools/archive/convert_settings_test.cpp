@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "io/errors/errors.h"
 #include "tests/support/conversions.h"
 #include "tools/options/encoding_options.h"
 

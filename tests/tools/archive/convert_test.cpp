@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include "io/errors/errors.h"
 #include "tests/support/conversions.h"
 #include "tests/support/tag_in_memory.h"
 

@@ -1,6 +1,7 @@
 // Broken files, and what is saved of them.
 #include <fmt/format.h>
 
+#include "io/errors/errors.h"
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 
