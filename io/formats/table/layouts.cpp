@@ -29,7 +29,7 @@ std::optional<RawDescription> layout(const std::vector<std::int64_t>& sizes, con
   const auto size = [&](std::size_t i) { return i < sizes.size() ? sizes[i] : 1; };
   const Index3 dims{size(0), size(1), size(2)};
   if (!sample_bytes(dims, *known)) return std::nullopt;
-  return RawDescription{dims, *known, big_endian, {}, offset};
+  return RawDescription{dims, *known, big_endian, offset};
 }
 
 /// `text` without blanks and line ends around it.
