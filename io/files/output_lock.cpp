@@ -21,11 +21,6 @@ Descriptor opened(const std::string& name) {
   return file;
 }
 
-bool is_same_file(int one, int other) {
-  struct stat a = {}, b = {};
-  return fstat(one, &a) == 0 && fstat(other, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
-}
-
 /// True if the open file is now locked, or cannot be because the file system has no locks. False if another process
 /// holds it.
 bool is_locked(int file, const std::string& name) {
@@ -39,8 +34,13 @@ bool is_locked(int file, const std::string& name) {
 /// because a network file system may remember for a while which file had a name.
 bool has_name(int file, const std::string& name) {
   const Descriptor named = opened(name);
-  if (named < 0) throw world_error("cannot open the lock", name, errno);
-  return is_same_file(file, named);
+  struct stat ours = {}, found = {};
+  if (named < 0 || fstat(file, &ours) != 0 || fstat(named, &found) != 0) {
+    const int error = errno;
+    unlink(name.c_str());  // nothing was created but this
+    throw world_error("cannot open the lock", name, error);
+  }
+  return ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ class Archive(ReaderTest):
             self.assertEqual({record["status"] for record in later if record["output"] in removed}, {"skipped"}, option)
         for output, record in removed.items():
             self.assertIs(record["restorable"], True)
-            folder = os.path.dirname(record["input_files"][0]["path"])
+            folder = os.path.normpath(self.folder / "out" / os.path.dirname(record["input_files"][0]["path"]))
             run = self.ok("restore", f"out/{output}", "-o", folder)
         for path in gone:
             self.assertEqual((self.folder / "archive" / path).read_bytes(), (self.folder / "before" / path).read_bytes(), path)

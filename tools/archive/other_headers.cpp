@@ -34,22 +34,19 @@ bool is_header_name(const fs::path& path) {
   return std::ranges::count(endings, lower(path.extension().string())) > 0;
 }
 
-/// The beginning of a file, as far as it may name others. Only HDF5 has names among binary data.
+/// The beginning of a file, as far as it may name others. Only HDF5 has names among binary data. Throws WorldError: nobody
+/// knows what a header names that cannot be read.
 std::string text_of_header(const std::string& path) {
   constexpr std::size_t most_of_text = std::size_t{1} << 16, most_of_hdf5 = std::size_t{1} << 20;
-  try {
-    FileBytes file(path);
-    std::string text(file.peek(hdf5_signature.size()));
-    const bool is_hdf5 = text == hdf5_signature;
-    text.resize(is_hdf5 ? most_of_hdf5 : most_of_text);
-    text.resize(file.read(reinterpret_cast<std::byte*>(text.data()), text.size()));
-    // Samples follow the header of NRRD after an empty line, and that of MetaImage after the word LOCAL.
-    if (!is_hdf5)
-      text.resize(std::min({text.size(), text.find("\n\n"), text.find("= LOCAL"), text.find('\0')}));
-    return text;
-  } catch (const std::exception&) {
-    return "";
-  }
+  FileBytes file(path);
+  std::string text(file.peek(hdf5_signature.size()));
+  const bool is_hdf5 = text == hdf5_signature;
+  text.resize(is_hdf5 ? most_of_hdf5 : most_of_text);
+  text.resize(file.read(reinterpret_cast<std::byte*>(text.data()), text.size()));
+  // Samples follow the header of NRRD after an empty line, and that of MetaImage after the word LOCAL.
+  if (!is_hdf5)
+    text.resize(std::min({text.size(), text.find("\n\n"), text.find("= LOCAL"), text.find('\0')}));
+  return text;
 }
 
 /// A report of this program is about volumes, and is not needed to read one.
@@ -132,9 +129,8 @@ std::string not_own_name(const std::string& input, const std::string& file) {
 }
 
 const OtherHeaders::Headers& OtherHeaders::in_folder(const std::string& folder) {
-  const auto [read, is_new] = folders_.try_emplace(folder);
-  Headers& headers = read->second;
-  if (!is_new) return headers;
+  if (const auto read = folders_.find(folder); read != folders_.end()) return read->second;
+  Headers headers;
   std::set<std::string, std::less<>> names;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
@@ -158,7 +154,7 @@ const OtherHeaders::Headers& OtherHeaders::in_folder(const std::string& folder) 
     for (const std::string& other : named)
       if (other != header) headers[other].push_back(header);
   }
-  return headers;
+  return folders_[folder] = std::move(headers);
 }
 
 std::optional<OtherHeaders::Named> OtherHeaders::first_named(const std::vector<std::string>& volume) {

@@ -19,7 +19,8 @@ class OtherHeaders {
   struct Named {
     std::string file, header;
   };
-  /// The first of the files of a volume that a header names which lies beside it and is not one of them.
+  /// The first of the files of a volume that a header names which lies beside it and is not one of them. Throws
+  /// WorldError if a header cannot be read.
   std::optional<Named> first_named(const std::vector<std::string>& volume);
 
  private:

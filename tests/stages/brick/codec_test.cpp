@@ -233,7 +233,7 @@ TEST(CheckBound, AllowsTheBoundAndNoMore) {
   Statistics measured;
   measured.max_error = 5;
   EXPECT_NO_THROW(check_bound(measured, p));
-  for (const double error : {5.5, 6.0, INFINITY, NAN}) {
+  for (const double error : {5.5, 6.0, double{INFINITY}, double{NAN}}) {
     measured.max_error = error;
     EXPECT_THROW(check_bound(measured, p), std::logic_error) << error;
   }

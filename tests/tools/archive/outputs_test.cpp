@@ -232,7 +232,7 @@ TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandD
                "standard input: names no volume");
   EXPECT_FALSE(exists("out"));
   // Where volumes were converted before, nothing may be left of them to list.
-  expect_ok(script("$TAGRID convert --find . > list.tsv"));
+  expect_ok(script("$TAGRID convert --find . -q > list.tsv"));
   expect_ok(convert());
   expect_ok(convert({"--remove-verified"}));
   expect_ok(script("$TAGRID convert --find . -q > list.tsv"));

@@ -17,7 +17,7 @@ import unittest
 from pathlib import Path
 
 PROGRAM = str(Path(sys.argv.pop(1)).resolve()) if len(sys.argv) > 1 else "tagrid"
-ROUNDS = int(os.environ.get("TAGRID_ROUNDS", "2"))
+ROUNDS = int(os.environ.get("TAGRID_ROUNDS", "1"))
 SIZE = 40
 VOLUMES = 3
 
@@ -100,10 +100,9 @@ class TwoRuns(unittest.TestCase):
 
     def test_no_mixture_loses_an_original(self):
         random.seed(os.environ.get("TAGRID_SEED", "1"))
-        for one, other in itertools.product(PASSES, PASSES):
-            for number in range(ROUNDS):
-                with self.subTest(one=one, other=other, number=number):
-                    self.spoil(one, other, kill=number % 2 == 1)
+        for number, (one, other) in enumerate(list(itertools.product(PASSES, PASSES)) * ROUNDS):
+            with self.subTest(one=one, other=other, number=number):
+                self.spoil(one, other, kill=random.random() < 0.5)
 
     def test_a_lock_that_a_killed_run_left_blocks_nobody(self):
         self.begin_anew()
