@@ -97,9 +97,9 @@ bool is_numbered_as(std::string_view pattern, std::string_view name) {
 template <class Use>
 void for_each_pair(const fs::path& header, Use use) {
   if (lower(header.extension().string()) != ".hdr") return;
-  for (const char* ending :
+  for (const char* of_data :
        {".img", ".IMG", ".img.gz", ".raw", ".RAW", ".dat", ".DAT", ".bil", ".bsq", ".bip", ".bin", ""})
-    use(header.stem().string() + ending);
+    use(header.stem().string() + of_data);
 }
 
 std::string real_folder_of(const std::string& file) {
