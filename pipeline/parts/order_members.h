@@ -10,8 +10,8 @@ namespace tagrid {
 TAGRID_MEMBERS(Index3, x, y, z)
 TAGRID_MEMBERS(RawDescription, dims, type, big_endian, offset)
 TAGRID_MEMBERS(GivenSpacing, distances, unit, overrides)
-TAGRID_MEMBERS(SourceDescription, raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside, dataset,
-               reader_memory)
+TAGRID_MEMBERS(SourceDescription, raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside,
+               dataset, reader_memory)
 TAGRID_MEMBERS(Resources, threads, memory, besides, processes, spool)
 
 TAGRID_MEMBERS(PartOrder, input, source, folder, record, resources, code_after_signal)

@@ -11,9 +11,9 @@
 namespace tagrid {
 
 struct ManifestLine {
-  std::size_t number = 0;    ///< in the file, from 1
-  std::string name;          ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
-  std::string input;         ///< absolute
+  std::size_t number = 0;  ///< in the file, from 1
+  std::string name;   ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
+  std::string input;  ///< absolute
   bool is_relative = false;  ///< it was listed as a relative path
   std::string output;        ///< its path below the directory of the outputs: STEM.tag, or as requested
   OptionTexts options;       ///< those for all lines, overridden by those of this line
