@@ -17,7 +17,11 @@ namespace {
 Descriptor opened(const std::string& name) {
   constexpr int flags = O_CLOEXEC | O_NOFOLLOW;
   Descriptor file = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | flags, 0666); });
-  if (file < 0 && errno == EACCES) file = uninterrupted([&] { return open(name.c_str(), O_RDONLY | flags); });
+  if (file >= 0) fchmod(file, 0666);  // other users wait for it, whatever the umask; fails if it is theirs
+  if (file < 0 && errno == EACCES) {
+    file = uninterrupted([&] { return open(name.c_str(), O_RDONLY | flags); });
+    if (file < 0 && errno == ENOENT) errno = EACCES;  // the directory is not writable
+  }
   return file;
 }
 
@@ -57,6 +61,9 @@ OutputLock::OutputLock(const std::string& path) : name_(lock_of_output(path)) {
       const SignalsWait wait;
       descriptor_ = opened(name_);
       if (descriptor_ < 0) throw world_error("cannot create the lock", name_, errno);
+      struct stat status = {};
+      if (fstat(descriptor_, &status) == 0 && status.st_size > 0)
+        throw UsageError(name_ + ": has the name of a lock and is another file; rename it");
       if (is_locked(descriptor_, name_) && has_name(descriptor_, name_)) {
         slot_ = register_temporary(name_);
         return;

@@ -44,6 +44,8 @@ struct EncodeRun {
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
   TellOfCopy before_copy =
       {};  ///< called before the samples are copied, because they are read more than once
+  /// Called right before the output gets its name, while no other process can name or remove it. May throw.
+  std::function<void()> before_name = {};
 };
 
 struct EncodeResult {

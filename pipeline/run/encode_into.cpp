@@ -200,11 +200,13 @@ struct LockedCommit {
   std::shared_ptr<BrickStore> store;
   std::string output;
   UnchangedFiles source;
+  std::function<void()> before_name;
 
   void commit() const {
     std::optional<OutputLock> lock;
     if (is_regular_output(output)) lock.emplace(file_of_link(output));
     source.require();
+    if (before_name) before_name();
     store->commit();
   }
 };
@@ -300,7 +302,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   }
   store->finish(result);
   return {std::move(result),
-          std::make_shared<LockedCommit>(LockedCommit{std::move(store), run.output, files})};
+          std::make_shared<LockedCommit>(LockedCommit{std::move(store), run.output, files, run.before_name})};
 }
 
 std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources) {

@@ -181,6 +181,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
+    known->read_more();  // other runs may be at the same outputs
     LineRecord record(line, order.options.output_dir, known->next_sequence(line.output));
     meter.begin_volume(line.name);
     try {
@@ -231,20 +232,28 @@ void obey_conversion(Ranks& ranks, const Bytes& bytes) {
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results) {
-  const KnownOutputs known(options.output_dir);
+  KnownOutputs known(options.output_dir);
   warn_of_unreadable(options.run, known);
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
   RemovalPass pass(all, options, options.run.resources(ranks), known, meter);
   ConversionAccount account{options.run, results, meter};
   for (const ManifestLine& line : lines) {
+    known.read_more();  // other runs may be at the same outputs
     LineRecord record(line, options.output_dir, known.next_sequence(line.output));
     meter.begin_volume(line.name);
     std::string text;
     const auto append = [&] { results.append(text = record.text()); };
     try {
       if (const auto removal = pass.verified(line, record.json)) {
+        const std::string verified = known.find(line.output)->record;
         // The record comes first: if the run is killed in between, the next one verifies the original once more.
         remove_replaced(*removal, pass.output_path(line), [&] {
+          // No record that another run wrote since may be newer than this one, which says that the output is the only copy.
+          known.read_more();
+          if (known.find(line.output)->record != verified || !known.possibly_newer(line.output).empty())
+            throw BrokenInput(line.output +
+                              ": another run recorded it in the meantime; the original is kept");
+          record.json["sequence"] = known.next_sequence(line.output);
           record.json["status"] = "removed";
           append();
         });

@@ -34,7 +34,8 @@ using nlohmann::ordered_json;
 
 struct Volume {
   std::string name, input, output;
-  std::string base;  ///< from which its record names files
+  std::string output_name;  ///< its path below the directory of the outputs
+  std::string base;         ///< from which its record names files
   Encoding asked;
   std::vector<InputFile> files;
   bool headerless = false;
@@ -82,8 +83,8 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 UsageError only_copy(const Volume& volume, const std::string& why) {
   return usage_error(
       "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
-      "original ({}); choose another name (output=NAME), or give the options of its encoding if it was "
-      "restored from there",
+      "original ({}); choose another name (output=NAME), or bring the original back with tagrid restore "
+      "--records DIR -f, and give the options of its encoding",
       volume.output, volume.input, why);
 }
 
@@ -128,6 +129,15 @@ void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSou
         volume.input, change, volume.output);
 }
 
+/// Throws UsageError if another run has removed the original of the output since this one read the records.
+void require_no_only_copy(const EncodingPass& pass, const Volume& volume) {
+  pass.known.read_more();
+  const KnownOutput* newest = pass.known.find(volume.output_name);
+  const bool was_removed = newest && newest->state == KnownOutput::State::removed;
+  if (was_removed && status_of_name(volume.output))
+    throw only_copy(volume, "another run removed it in the meantime");
+}
+
 void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, ordered_json& record) {
   const RunOptions& run = pass.options.run;
   if (!is_regular_output(volume.output))
@@ -149,7 +159,8 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
                                                  .searching = progress,
                                                  .keep_files = true,
                                                  .verified = true,
-                                                 .before_copy = tell_of_copy(run)});
+                                                 .before_copy = tell_of_copy(run),
+                                                 .before_name = [&] { require_no_only_copy(pass, volume); }});
   if (pass.stop) throw Stopped();
   const EncodeResult& result = encoded.result;
   verify_encoding(volume.input, source, result.temporary, *volume.watched, pass.resources);
@@ -207,6 +218,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   Volume volume{line.name,
                 line.input,
                 (std::filesystem::path(options.output_dir) / line.output).string(),
+                line.output,
                 base_of_records(options.output_dir, line),
                 encoding_of(line.options, options.run),
                 {},

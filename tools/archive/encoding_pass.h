@@ -13,7 +13,7 @@ namespace tagrid {
 struct EncodingPass {
   const ConversionOptions& options;
   const Resources resources;
-  const KnownOutputs& known;
+  KnownOutputs& known;
   const std::atomic<bool>& stop;  ///< If it becomes true, no result is needed: encode_line() throws Stopped.
   ListMeter& meter;
 };

@@ -117,8 +117,10 @@ std::string name_in_records(const std::string& path, const std::string& base) {
 }
 
 std::string path_in_records(const std::string& name, const std::string& base) {
-  return name.empty() || fs::path(name).is_absolute() ? name
-                                                      : (fs::path(base) / name).lexically_normal().string();
+  if (name.empty() || fs::path(name).is_absolute()) return name;
+  std::string path = (fs::path(base) / name).lexically_normal().string();
+  if (path.size() > 1 && path.ends_with('/')) path.pop_back();  // "." and ".." are directories
+  return path;
 }
 
 ordered_json json_of(const std::vector<InputFile>& files, const std::string& base) {
@@ -164,13 +166,17 @@ bool skip_removed(const KnownOutput& known, const std::string& input, const std:
   return true;
 }
 
-KnownOutputs::KnownOutputs(const std::string& folder) : folder_(canonical_folder(folder)) {
+KnownOutputs::KnownOutputs(const std::string& folder) : given_(folder), folder_(canonical_folder(folder)) {
+  read_more();
+}
+
+void KnownOutputs::read_more() {
   std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+  for (fs::directory_iterator entry(given_, error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
   }
-  if (error) throw world_error("cannot read", folder, error.value());
+  if (error) throw world_error("cannot read", given_, error.value());
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -178,23 +184,30 @@ void KnownOutputs::read(const std::string& path) {
   if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
     throw UsageError(path +
                      ": has the name of a file of records and is not a regular file; move it elsewhere");
-  ++files_;
+  End& end = files_[path];
+  const auto status = status_of(path);
+  if (status && static_cast<std::uint64_t>(status->st_size) == end.bytes) return;
+  if (status && static_cast<std::uint64_t>(status->st_size) < end.bytes) end = {};  // another file
   FileBytes file(path);
-  std::uint64_t number = 0;
+  file.skip(end.bytes);
   const std::size_t first = unreadable_.size();
   for (std::string line;; line.clear()) {
     // A line that is too long for a record is not a record. It is read in pieces, to find where it ends.
     bool is_too_long = false;
-    for (; !file.read_line(line, longest_record); line.clear()) is_too_long = true;
+    std::uint64_t bytes = 0;
+    for (; !file.read_line(line, longest_record); line.clear()) {
+      is_too_long = true;
+      bytes += line.size();
+    }
     // Half a last line is all that a killed run wrote of a record.
     if (!line.ends_with('\n')) break;
-    ++number;
+    end = {end.bytes + bytes + line.size(), end.lines + 1};
     const ordered_json record = is_too_long ? ordered_json() : ordered_json::parse(line, nullptr, false);
     try {
       const std::string output = note(record, line);
       if (first < unreadable_.size()) older_[output][first] = unreadable_.size();
     } catch (const nlohmann::json::exception&) {
-      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, number));
+      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, end.lines));
     }
   }
 }

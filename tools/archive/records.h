@@ -104,6 +104,9 @@ class KnownOutputs {
   /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
   explicit KnownOutputs(const std::string& folder);
 
+  /// Reads what was written since, also by other runs. References to an output then show its newest record.
+  void read_more();
+
   /// `output` is a name in the directory; returns nullptr if nothing is known of it.
   const KnownOutput* find(const std::string& output) const;
   /// All of them, by their names in the directory.
@@ -113,7 +116,7 @@ class KnownOutputs {
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
   /// How many files of records the directory has.
-  std::size_t files() const { return files_; }
+  std::size_t files() const { return files_.size(); }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
   const std::vector<std::string>& unreadable() const { return unreadable_; }
   /// The first such line that may be newer than the records of the output. It may have said that the original
@@ -125,16 +128,21 @@ class KnownOutputs {
     RecordTime time;
     std::string failure;
   };
+  /// How far a file was read: to the end of its last complete line.
+  struct End {
+    std::uint64_t bytes = 0, lines = 0;
+  };
   void read(const std::string& path);
   std::optional<KnownOutput> known_output(const nlohmann::ordered_json& record) const;
   /// Returns the name of the output.
   std::string note(const nlohmann::ordered_json& record, const std::string& line);
   void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
 
-  std::string folder_;  ///< absolute
-  std::size_t files_ = 0;
+  std::string given_;                 ///< the directory as the caller names it
+  std::string folder_;                ///< absolute
+  std::map<std::string, End> files_;  ///< by path
   std::vector<std::string> unreadable_;
-  /// By output: the stretches of unreadable_, one per file, that come before its last record in that file.
+  /// By output: the stretches of unreadable_, one each time a file was read, that come before its last record in that file.
   std::map<std::string, std::map<std::size_t, std::size_t>> older_;
   std::map<std::string, KnownOutput> outputs_;
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones

@@ -211,8 +211,16 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
     throw usage_error("{}: {}; it is kept", line.input, lost);
   require_kept_files(line, *volume);
-  if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields)
+  if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields) {
+    const std::string version = ordered_json::parse(known.record).value("version", "");
+    if (version != TAGRID_VERSION)
+      throw broken_input_error(
+          "{}: tagrid {} encoded it and read other metadata of it than {} does; it is kept; to encode it "
+          "again, run "
+          "with -f, without --skip-done, and a list of such volumes alone",
+          line.input, version, TAGRID_VERSION);
     throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");
+  }
 }
 
 }  // namespace tagrid

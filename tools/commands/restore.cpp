@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "io/formats/nrrd/geometry.h"
 #include "io/text/text.h"
@@ -72,6 +73,9 @@ struct RestoreCommand {
       one.records.clear();
       try {
         if (!original.error.empty()) throw BrokenInput(original.error);
+        // Relative records name it from the outputs, which may have moved without the originals.
+        if (!is_folder(original.folder))
+          warn(run, "{}: does not exist, and is created for {}", original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
       } catch (const std::exception&) {

@@ -128,6 +128,48 @@ class TwoRuns(unittest.TestCase):
             run.wait(timeout=60)
         self.assertEqual(self.lost(), [])
 
+    def stopped_at_first(self, *options):
+        """A run over a list whose first volume is large, stopped while it has that one open; v0 comes after it."""
+        large = array.array("h", (numbers % 977 for numbers in range(160 ** 3)))
+        header = HEADER.replace(f"{SIZE} {SIZE} {SIZE}".encode(), b"160 160 160")
+        (self.folder / "src" / "large.nrrd").write_bytes(header + large.tobytes())
+        (self.folder / "long.tsv").write_text("src/large.nrrd\nsrc/v0.nrrd\n")
+        (self.folder / "v0.tsv").write_text("src/v0.nrrd\n")
+        of_list = ["convert", "--manifest", "long.tsv", "--output-dir", "out", "-q", "-T", "1"]
+        self.assertEqual(self.run_to_end(*of_list, "--skip-done").returncode, 0)
+        run = subprocess.Popen([PROGRAM, *of_list, *options], cwd=self.folder, stderr=subprocess.DEVNULL)
+        self.addCleanup(run.wait)
+        while run.poll() is None:
+            links = [os.readlink(file) for file in Path(f"/proc/{run.pid}/fd").iterdir() if os.path.islink(file)]
+            if any(link.endswith("large.nrrd") for link in links):
+                run.send_signal(signal.SIGSTOP)
+                return run
+        self.fail("the run ended before it could be stopped")
+
+    def other_run(self, *options):
+        return self.run_to_end("convert", "--manifest", "v0.tsv", "--output-dir", "out", "-q", "-T", "1", "--shard", "0/1", *options)
+
+    def test_a_removal_is_the_newest_record_however_long_the_run_was(self):
+        self.begin_anew()
+        removal = self.stopped_at_first("--remove-verified")
+        self.other_run("--skip-done")
+        os.utime(self.folder / "src" / "v0.nrrd")
+        self.other_run("--skip-done")
+        removal.send_signal(signal.SIGCONT)
+        removal.wait()
+        self.run_to_end("restore", "--records", "out")
+        self.assertEqual((self.folder / "src" / "v0.nrrd").read_bytes(), ORIGINALS["v0.nrrd"])
+
+    def test_an_output_whose_original_was_removed_in_the_meantime_is_not_replaced(self):
+        self.begin_anew()
+        force = self.stopped_at_first("-f")
+        self.assertEqual(self.other_run("--remove-verified").returncode, 0)
+        (self.folder / "src" / "v0.nrrd").write_bytes(ORIGINALS["v1.nrrd"])
+        force.send_signal(signal.SIGCONT)
+        self.assertEqual(force.wait(), 65)
+        self.run_to_end("restore", "out/v0.tag", "-o", "back")
+        self.assertEqual((self.folder / "back" / "v0.nrrd").read_bytes(), ORIGINALS["v0.nrrd"])
+
 
 if __name__ == "__main__":
     unittest.main()
