@@ -140,7 +140,10 @@ class TwoRuns(unittest.TestCase):
         run = subprocess.Popen([PROGRAM, *of_list, *options], cwd=self.folder, stderr=subprocess.DEVNULL)
         self.addCleanup(run.wait)
         while run.poll() is None:
-            links = [os.readlink(file) for file in Path(f"/proc/{run.pid}/fd").iterdir() if os.path.islink(file)]
+            try:
+                links = [os.readlink(file) for file in Path(f"/proc/{run.pid}/fd").iterdir()]
+            except OSError:  # closed in the meantime
+                continue
             if any(link.endswith("large.nrrd") for link in links):
                 run.send_signal(signal.SIGSTOP)
                 return run
