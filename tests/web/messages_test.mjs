@@ -163,6 +163,33 @@ test("a server that trickles is given up, and a slow one is not", async () => {
   assert.equal((await openSource(root + "/slow", { retries: 0, timeout: 300 })).size, 70000);
 });
 
+// Browsers let some requests to a server pass at a time; the other ones wait in the browser.
+test("a request that waits for others is not given up, unless the server is silent for all", async () => {
+  let turn = Promise.resolve();
+  const oneAtATime = (url, init) => {
+    const answered = turn.then(async () => {
+      const response = await fetch(url, init);
+      return new Response(await response.arrayBuffer(), response);
+    });
+    turn = answered.catch(() => {});
+    return answered;
+  };
+  let isSilent = false;
+  answers["/turns"] = (request, response) => {
+    const [first, last] = /(\d+)-(\d+)/.exec(request.headers.range).slice(1).map(Number);
+    const answer = () => response.writeHead(206, { "Content-Range": `bytes ${first}-${last}/1000000` }).end(Buffer.alloc(last - first + 1, 7));
+    if (!isSilent) setTimeout(answer, last - first + 1 === 5000 ? 250 : 0);
+  };
+  const source = await openSource(root + "/turns", { retries: 0, timeout: 400, fetch: oneAtATime });
+  const readAll = () => Promise.allSettled([0, 1, 2, 3].map((i) => source.read(100000 + 5000 * i, 5000)));
+  // The last one begins after 750 ms.
+  for (const { value, reason } of await readAll()) assert.deepEqual(value, new Uint8Array(5000).fill(7), reason);
+  isSilent = true;
+  const begin = Date.now();
+  for (const { reason } of await readAll()) assert.match(reason.message, /the server sent nothing of the file for 400 ms/);
+  assert.ok(Date.now() - begin < 2000);
+});
+
 test("files of the package that cannot be loaded: what, where and what to do", async () => {
   const load = (base) => failureOf(compile("page", baseOf(base), false));
   for (const [base, words] of [

@@ -134,12 +134,16 @@ export interface OpenOptions {
   signal?: AbortSignal;
   /** Workers that decode. The default is one fewer than the cores of the machine; 0: decode on the calling thread. */
   workers?: number;
-  /** Ranges that are fetched at once: 1 to 64. The default is 8. */
+  /**
+   * Ranges that are fetched at once: 1 to 64. The default is 6: over HTTP/1.1, browsers let no more requests to a server
+   * pass at a time. More can be faster over HTTP/2 and HTTP/3.
+   */
   connections?: number;
   /** How often a request is repeated after a failure that may pass. The default is 3. */
   retries?: number;
   /**
-   * Milliseconds after which a request counts as failed if the server has sent nothing of the file, and then whenever it
+   * Milliseconds after which a request counts as failed if the server has sent nothing of the file, nor to other
+   * requests of this source, and then whenever it
    * sent less than 4096 bytes a second on average. The default is 30000; with a longer time, fewer bytes are enough.
    */
   timeout?: number;

@@ -18,7 +18,7 @@ const partsOfIndex = 16;
 const activityCache = 64 * megabyte;
 
 export async function open(given, options = {}) {
-  const { signal, workers, connections = 8, retries, simd = true } = options;
+  const { signal, workers, connections = 6, retries, simd = true } = options;
   require(workers === undefined || (Number.isInteger(workers) && workers >= 0 && workers <= 256), "workers must be 0 to 256");
   require(Number.isInteger(connections) && connections >= 1 && connections <= 64, "connections must be 1 to 64");
   require(retries === undefined || (Number.isInteger(retries) && retries >= 0), "retries must be 0 or more");

@@ -82,7 +82,7 @@ class UrlSource {
   #options;
   #kept = [];
   #first; // what the first answer said of the file
-  #atOnce = 0; // requests that share the connection
+  #shared = { atOnce: 0, bytes: 0 }; // of the requests that share the connection: how many, and what they received
   #cleaned;
   size;
 
@@ -135,8 +135,8 @@ class UrlSource {
     const sent = { ...headers, Range: `bytes=${offset}-${offset + length - 1}` };
     const etag = this.#first?.etag;
     if (ifMatch && etag && !etag.startsWith("W/")) sent["If-Match"] = etag;
-    const watch = new Watch(timeout, signal, () => this.#atOnce);
-    ++this.#atOnce;
+    const watch = new Watch(timeout, signal, this.#shared);
+    ++this.#shared.atOnce;
     try {
       // The caches of browsers let only one request for an address pass at a time.
       const response = await fetch(this.#url, { headers: sent, credentials, cache: "no-store", signal: watch.signal });
@@ -152,7 +152,7 @@ class UrlSource {
       const cause = this.#cleaned(error);
       throw new Passing(`the request failed: ${wordsOf(cause)}${perhaps(this.#url, error)}`, { cause });
     } finally {
-      --this.#atOnce;
+      --this.#shared.atOnce;
       watch.end();
     }
   }
@@ -210,23 +210,25 @@ const usualTimeout = 30000;
 
 /**
  * Ends a request that the caller ends, or whose server does not begin to send the file, or sends too little of it, in
- * some time. A limit on silence alone would not end: who sends a byte now and then is never silent.
+ * some time. A limit on silence alone would not end: who sends a byte now and then is never silent. A request without
+ * an answer is not late while other ones receive the file: browsers let only some requests to a server pass at a time.
  */
 class Watch {
   #controller = new AbortController();
   #timer;
   #outer;
   #stop;
-  #atOnce;
+  #shared;
+  #before; // what all requests had received when the present time began
   #bytes = 0; // that arrived in the present time
   #mostAtOnce = 1; // meanwhile
   #hasBegun = false;
   isLate = false;
 
-  constructor(timeout, outer, atOnce) {
+  constructor(timeout, outer, shared) {
     this.timeout = timeout;
     this.#outer = outer;
-    this.#atOnce = atOnce;
+    this.#shared = shared;
     this.#stop = () => this.#controller.abort(outer.reason);
     outer?.addEventListener("abort", this.#stop, { once: true });
     this.#wait();
@@ -239,14 +241,17 @@ class Watch {
   }
   took(bytes) {
     this.#bytes += bytes;
-    this.#mostAtOnce = Math.max(this.#mostAtOnce, this.#atOnce());
+    this.#shared.bytes += bytes;
+    this.#mostAtOnce = Math.max(this.#mostAtOnce, this.#shared.atOnce);
     if (this.#hasBegun || bytes === 0) return;
     this.#hasBegun = true;
     this.#wait();
   }
   #wait() {
     clearTimeout(this.#timer);
+    this.#before = this.#shared.bytes;
     this.#timer = setTimeout(() => {
+      if (!this.#hasBegun && this.#shared.bytes > this.#before) return this.#wait();
       if (this.#hasBegun && this.#bytes >= this.#least / this.#mostAtOnce) {
         this.#bytes = 0;
         this.#mostAtOnce = 1;
