@@ -39,12 +39,10 @@ void write_to_terminal(std::string_view text) {
 
 /// `text` without what does not fit on a line: a line that wraps cannot be cleared.
 std::string_view on_one_line(std::string_view text) {
-  winsize size = {};
-  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return text;
+  const std::size_t most = columns_of_terminal();
   std::size_t columns = 0;
   for (std::size_t i = 0; i < text.size(); ++i)
-    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80 && ++columns == size.ws_col)
-      return text.substr(0, i);
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80 && ++columns == most) return text.substr(0, i);
   return text;
 }
 
@@ -169,6 +167,11 @@ void say_line(std::string_view text) {
   std::string line = printable(without_secrets(text)) + "\n";
   if (!status.empty()) line = std::string(clear_line) + line + status;
   write_to_terminal(line);
+}
+
+std::size_t columns_of_terminal() {
+  winsize size = {};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 ? std::string::npos : size.ws_col;
 }
 
 void show_status(std::string_view text) {

@@ -40,6 +40,8 @@ void say(fmt::format_string<Values...> text, Values&&... values) {
 /// Shows `text`, in the form of printable(), on the last line of the terminal, until another text replaces it; ""
 /// removes it. It is cut to the width of the terminal. Lines that are said meanwhile appear above it.
 void show_status(std::string_view text);
+/// Of the terminal that standard error is; npos of std::string if it is none.
+std::size_t columns_of_terminal();
 
 /// Flushes standard output. Throws WorldError, or ClosedPipe if the reader has closed the pipe.
 void flush_standard_output();

@@ -23,11 +23,26 @@ std::string duration(double seconds) {
                   : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-void draw(ProgressStyle style, double part, const std::string& text) {
+void draw(ProgressStyle style, double part, const std::string& text, int width = 30) {
   if (style == ProgressStyle::plain) return say_line(text);
-  constexpr int width = 30;
   const int filled = static_cast<int>(std::clamp(part, 0.0, 1.0) * width);
   show_status(fmt::format("[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, text));
+}
+
+// The texts of lists are long.
+constexpr int width_of_list = 10;
+
+/// The end of a name, which says more than its folders, in so many columns; "" if they are too few to say anything.
+std::string end_of_name(const std::string& name, std::size_t columns) {
+  const auto begins_character = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+  if (static_cast<std::size_t>(std::ranges::count_if(name, begins_character)) <= columns) return name;
+  constexpr std::string_view left_out = "...";
+  if (columns < left_out.size() + 5) return "";
+  std::size_t begin = name.size();
+  for (std::size_t left = columns - left_out.size(); left > 0; --left)
+    while (!begins_character(name[--begin])) {
+    }
+  return std::string(left_out) + name.substr(begin);
 }
 
 }  // namespace
@@ -100,7 +115,7 @@ void ListMeter::end_volume(std::uint64_t bytes) {
   done_ = total_ = 0;
 }
 
-std::string ListMeter::text(double seconds) const {
+std::string ListMeter::text(double seconds, std::size_t columns) const {
   const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
   const std::uint64_t bytes = bytes_ + done_;
   std::string text = fmt::format("{} of {} volumes, {}", ended_, volumes_, human_bytes(bytes));
@@ -108,18 +123,24 @@ std::string ListMeter::text(double seconds) const {
   const double worked = static_cast<double>(worked_) + part;
   const double left = static_cast<double>(volumes_ - std::min(ended_, volumes_)) - part;
   text += worked > 0 ? fmt::format(", {} left", duration(seconds / worked * left)) : ", ? left";
-  if (!name_.empty()) text += total_ > 0 ? fmt::format("; {} {:.0f} %", name_, 100 * part) : "; " + name_;
-  return text;
+  if (name_.empty()) return text;
+  const std::string before = total_ > 0 ? fmt::format("; {:.0f} % of ", 100 * part) : "; ";
+  const std::size_t taken = text.size() + before.size();
+  const std::string name = end_of_name(name_, columns - std::min(taken, columns));
+  return name.empty() ? text : text + before + name;
 }
 
 void ListMeter::draw_until_end() {
   const bool is_bar = style_ == ProgressStyle::bar;
   std::unique_lock lock(mutex_);
+  // Of a line, a column stays free, and the bar takes its own and "[] ".
+  const std::size_t around = width_of_list + 4;
   while (!end_.wait_for(lock, is_bar ? pause_of_bar : pause_, [this] { return is_over_; })) {
     const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
+    const std::size_t columns = is_bar ? std::max(columns_of_terminal(), around) - around : std::string::npos;
     draw(style_,
          (static_cast<double>(ended_) + part) / static_cast<double>(std::max<std::uint64_t>(1, volumes_)),
-         text(std::chrono::duration<double>(Clock::now() - start_).count()));
+         text(std::chrono::duration<double>(Clock::now() - start_).count(), columns), width_of_list);
   }
   if (is_bar) show_status("");
 }

@@ -170,7 +170,18 @@ TEST(Progress, OfAListCountsVolumesBytesRateAndTheTimeThatIsLeft) {
   EXPECT_EQ(meter.text(10), "0 of 12 volumes, 0 B, 0.0 MB/s, ? left");
   meter.begin_volume("a.nrrd");
   meter.update(50'000'000, 100'000'000);
-  EXPECT_EQ(meter.text(10), "0 of 12 volumes, 50.0 MB, 5.0 MB/s, 3:50 left; a.nrrd 50 %");
+  EXPECT_EQ(meter.text(10), "0 of 12 volumes, 50.0 MB, 5.0 MB/s, 3:50 left; 50 % of a.nrrd");
+  // What has no place is left out from the left.
+  meter.begin_volume("scans/\xC3\xA9t\xC3\xA9/knee.nrrd");
+  meter.update(50'000'000, 100'000'000);
+  const std::string counted = "0 of 12 volumes, 50.0 MB, 5.0 MB/s, 3:50 left";
+  EXPECT_EQ(meter.text(10, counted.size() + 30), counted + "; 50 % of scans/\xC3\xA9t\xC3\xA9/knee.nrrd");
+  EXPECT_EQ(meter.text(10, counted.size() + 29), counted + "; 50 % of scans/\xC3\xA9t\xC3\xA9/knee.nrrd");
+  EXPECT_EQ(meter.text(10, counted.size() + 28), counted + "; 50 % of ...s/\xC3\xA9t\xC3\xA9/knee.nrrd");
+  EXPECT_EQ(meter.text(10, counted.size() + 24), counted + "; 50 % of ...\xC3\xA9/knee.nrrd");
+  EXPECT_EQ(meter.text(10, counted.size() + 18), counted + "; 50 % of ....nrrd");
+  EXPECT_EQ(meter.text(10, counted.size() + 17), counted);
+  EXPECT_EQ(meter.text(10, 3), counted);
   meter.end_volume(100'000'000);
   EXPECT_EQ(meter.text(20), "1 of 12 volumes, 100 MB, 5.0 MB/s, 3:40 left");
   // What was skipped says nothing about the rate.
