@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/errors/errors.h"
-
 namespace tagrid {
 namespace {
 
@@ -33,6 +31,16 @@ std::optional<struct stat> status_of_name(const std::string& path) {
   struct stat status = {};
   const int result = lstat(path.c_str(), &status);
   return found(result, status, path);
+}
+
+bool is_dead_link(const std::string& path) {
+  const auto name = status_of_name(path);
+  return name && S_ISLNK(name->st_mode) && !status_of(path);
+}
+
+BrokenInput dead_link(const std::string& path) {
+  return BrokenInput(
+      path + ": is a link that leads nowhere; its content may have to be fetched first (git annex get)");
 }
 
 bool lock_now(int descriptor) {

@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "io/errors/errors.h"
+
 namespace tagrid {
 
 /// Makes a call, and repeats it if a signal interrupts it. Not for close(), which closes the file anyway.
@@ -58,5 +60,10 @@ std::string folder_of(const std::string& path);
 std::optional<struct stat> status_of(const std::string& path);
 /// The same, but of a symbolic link itself, not of the file that it leads to.
 std::optional<struct stat> status_of_name(const std::string& path);
+
+/// True for a symbolic link that leads to no file, or in a circle. Throws WorldError if the system cannot tell.
+bool is_dead_link(const std::string& path);
+/// What to say about such a link as an input: git-annex and DataLad leave them where they keep no content.
+BrokenInput dead_link(const std::string& path);
 
 }  // namespace tagrid

@@ -82,6 +82,36 @@ class Stores(ReaderTest):
         truth[2:, 3:, 4:] = 0
         self.encodes(truth, "a.zarr", says="1 of 8 chunks are missing; their samples are the fill value")
 
+    def test_links_that_lead_nowhere_are_no_missing_chunks(self):
+        """As DataLad and git-annex leave them for content that they do not keep."""
+        says = "is a link that leads nowhere; its content may have to be fetched first (git annex get)"
+        for description, own, others in self.descriptions():
+            for key in (own, others[0]):
+                self.write(key, description)
+                path = self.folder / "a.zarr" / key((0, 1, 1))
+                path.unlink()
+                path.symlink_to("../../nowhere/chunk")
+                self.assert_refused(65, says if key is own else "chunks are missing", "encode", "a.zarr", "-q")
+            # Its folder, and all of them.
+            for folder in own((0, 1, 1)).split("/")[:-1][::-1]:
+                self.write(own, description)
+                path = self.folder / "a.zarr" / own((0, 1, 1)).split(f"{folder}/")[0] / folder
+                shutil.rmtree(path)
+                path.symlink_to("nowhere")
+                self.assert_refused(65, f"{folder}: {says}", "encode", "a.zarr", "-q")
+        # What is no part of the volume may be lost.
+        self.write(self.keys("."))
+        (self.folder / "a.zarr" / "notes.txt").symlink_to("nowhere")
+        self.encodes(volume(), "a.zarr")
+        self.assertEqual(self.messages, "")
+
+    def test_links_of_shards_that_lead_nowhere_are_refused(self):
+        write_v3(self.folder / "a.zarr", volume(), (1, 1, 1), shards=(2, 3, 4), codecs=())
+        path = next(path for path in (self.folder / "a.zarr").rglob("*") if path.name == "1" and path.is_file())
+        path.unlink()
+        path.symlink_to("nowhere")
+        self.assert_refused(65, "1: is a link that leads nowhere", "encode", "a.zarr", "-q")
+
     def test_lost_chunks_are_counted_whatever_the_number(self):
         """More than 100,000, of which each is one sample."""
         edge = 47

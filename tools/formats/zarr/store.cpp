@@ -29,6 +29,7 @@ class FolderStore final : public ZarrStore {
   bool has(const std::string& key) const override {
     if (!is_safe_name(key)) return false;
     const auto status = status_of(path_of(key));
+    if (!status) require_no_dead_link(key);
     return status && S_ISREG(status->st_mode);
   }
   void list(const std::string& folder,
@@ -39,7 +40,9 @@ class FolderStore final : public ZarrStore {
     for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       std::error_code unknown;
       const bool is_folder = entry->is_directory(unknown);
-      if (is_folder || entry->is_regular_file(unknown)) look(entry->path().filename().string(), is_folder);
+      // A link that leads nowhere stands for a file that was lost: whoever opens it is told.
+      if (is_folder || entry->is_regular_file(unknown) || is_dead_link(entry->path().string()))
+        look(entry->path().filename().string(), is_folder);
     }
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw world_error("cannot be listed", where, error.value());
@@ -49,6 +52,16 @@ class FolderStore final : public ZarrStore {
     return status ? fmt::format("{} {}", status->st_dev, status->st_ino) : folder;
   }
   std::string path_of(const std::string& key) const override { return joined(path(), key); }
+
+ private:
+  /// A chunk that was never written has no name, so a link that leads nowhere is not one, nor is its folder.
+  void require_no_dead_link(const std::string& key) const {
+    for (std::size_t end = key.find('/');; end = key.find('/', end + 1)) {
+      const std::string part = path_of(key.substr(0, end));
+      if (is_dead_link(part)) throw dead_link(part);
+      if (end == std::string::npos || !status_of(part)) return;
+    }
+  }
 };
 
 class ZipStore final : public ZarrStore {

@@ -25,7 +25,8 @@ struct ZarrFile {
 };
 
 /// Files by their keys, such as "0/c/1/0/2": names with slashes between them, and none at the beginning. All
-/// functions throw WorldError, and BrokenInput if the store is damaged. Safe for any content and any keys.
+/// functions throw WorldError, and BrokenInput if the store is damaged, or if a
+/// link in it leads nowhere. Safe for any content and any keys.
 class ZarrStore {
  public:
   virtual ~ZarrStore() = default;
