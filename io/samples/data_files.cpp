@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/text/text.h"
 #include "io/volume/volume_info.h"
@@ -20,14 +22,23 @@ bool is_below(const fs::path& file, const fs::path& folder) {
   return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
 }
 
+/// The path without links; nothing if there is no file. Throws WorldError.
+std::optional<fs::path> without_links(const fs::path& path) {
+  std::error_code error;
+  fs::path file = fs::canonical(path, error);
+  if (!error) return file;
+  if (error == std::errc::no_such_file_or_directory) return std::nullopt;
+  throw world_error("cannot look at", path.string(), error.value());
+}
+
 /// The folders in which data may lie: that of the header as it is named, and as links lead to it.
 std::vector<fs::path> folders_of(const std::string& header_path) {
-  const fs::path header = header_path == "-" ? fs::path("-") : fs::path(header_path);
+  const fs::path header = header_path;
   const fs::path parent = header.parent_path();
-  std::error_code error;
-  std::vector<fs::path> folders = {fs::weakly_canonical(parent.empty() ? fs::path(".") : parent, error)};
-  if (header_path != "-") folders.push_back(fs::weakly_canonical(header, error).parent_path());
-  std::erase(folders, fs::path());
+  std::vector<fs::path> folders;
+  if (const auto folder = without_links(parent.empty() ? fs::path(".") : parent)) folders.push_back(*folder);
+  if (const auto file = header_path == "-" ? std::nullopt : without_links(header))
+    folders.push_back(file->parent_path());
   return folders;
 }
 
@@ -44,13 +55,12 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   std::string first;
   std::size_t count = 0;
   for (const std::string& path : data_paths) {
-    std::error_code error;
-    const fs::path file = fs::canonical(path, error);
+    const auto file = without_links(path);
     // open_data_file() refuses what is not a regular file.
-    if (error || !fs::is_regular_file(file, error) ||
-        std::ranges::any_of(folders, [&](const auto& folder) { return is_below(file, folder); }))
+    if (!file || !is_regular_input(file->string()) ||
+        std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*file, folder); }))
       continue;
-    if (count++ == 0) first = file == path ? path : fmt::format("{} ({})", path, file.string());
+    if (count++ == 0) first = *file == path ? path : fmt::format("{} ({})", path, file->string());
   }
   if (count == 0) return;
   const std::string text =

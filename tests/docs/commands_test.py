@@ -135,8 +135,8 @@ class Commands(unittest.TestCase):
         """The files that a command reads: a phantom under every name of a volume."""
         for name in re.findall(r"\b[\w-]+\.nhdr\b", command):
             if not command.startswith("tagrid phantom"):
-                (folder / name).write_text((volumes / "scan.nhdr").read_text().replace("scan.raw", "samples.raw"))
-                os.link(volumes / "scan.raw", folder / "samples.raw")
+                (folder / name).write_text((volumes / "scan.nhdr").read_text().replace("scan.raw", name.replace(".nhdr", "_0.raw")))
+                os.link(volumes / "scan.raw", folder / name.replace(".nhdr", "_0.raw"))
         if " slices/" in command:
             (folder / "slices").mkdir()
             for number in range(8, 12):

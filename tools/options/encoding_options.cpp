@@ -209,7 +209,7 @@ Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
 }
 
 std::string doubt_of_description(const std::string& input, const RawDescription& description) {
-  if (is_folder(input)) return "";
+  if (!is_regular_input(input)) return "";  // a pipe can be read once
   // If samples are misread, no order of dims looks better than another.
   if (const auto reading = likelier_reading(input, description))
     return input + ": " + doubt(description, *reading);

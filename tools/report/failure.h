@@ -14,8 +14,7 @@ inline constexpr int exit_usage = 64;         ///< the command is wrong
 inline constexpr int exit_broken_input = 65;  ///< the input is broken
 inline constexpr int exit_bug = 70;           ///< a bug in tagrid
 inline constexpr int exit_world = 74;         ///< a file, a disk or a permission failed
-inline constexpr int exit_resumable =
-    75;  ///< interrupted, or another run holds its files; repeat the command
+inline constexpr int exit_resumable = 75;     ///< interrupted, or held by another run: repeat the command
 
 /// The message of the error with the names of options, and with advice. All code that shows errors to people
 /// takes their messages from here, as what() names no options.

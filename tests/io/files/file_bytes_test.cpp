@@ -156,7 +156,7 @@ TEST_F(LineFileTest, HalfALineAtTheEndIsCutOff) {
 TEST_F(LineFileTest, ASecondWriterIsRefusedUntilTheFirstHasEnded) {
   {
     const LineFile first(path("a"));
-    EXPECT_THROW(LineFile(path("a")), UsageError);
+    EXPECT_THROW(LineFile(path("a")), HeldByAnother);
   }
   EXPECT_NO_THROW(LineFile(path("a")));
 }

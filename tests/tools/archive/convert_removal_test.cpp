@@ -215,7 +215,7 @@ while read -r request; do
   n=$(($(cat count) + 1))
   echo $n > count
   if [ $n = "$(cat at)" ]; then printf '\377' | dd of=../a.late bs=1 seek=2000 conv=notrunc 2> log; fi
-  echo '{"answer": "volume", "dims": [16, 16, 16], "type": "uint8", "places": [{"slices": 16}], "complete": true}'
+  echo '{"answer": "volume", "dims": [16, 16, 16], "type": "uint8", "spacing": [1, 1, 1], "units": "mm", "places": [{"slices": 16}], "complete": true}'
 done
 )sh");
   expect_ok(script("chmod 700 readers/tagrid-read-late"));

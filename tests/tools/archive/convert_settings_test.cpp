@@ -56,6 +56,7 @@ const std::vector<Pair> pairs = {
     {"endian", "big", "little", "type=int16\tdims=9,8,7", "d.raw"},
     {"offset", "1", "0", "type=uint8\tdims=9,8,6", "e.raw", false},
     {"spacing", "1,1,2", "1,1,3", "type=uint8\tdims=9,8,7", "c.raw"},
+    {"override-spacing", "1,1,2", "1,1,3"},
 };
 
 // These choose a reader, or one of several volumes; their texts are compared.

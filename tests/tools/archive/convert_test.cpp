@@ -227,7 +227,7 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
       {"b.nrrd\toutput=x\toutput=x", "line 2: output is given twice"},
       {"b.nrrd\tforce=true", "unknown option --force"},
       {"b.nrrd\tdims=4,4", "--dims"},
-      {"b.nrrd\tdims=4,4,4", "needs both --dims and --type"},
+      {"b.nrrd\tdims=4,4,4", "--dims: only for samples without a header"},
       {"b.nrrd\tendian=middle", "--endian"},
       {"b.nrrd\tsurface-error=5", "--surface-error needs --max-error"},
       {"b.nrrd\trange=1:2\tfield-scale=3", "have the same meaning"},

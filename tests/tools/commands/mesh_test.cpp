@@ -142,8 +142,7 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
   make_tag();
   for (const char* level : {"-1", "16", "x"})
     expect_error(tagrid({"mesh", "volume.tag", "--level", level}), usage, "--level");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage,
-               "must end in .vtu, .vtkhdf, .hdf or .msh");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage, "use tagrid surface --iso V");
   for (const char* region : {"0:999,:,:", "-1:2,:,:", "3:3,:,:", "5:4,:,:", ":,:", "x", "1:2,3:4,5:6,7:8"})
     for (const Arguments& more : {Arguments{}, {"--padded"}})
       expect_error(

@@ -106,13 +106,13 @@ TEST_F(RoundTrip, AVolumeInSeveralFilesIsEncodedAndRemovedAsOne) {
   expect_ok(tagrid({"encode", "volume.nhdr", "--max-error", "3"}));
   const std::size_t slices = 4, size = all.size() / slices;
   for (std::size_t i = 0; i < slices; ++i)
-    file("part" + std::to_string(i) + ".raw", all.substr(i * size, size));
-  expect_ok(script("sed 's/data file: .*/data file: part%d.raw 0 3 1 3/' volume.nhdr > parts.nhdr"));
+    file("parts" + std::to_string(i) + ".raw", all.substr(i * size, size));
+  expect_ok(script("sed 's/data file: .*/data file: parts%d.raw 0 3 1 3/' volume.nhdr > parts.nhdr"));
   expect_ok(tagrid({"encode", "parts.nhdr", "--max-error", "3", "-T1"}));
   EXPECT_EQ(header_and_bricks(content("parts.tag")), header_and_bricks(content("volume.tag")));
   expect_ok(tagrid({"verify", "parts.tag", "--against", "parts.nhdr"}));
   expect_ok(tagrid({"encode", "parts.nhdr", "--rm", "--resume", "-f"}));
-  for (const char* name : {"parts.nhdr", "part0.raw", "part1.raw", "part2.raw", "part3.raw"})
+  for (const char* name : {"parts.nhdr", "parts0.raw", "parts1.raw", "parts2.raw", "parts3.raw"})
     EXPECT_FALSE(std::filesystem::exists(path(name))) << name;
   EXPECT_EQ(tagrid({"decode", "parts.tag", "-o", "-"}).out, all);
 }
@@ -224,7 +224,11 @@ TEST_F(WideTypes, APipeNeedsARangeOrAFieldScale) {
     const Arguments raw = {"--dims", "52,40,36", "--type", type};
     const std::string samples = content("v.raw");
     expect_error(tagrid(with({"encode", "-"}, raw), samples), usage, "--range");
-    expect_error(tagrid(with({"encode", "-", "--range", "auto"}, raw), samples), usage, "--range");
+    // The samples are copied to find their range.
+    const Ending ranged = tagrid(with({"encode", "-", "-q", "--range", "auto"}, raw), samples);
+    expect_ok(ranged);
+    expect_ok(tagrid(with({"encode", "v.raw", "-fqo", "v.tag"}, raw)));
+    EXPECT_EQ(header_and_bricks(content("v.tag")), header_and_bricks(ranged.out));
     for (const Arguments& scale : {Arguments{"--range", "-1024:3072"}, Arguments{"--field-scale", "0.002"}}) {
       const Ending piped = tagrid(with(with({"encode", "-", "--max-error", "3"}, raw), scale), samples);
       expect_ok(piped);

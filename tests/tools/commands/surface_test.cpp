@@ -136,8 +136,7 @@ TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
   for (const char* iso : {"nan", "inf", "x", "1e999"})
     expect_error(tagrid({"surface", "volume.tag", "--iso", iso}), usage, "--iso");
   expect_error(tagrid({"surface", "volume.tag"}), usage, "--iso is required");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage,
-               ".ply, .stl, .obj or .vtp");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage, "use tagrid mesh");
   expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "needs -o FILE");
   expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.ply", "--region", "0:999,:,:"}), usage,
                "volume");

@@ -97,11 +97,9 @@ TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
   expect_error(tagrid(with({"encode", "spaced.nrrd"}, raw)), usage,
                "states the spacing 1 1 2, but --spacing is 1 1 3; leave it out, or give --override-spacing");
   file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
-  expect_error(tagrid(with({"encode", "bare.nrrd"}, raw)), usage,
-               "add to its header the line \"spacings: x y z\"");
-  file("bare.nrrd",
-       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 3\nencoding: raw\n\n12345678");
-  expect_ok(tagrid({"encode", "bare.nrrd", "-q"}));
+  expect_ok(tagrid(with({"encode", "bare.nrrd"}, raw)));
+  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "bare.tag", "--json"}).out)["spacing"],
+            nlohmann::json({1, 1, 3}));
 }
 
 TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {

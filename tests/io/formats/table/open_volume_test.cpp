@@ -247,7 +247,11 @@ TEST_F(OpenVolumeTest, AHeaderNamesItsSamplesByAnyPath) {
   std::filesystem::create_directory(path("sub"));
   const std::string data = file("data", bytes_of(false));
   EXPECT_EQ(read_all(file("a.nhdr", little + "encoding: raw\ndata file: " + data + "\n")), samples());
-  EXPECT_EQ(read_all(file("sub/a.nhdr", little + "encoding: raw\ndata file: ../data\n")), samples());
+  const std::string outside = file("sub/a.nhdr", little + "encoding: raw\ndata file: ../data\n");
+  EXPECT_THROW(read_all(outside), BrokenInput);
+  SourceDescription permitted;
+  permitted.data_outside = true;
+  EXPECT_EQ(read_rest(*open_volume(outside, permitted)), samples());
 }
 
 TEST_F(OpenVolumeTest, WithoutHeaderTheErrorSaysThatTheFormatIsNotKnown) {
