@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/errors/errors.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -41,17 +44,41 @@ void add_listed(const char* variable, std::vector<std::string>& paths) {
     if (!path.empty()) paths.emplace_back(path);
 }
 
-template <class Iterator>
+/// The shared libraries in the two directories above each directory of plug-ins, which find there what they need
+/// ($ORIGIN/.., as in conda). Not all of these directories: the program's own may be the home of a user.
+void add_libraries_of_plugins(std::vector<std::string>& paths) {
+  std::vector<std::string> folders;
+  add_listed("HDF5_PLUGIN_PATH", folders);
+  for (fs::path folder : folders)
+    for (int above = 0; above < 2; ++above) {
+      std::error_code error;
+      folder = fs::weakly_canonical(folder, error).parent_path();
+      for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (name.starts_with("lib") && name.find(".so") != name.npos) paths.push_back(entry->path().string());
+      }
+    }
+}
+
+/// The targets of links in a folder, and of those in the folders that links lead to.
 void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
   std::error_code error;
+  std::set<fs::path> known = {fs::canonical(folder, error)};  // links may lead in circles
+  std::deque<fs::path> folders = {folder};
   std::size_t count = 0;
-  for (Iterator entry(folder, fs::directory_options::skip_permission_denied, error), end;
-       !error && entry != end && count < most_entries; entry.increment(error), ++count) {
-    std::error_code of_entry;
-    // The target of a link may be a link, too.
-    if (entry->is_symlink(of_entry))
-      if (const fs::path target = fs::canonical(entry->path(), of_entry); !of_entry)
-        paths.push_back(target.string());
+  for (; !folders.empty(); folders.pop_front()) {
+    for (fs::recursive_directory_iterator
+             entry(folders.front(), fs::directory_options::skip_permission_denied, error),
+         end;
+         !error && entry != end && count < most_entries; entry.increment(error), ++count) {
+      std::error_code of_entry;
+      if (!entry->is_symlink(of_entry)) continue;
+      // The target of a link may be a link, too.
+      const fs::path target = fs::canonical(entry->path(), of_entry);
+      if (of_entry) continue;
+      paths.push_back(target.string());
+      if (fs::is_directory(target, of_entry) && known.insert(target).second) folders.push_back(target);
+    }
   }
 }
 
@@ -78,7 +105,7 @@ void add_folder(const fs::path& folder, Readable& readable) {
     readable.paths.insert(readable.paths.end(), entries.begin(), entries.end());
     readable.listed.push_back(folder.string());
   }
-  add_targets<fs::recursive_directory_iterator>(folder, readable.paths);
+  add_targets(folder, readable.paths);
 }
 
 /// A file, and those of its directory that it may need.
@@ -104,6 +131,7 @@ void add_file(const fs::path& file, const FilesBeside& beside, Readable& readabl
 Readable readable_by(const std::string& path, const FilesBeside& beside) {
   Readable readable{{std::begin(of_libraries), std::end(of_libraries)}, {}};
   for (const char* variable : of_users) add_listed(variable, readable.paths);
+  add_libraries_of_plugins(readable.paths);
   std::error_code error;
   // Its directory may be the home of a user.
   if (const fs::path program = fs::read_symlink("/proc/self/exe", error); !error)
@@ -141,6 +169,7 @@ void confine_to(const std::string& path, const FilesBeside& beside) {
   const rlimit none = {0, 0};
   setrlimit(RLIMIT_CORE, &none);
   allow_reading_only(readable_by(path, beside));
+  blame_sandbox_for_permissions();
   allow_calls_of_readers();
 }
 

@@ -130,8 +130,10 @@ class Vendors(ReaderTest):
             (self.folder / "list.tsv").write_text(found.stdout)
             options = ("convert", "--manifest", "list.tsv", "--output-dir", f"out_{stem}")
             self.ok(*options)
-            self.ok(*options, "--remove-verified")
-            self.assertEqual(list((self.folder / stem).iterdir()), [])
+            # A header of another name may be of another volume, too.
+            are_own = stem == "scan"
+            self.assertEqual(self.tagrid(*options, "--remove-verified").returncode, 0 if are_own else 65)
+            self.assertEqual(len(list((self.folder / stem).iterdir())), 0 if are_own else 3)
             [tag] = (self.folder / f"out_{stem}").rglob("*.tag")
             self.ok("restore", tag, "-o", "back")
             self.assertEqual(numpy.fromfile(self.folder / "back" / "scan.vol", "uint16").tobytes(), truth.tobytes())
