@@ -121,7 +121,7 @@ class Needed(ReaderTest):
             with h5py.File(self.folder / name, "w") as file:
                 file["data"] = volume
         for name, words in (("part.h5", ""), ("part.nxs", ""), ("part.odd", "has not the name of an HDF5 file, so it is not read"),
-                            (".part.h5", "has not the name of an HDF5 file"), ("more/part.h5", "is in another directory")):
+                            (".part.h5", "is hidden, so it is not read"), ("more/part.h5", "is in another directory")):
             with self.subTest(name):
                 with h5py.File(self.folder / "a.h5", "w") as file:
                     file["here"] = h5py.ExternalLink(name, "/data")

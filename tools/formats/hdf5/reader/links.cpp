@@ -54,7 +54,8 @@ std::string why_not_read(hid_t file, const std::string& named) {
   if (!fs::equivalent(target.parent_path(), folder, unknown))
     return "is in another directory, where nothing is read; give that file itself";
   const std::string name = target.filename().string();
-  if (name.starts_with('.') || !may_be_linked_to(fs::path(own).filename().string(), name))
+  if (name.starts_with('.')) return "is hidden, so it is not read; give that file itself";
+  if (!may_be_linked_to(fs::path(own).filename().string(), name))
     return "has not the name of an HDF5 file, so it is not read; give that file itself, or a name that ends "
            "in .h5";
   return "";
