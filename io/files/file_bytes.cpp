@@ -23,6 +23,11 @@ struct Extent {
   std::uint64_t base, size;
 };
 
+[[noreturn]] void throw_cannot_open(const std::string& path, int error) {
+  if (error == ENOENT && is_dead_link(path)) throw dead_link(path);
+  throw world_error("cannot open", shown_input(path), error);
+}
+
 /// Throws WorldError for a directory. Returns nothing if the file is not a regular one.
 std::optional<Extent> extent_of(int descriptor, const std::string& name) {
   struct stat status = {};
@@ -56,7 +61,7 @@ std::size_t read_from(int descriptor, const std::string& name, std::uint64_t pos
 FileBytes::FileBytes(const std::string& path) : name_(shown_input(path)), buffer_(peek_limit) {
   if (path != "-") opened_ = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
   descriptor_ = path == "-" ? STDIN_FILENO : int{opened_};
-  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  if (descriptor_ < 0) throw_cannot_open(path, errno);
   look_at_file();
 }
 
@@ -170,7 +175,7 @@ FileSource::FileSource(const std::string& path) : name_(shown_input(path)) {
   descriptor_ = path == "-"
                     ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
                     : uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
-  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  if (descriptor_ < 0) throw_cannot_open(path, errno);
   const auto extent = extent_of(descriptor_, name_);
   if (!extent)
     throw WorldError(

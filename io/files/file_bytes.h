@@ -38,7 +38,8 @@ class ByteStream {
 /// A regular file: other files cannot be read in any order.
 class FileSource : public ByteSource {
  public:
-  /// Opens a file, or the standard input for "-", from its position on. Throws WorldError.
+  /// Opens a file, or the standard input for "-", from its position on. Throws WorldError, and
+  /// BrokenInput for a link that leads nowhere.
   explicit FileSource(const std::string& path);
 
   std::uint64_t size() const override { return size_; }
@@ -76,7 +77,7 @@ class SourceStream : public ByteStream {
 /// An open file or pipe. Every failure to read is a WorldError that names the file.
 class FileBytes : public ByteStream {
  public:
-  /// Opens a file, or standard input for "-".
+  /// Opens a file, or standard input for "-". Throws BrokenInput for a link that leads nowhere.
   explicit FileBytes(const std::string& path);
   /// Takes an open regular file and starts at its beginning; `name` is for messages.
   FileBytes(int descriptor, const std::string& name);

@@ -297,12 +297,18 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
+  std::string dead;
   for (const std::string& file : files) {
-    if (!status_of(file)) continue;  // a link that leads nowhere
+    if (!status_of(file)) {
+      if (dead.empty() && is_dead_link(file)) dead = file;
+      continue;
+    }
     const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()));
     if (format == nullptr) format = format_of_name(file);
     if (format != nullptr && format->has_folders) return way_of(*format, folder);
   }
+  // What is kept beside slices, such as notes, may be all that is left of them.
+  if (!dead.empty()) throw dead_link(dead);
   throw no_slices_in(folder, files.front());
 }
 
