@@ -170,10 +170,11 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
   encoded.commit();
   for (const std::string& warning : warnings_of_encoding(volume.input, volume.asked.options, result))
     add_warning(volume, warning, record);
-  if (!result.reason_of_bound.empty() && !run.quiet) say("{}: {}", volume.name, result.reason_of_bound);
+  if (!result.reason_of_bound.empty() && run.is_verbose()) say("{}: {}", volume.name, result.reason_of_bound);
   describe(volume, result.header, result.index, result.file_bytes, result.lossy_source,
            why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
            output_checksum, record);
+  if (!result.reason_of_bound.empty()) record["settings"]["reason_of_max_error"] = result.reason_of_bound;
 }
 
 /// Describes an existing output. Throws UsageError if it was not made from the volume with these options.

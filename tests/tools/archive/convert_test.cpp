@@ -182,6 +182,18 @@ TEST_F(Convert, AWarningNamesTheVolumeAsTheListDoesAndIsInItsRecord) {
   EXPECT_EQ(records()[1]["warnings"], Json::array());
 }
 
+TEST_F(Convert, HowABoundFollowsFromTheSamplesIsInTheRecordAndIsSaidWithV) {
+  volumes(2);
+  file("list.tsv", "a.nrrd\tmax-error=noise:0.5\nb.nrrd\n");
+  const Ending ending = convert();
+  EXPECT_EQ(ending.code, 0);
+  const std::string words = "so the maximum error is set to ";
+  EXPECT_FALSE(has(ending.err, words)) << ending.err;
+  EXPECT_TRUE(has(records()[0]["settings"]["reason_of_max_error"].get<std::string>(), words));
+  EXPECT_FALSE(records()[1]["settings"].contains("reason_of_max_error"));
+  EXPECT_TRUE(has(convert({"-f", "-v"}).err, words));
+}
+
 TEST_F(Convert, OutputsThatWereOnlyComparedAreCountedApart) {
   volumes(2);
   expect_ok(convert());
