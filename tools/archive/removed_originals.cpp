@@ -16,15 +16,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The deepest directory that holds both, or is one of them.
+fs::path common_folder(const fs::path& one, const fs::path& other) {
+  fs::path both;
+  const auto end = std::ranges::mismatch(one, other).in1;
+  for (auto step = one.begin(); step != end; ++step) both /= *step;
+  return both;
+}
+
 fs::path common_folder(const std::vector<InputFile>& files) {
   fs::path folder = fs::path(files.front().path).parent_path();
-  for (const InputFile& file : files) {
-    const fs::path other = fs::path(file.path).parent_path();
-    fs::path both;
-    const auto end = std::ranges::mismatch(folder, other).in1;
-    for (auto step = folder.begin(); step != end; ++step) both /= *step;
-    folder = both;
-  }
+  for (const InputFile& file : files) folder = common_folder(folder, fs::path(file.path).parent_path());
   return folder;
 }
 
@@ -75,6 +77,15 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
 }
 
 }  // namespace
+
+std::string folder_of_all(const std::vector<RemovedOriginal>& originals) {
+  fs::path folder;
+  for (const RemovedOriginal& original : originals) {
+    if (original.folder.empty()) continue;
+    folder = folder.empty() ? fs::path(original.folder) : common_folder(folder, original.folder);
+  }
+  return folder.string();
+}
 
 RemovedOriginals removed_originals(const std::string& output_dir) {
   const KnownOutputs known(output_dir);

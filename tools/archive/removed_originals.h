@@ -25,4 +25,7 @@ struct RemovedOriginals {
 /// BrokenInput if there are none.
 RemovedOriginals removed_originals(const std::string& output_dir);
 
+/// The deepest directory that holds the directories of all originals; "" if there is none.
+std::string folder_of_all(const std::vector<RemovedOriginal>& originals);
+
 }  // namespace tagrid

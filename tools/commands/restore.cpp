@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -21,6 +22,8 @@
 
 namespace tagrid {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct RestoreCommand {
   std::string input, records;
@@ -56,26 +59,30 @@ struct RestoreCommand {
   void restore_all(Ranks& ranks) const {
     if (!input.empty())
       throw UsageError("--records: restores all originals of a directory; leave out " + input);
-    if (!output.path.empty())
-      throw UsageError("--records: files go back to their own directories; leave out -o");
     if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
     const auto [originals, unknown] = removed_originals(records);
+    const std::string all = folder_of_all(originals);
     std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
       // Not even with -f, which is for what is left of an original: others may have been changed since.
-      if (original.is_back) {
+      if (original.is_back && output.path.empty()) {
         ++there;
         continue;
       }
       RestoreCommand one = *this;
       one.input = original.output;
-      one.output.path = original.folder;
+      if (output.path.empty())
+        one.output.path = original.folder;
+      else
+        one.output.path =
+            (fs::path(output.path) / fs::path(original.folder).lexically_relative(all)).lexically_normal();
       one.records.clear();
       try {
         if (!original.error.empty()) throw BrokenInput(original.error);
         // Relative records name it from the outputs, which may have moved without the originals.
-        if (!is_folder(original.folder))
-          warn(run, "{}: does not exist, and is created for {}", original.folder, original.input);
+        if (output.path.empty() && !is_folder(original.folder))
+          warn(run, "{}: does not exist, and is created for {}; -o DIR names another place", original.folder,
+               original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
       } catch (const std::exception&) {
@@ -146,8 +153,9 @@ Action add_restore_command(CLI::App& app) {
   add_text_option(
       *command, "--records", state->records, "DIR",
       "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs");
-  add_text_option(*command, "-o,--output", state->output.path, "DIR",
-                  "Directory for the files, created if it does not exist");
+  add_text_option(
+      *command, "-o,--output", state->output.path, "DIR",
+      "Directory for the files, created if it does not exist; with --records, for the tree of all originals");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
