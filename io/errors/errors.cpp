@@ -12,6 +12,8 @@
 namespace tagrid {
 namespace {
 
+bool is_confined = false;  // set before the process starts threads
+
 std::string_view advice(int error_number) {
   switch (error_number) {
     case ENOENT:
@@ -19,6 +21,10 @@ std::string_view advice(int error_number) {
       return "; check the name, and that its directory exists";
     case EACCES:
     case EPERM:
+      if (is_confined)
+        return "; check the permissions of the file and its directory; if they are right, the sandbox keeps "
+               "it from "
+               "the reader (TAGRID_SANDBOX=off allows it)";
       return "; check the permissions of the file and its directory";
     case EROFS:
       return "; choose another directory, or make this one writable";
@@ -65,6 +71,8 @@ ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint6
 }
 
 }  // namespace
+
+void blame_sandbox_for_permissions() { is_confined = true; }
 
 WorldError world_error(std::string_view what, std::string_view path, int error_number) {
   return WorldError(fmt::format("{}: {}: {}{}", path, what, std::generic_category().message(error_number),

@@ -177,6 +177,10 @@ class MemoryLimit : public UsageError {
 /// do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
 
+/// From now on, world_error() says that the sandbox may be why a permission is missing. For a process that confines
+/// itself.
+void blame_sandbox_for_permissions();
+
 /// What an exception means to the person who started the program.
 enum class ErrorKind : std::uint8_t {
   usage,         ///< UsageError

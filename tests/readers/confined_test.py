@@ -13,6 +13,7 @@ import subprocess
 import unittest
 
 from other_readers import IS_SANITIZED, PROGRAM, ReaderTest, h5py, main, numpy
+from zarr_files import write_v3
 
 TAKEN_OVER = r"""
 #define _GNU_SOURCE
@@ -131,6 +132,34 @@ class Needed(ReaderTest):
                     self.assertIn(f"in the file {name}", message)
                 else:
                     self.encodes(volume, "a.h5", "--dataset", "/here")
+
+    def test_links_behind_links_to_directories_are_read(self):
+        """As in a store of links whose parts are links to such stores."""
+        volume = numpy.arange(60, dtype="u2").reshape(3, 4, 5)
+        write_v3(self.folder / "a.zarr", volume, (2, 2, 2))
+        content = self.folder / "elsewhere" / "content"
+        content.mkdir(parents=True)
+        links = self.folder / "links" / "array"
+        for number, path in enumerate(path for path in (self.folder / "a.zarr").rglob("*") if path.is_file()):
+            shutil.copy(path, content / str(number))
+            link = links / path.relative_to(self.folder / "a.zarr")
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(content / str(number))
+        (links / "circle").symlink_to("..")
+        (self.folder / "b.zarr").mkdir()
+        (self.folder / "b.zarr" / "zarr.json").write_text('{"zarr_format": 3, "node_type": "group"}')
+        (self.folder / "b.zarr" / "0").symlink_to(links)
+        (self.folder / "b.zarr" / "circle").symlink_to(".")
+        self.encodes(volume, "b.zarr", "--dataset", "0")
+
+    @unittest.skipIf(IS_SANITIZED, "sanitizers are not confined")
+    def test_what_the_sandbox_keeps_from_a_reader_is_said(self):
+        if "Landlock" not in self.ok("formats", "-v").stdout or "no Landlock" in self.ok("formats", "-v").stdout:
+            self.skipTest("this kernel has no Landlock")
+        write_v3(self.folder / "a.zarr" / ".hidden", numpy.arange(60, dtype="u2").reshape(3, 4, 5), (2, 2, 2))
+        (self.folder / "a.zarr" / "zarr.json").write_text('{"zarr_format": 3, "node_type": "group"}')
+        self.assert_refused(74, "the sandbox keeps it from the reader (TAGRID_SANDBOX=off allows it)", "encode", "a.zarr",
+                            "--dataset", ".hidden")
 
 
 if __name__ == "__main__":
