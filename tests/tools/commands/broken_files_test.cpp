@@ -24,11 +24,11 @@ TEST_F(BrokenFiles, AMissingInputIsAFailureOfTheWorld) {
 
 // As git-annex leaves them for content that it does not keep.
 TEST_F(BrokenFiles, ALinkThatLeadsNowhereIsNoInput) {
-  expect_ok(script("mkdir folder && ln -s nowhere folder/a.dcm && ln -s nowhere a.tag"));
+  expect_ok(script("mkdir folder && ln -s nowhere folder/a.dcm && ln -s nowhere link"));
   const std::string says =
       ": is a link that leads nowhere; its content may have to be fetched first (git annex get)";
   for (const char* command : {"encode", "decode", "info", "verify"})
-    expect_error(tagrid({command, "a.tag"}), broken_input, "a.tag" + says);
+    expect_error(tagrid({command, "link"}), broken_input, "link" + says);
   expect_error(tagrid({"encode", "folder"}), broken_input, "folder/a.dcm" + says);
   expect_ok(script("echo text > folder/README"));
   expect_error(tagrid({"encode", "folder"}), broken_input, "folder/a.dcm" + says);
