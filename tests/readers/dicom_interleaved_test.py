@@ -15,7 +15,7 @@ from other_readers import ReaderTest, main, numpy, pydicom
 TWO = (("AcquisitionNumber", 1, 2), ("TriggerTime", 0, 400), ("NominalPercentageOfCardiacPhase", 30.0, 70.0),
        ("NominalPercentageOfRespiratoryPhase", 0.0, 50.0), ("TemporalPositionIdentifier", 1, 2), ("ContrastBolusAgent", None, "Iohexol"),
        ("KVP", 80, 140), ("PatientPosition", "HFS", "FFS"), ("ConvolutionKernel", "B30f", "B70f"), ("EchoNumbers", 1, 2),
-       ("EchoTime", 2.5, 5), ("DiffusionBValue", 0.0, 800.0), ("FrameOfReferenceUID", "1.2.8", "1.2.9"), ("GantryDetectorTilt", 0, 0.01),
+       ("EchoTime", 2.5, 5), ("DiffusionBValue", 0.0, 800.0), ("FrameOfReferenceUID", "1.2.8", "1.2.9"), ("GantryDetectorTilt", 0, 15),
        ("ImageType", ["DERIVED", "PRIMARY", "AXIAL", "80KV"], ["DERIVED", "PRIMARY", "AXIAL", "140KV"]))
 
 

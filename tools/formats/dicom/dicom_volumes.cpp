@@ -224,15 +224,18 @@ const std::string& uid_of(const DicomSeries& series, const Files& images) {
   return images[series.slices.front().file].series;
 }
 
-/// The volume of a name that no series has now, among the images of the series.
+/// The volume of a name that no series has now, among the images of the series; nothing if several have it.
 std::optional<DicomSeries> volume_that_was_apart(const std::string& name,
                                                  const std::vector<DicomSeries>& series,
                                                  const Files& images) {
-  for (const DicomSeries& one : series)
-    if (uid_in(name) == uid_of(one, images))
-      if (auto slices = slices_called(name, one.slices, images))
-        return DicomSeries{{name, one.choice.text}, *std::move(slices)};
-  return std::nullopt;
+  std::vector<DicomSeries> found;
+  for (const DicomSeries& one : series) {
+    if (uid_in(name) != uid_of(one, images)) continue;
+    if (name == one.name_of_all) return std::nullopt;
+    for (std::vector<DicomSlice>& slices : slices_called(name, one.slices, images))
+      found.push_back({{name, one.choice.text}, std::move(slices)});
+  }
+  return found.size() == 1 ? std::optional(std::move(found.front())) : std::nullopt;
 }
 
 /// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -20,12 +21,20 @@ using Parts = std::vector<DicomPart>;
 
 /// A step of more than this times the usual one leaves room for slices of others.
 constexpr double hole = 1.5;
+/// Steps that differ by less, relative to the usual one, are equal.
+constexpr double even_enough = 0.05;
+/// Numbers that differ by less, relatively, are one; so are tilts, in degrees.
+constexpr double same_value = 1e-3, same_tilt = 0.05;
 
 /// Times of phases. MR scanners may also acquire the slices of one volume at alternating ones.
 constexpr std::array<std::string_view, 2> phase_times = {"TriggerTime", "NominalCardiacTriggerDelayTime"};
 /// Times of acquisition.
 constexpr std::array<std::string_view, 3> times = {"AcquisitionDateTime", "AcquisitionTime",
                                                    "FrameAcquisitionDateTime"};
+
+/// What differs between the passes in which MR scanners acquire every second slice, or packages, of one volume.
+constexpr std::array<std::string_view, 3> passes = {"AcquisitionNumber", "FrameAcquisitionNumber",
+                                                    "InversionTime"};
 
 bool is_among(std::string_view name, auto& names) { return std::ranges::find(names, name) != names.end(); }
 
@@ -66,43 +75,102 @@ bool are_interleaved(const Parts& parts, const Slices& slices, const Files& file
   return false;
 }
 
+/// True if two values are one that was rounded. Whole numbers are often counts, so they differ by 1.
+bool are_close(std::size_t moment, const DicomValue& a, const DicomValue& b) {
+  if (!a.is_number() || !b.is_number()) return !(a < b || b < a);
+  const double apart = std::abs(a.number - b.number);
+  if (name_of_moment(moment) == "GantryDetectorTilt") return apart <= same_tilt;
+  const bool are_whole = a.number == std::round(a.number) && b.number == std::round(b.number);
+  return apart <= (are_whole ? 0 : same_value * std::abs(b.number));
+}
+
+/// "of EchoTime 2.46", "without EchoTime".
+std::string which_are(const DicomPart& part) {
+  return (part.told_by.starts_with("without ") ? "" : "of ") + part.told_by;
+}
+
+/// The parts by an attribute; values that were rounded are one.
+Parts parted_by_value(std::size_t moment, const Slices& slices, const Files& files) {
+  Parts parts = parted_by({moment}, slices, files);
+  std::map<DicomValue, std::size_t> part_of;
+  Parts merged;
+  const DicomValue* last = nullptr;
+  for (const DicomPart& part : parts) {
+    const DicomValue value = value_of(files, part.slices.front(), moment);
+    if (last == nullptr || !are_close(moment, *last, value)) merged.push_back({{}, part.told_by});
+    last = &part_of.emplace(value, merged.size() - 1).first->first;
+  }
+  for (const DicomSlice& slice : slices)
+    merged[part_of[value_of(files, slice, moment)]].slices.push_back(slice);
+  return merged;
+}
+
 /// The parts by an attribute, if they are interleaved.
 std::optional<Parts> interleaved_by(std::size_t moment, const Slices& slices, const Files& files) {
   if (!has_two_values(moment, slices, files)) return std::nullopt;
-  Parts parts = parted_by({moment}, slices, files);
-  if (parts.size() >= slices.size() || !are_interleaved(parts, slices, files)) return std::nullopt;
+  Parts parts = parted_by_value(moment, slices, files);
+  if (parts.size() < 2 || parts.size() >= slices.size() || !are_interleaved(parts, slices, files))
+    return std::nullopt;
   return parts;
+}
+
+/// The step of slices at equal distances; nothing if these differ. REQUIRES: two slices or more.
+std::optional<double> even_step(const Slices& slices, const Files& files) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < slices.size(); ++i)
+    steps.push_back(along_normal(frame_of(files, slices[i])) - along_normal(frame_of(files, slices[i - 1])));
+  const double usual = median(steps);
+  for (const double step : steps)
+    if (std::abs(step - usual) > even_enough * usual) return std::nullopt;
+  return usual;
+}
+
+/// True if interleaved parts are rather one volume: all slices together are even, and what tells the parts
+/// apart is no acquisition of its own. Several acquisitions each have even slices of one step.
+bool are_rather_one(std::size_t moment, const Parts& parts, const Slices& slices, const Files& files) {
+  if (!even_step(slices, files)) return false;
+  const std::string_view name = name_of_moment(moment);
+  if (is_mr(slices, files) && is_among(name, passes)) return true;
+  // Scanners leave attributes out; but images before the contrast agent have none.
+  if (parts.size() == 2 && name != "ContrastBolusAgent")
+    for (const DicomPart& part : parts)
+      if (value_of(files, part.slices.front(), moment).text.empty()) return true;
+  std::optional<double> first;
+  for (const DicomPart& part : parts) {
+    if (part.slices.size() < 2) continue;
+    const auto step = even_step(part.slices, files);
+    if (!step || (first && std::abs(*step - *first) > even_enough * *first)) return true;
+    first = step;
+  }
+  return false;
 }
 
 bool all_have_places(const Slices& slices, const Files& files) {
   return std::ranges::all_of(slices, [&](const auto& slice) { return has_place(frame_of(files, slice)); });
 }
 
-/// The slices before and after the longest pause; nothing if times are not numbers.
-std::optional<std::array<DicomPart, 2>> parted_by_pause(std::size_t moment, const Slices& slices,
-                                                        const Files& files) {
-  std::vector<double> values;
-  for (const DicomSlice& slice : slices) {
-    const DicomValue value = value_of(files, slice, moment);
+/// The slices in the order of their times, cut where the scan is back at places where it has been: one part
+/// for each sweep. Nothing if times are not numbers.
+std::optional<Parts> parted_by_sweep(std::size_t moment, const Slices& slices, const Files& files) {
+  std::map<DicomValue, std::vector<std::size_t>> by_time;
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    const DicomValue value = value_of(files, slices[i], moment);
     if (!value.is_number()) return std::nullopt;
-    values.push_back(value.number);
+    by_time[value].push_back(i);
   }
-  std::ranges::sort(values);
-  double pause = 0, after = 0;
-  for (std::size_t i = 1; i < values.size(); ++i)
-    if (values[i] - values[i - 1] > pause) pause = values[i] - values[i - 1], after = values[i];
-  if (pause == 0) return std::nullopt;
-  std::array<DicomPart, 2> parts;
-  for (const DicomSlice& slice : slices)
-    parts[value_of(files, slice, moment).number >= after ? 1 : 0].slices.push_back(slice);
-  for (DicomPart& part : parts) {
-    const auto [least, most] = std::ranges::minmax_element(
-        part.slices, [](const DicomValue& a, const DicomValue& b) { return a < b; },
-        [&](const DicomSlice& slice) { return value_of(files, slice, moment); });
-    const std::string_view low = trimmed(value_of(files, *least, moment).text),
-                           high = trimmed(value_of(files, *most, moment).text);
-    part.told_by = low == high ? std::string(low) : fmt::format("{} to {}", low, high);
+  Parts parts;
+  std::vector<std::size_t> sweep_of(slices.size());
+  std::size_t low = 0, high = 0;
+  std::string_view begin;
+  for (const auto& [time, those] : by_time) {
+    const std::string_view text = trimmed(time.text);
+    if (parts.empty() || (those.front() < high && low < those.back()))
+      parts.emplace_back(), begin = text, low = those.front(), high = those.back();
+    low = std::min(low, those.front()), high = std::max(high, those.back());
+    parts.back().told_by = begin == text ? std::string(text) : fmt::format("{} to {}", begin, text);
+    for (const std::size_t i : those) sweep_of[i] = parts.size() - 1;
   }
+  for (std::size_t i = 0; i < slices.size(); ++i) parts[sweep_of[i]].slices.push_back(slices[i]);
   return parts;
 }
 
@@ -117,6 +185,7 @@ std::vector<DicomPart> parted_where_interleaved(const DicomPart& part, const Fil
     const bool is_phase = is_among(name_of_moment(moment), phase_times);
     if (is_phase ? is_mr(slices, files) : grows_from_slice_to_slice(moment)) continue;
     auto parts = interleaved_by(moment, slices, files);
+    if (parts && are_rather_one(moment, *parts, slices, files)) continue;
     if (parts && (!best || parts->size() < best->size())) best = std::move(parts);
   }
   if (!best) return {part};
@@ -137,14 +206,16 @@ std::vector<std::string> doubts_of_order(const Slices& slices, const Files& file
       doubts.push_back(
           "slices have different coordinate systems (FrameOfReferenceUID), so their places may not fit "
           "together");
-    if (may_alternate && is_among(name, phase_times))
+    if (is_among(name, phase_times) ? may_alternate : !grows_from_slice_to_slice(moment))
       if (const auto parts = interleaved_by(moment, slices, files))
-        doubts.push_back(fmt::format(
-            "slices of {} and of {} lie between each other; if they are phases, this is not one volume",
-            parts->front().told_by, parts->back().told_by));
+        doubts.push_back(
+            fmt::format("slices {} and {} lie between each other; if they are {}, this is "
+                        "not one volume",
+                        which_are(parts->front()), which_are(parts->back()),
+                        is_among(name, phase_times) ? "phases" : "several acquisitions"));
     if (!may_alternate && is_among(name, times) && has_two_values(moment, slices, files))
-      if (const auto parts = parted_by_pause(moment, slices, files);
-          parts && are_interleaved({parts->begin(), parts->end()}, slices, files))
+      if (const auto parts = parted_by_sweep(moment, slices, files);
+          parts && parts->size() > 1 && are_interleaved(*parts, slices, files))
         doubts.push_back(fmt::format(
             "slices of {} {} and of {} lie between each other; if they are two acquisitions, this is not "
             "one volume",

@@ -159,13 +159,14 @@ std::vector<DicomSeries> series_of(const Files& files) {
     std::vector<DicomPart> parts;
     for (const DicomPart& part : parted(group, files))
       for (DicomPart& one : parted_where_interleaved(part, files)) parts.push_back(std::move(one));
+    const std::string name_of_all = parts.size() > 1 ? lasting_name_of(group, files) : "";
     std::vector<std::string> names;
     for (const DicomPart& part : parts) names.push_back(lasting_name_of(part.slices, files));
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      const bool is_only_one = std::ranges::count(names, names[i]) == 1;
+      const bool is_only_one = std::ranges::count(names, names[i]) == 1 && names[i] != name_of_all;
       std::string name = is_only_one ? names[i] : lasting_name_of(parts[i].slices, files, true);
       std::string words = in_words(parts[i], files);
-      series.push_back({{std::move(name), std::move(words)}, std::move(parts[i].slices)});
+      series.push_back({{std::move(name), std::move(words)}, std::move(parts[i].slices), name_of_all});
     }
   }
   make_distinct(series, files);

@@ -58,6 +58,8 @@ std::string differences(const DicomSlice& a, const DicomSlice& b, const std::vec
 struct DicomSeries {
   Choice choice;
   std::vector<DicomSlice> slices;
+  /// The short name of all images of which these are a part: it means no part. "" if these are all.
+  std::string name_of_all = {};
 };
 
 /// Sorts all frames into series: by the UID of the series, size, type of samples, orientation and spacing;

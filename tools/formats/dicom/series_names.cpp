@@ -62,20 +62,29 @@ std::string key_of(const Slices& slices, const Files& files, bool all) {
   return key;
 }
 
-/// Splits `slices` by each attribute, and the parts again as often as `more` says.
-std::optional<Slices> part_called(const std::string& name, const Slices& slices, const Files& files,
-                                  int more) {
-  for (const bool all : {false, true})
-    if (lasting_name_of(slices, files, all) == name) return slices;
-  if (more == 0 || slices.size() == 1) return std::nullopt;
-  for (std::size_t moment = 0; moment < count_of_moments(); ++moment)
-    if (const std::vector<DicomPart> parts = parted_by({moment}, slices, files); parts.size() > 1)
-      for (const DicomPart& part : parts)
-        if (auto found = part_called(name, part.slices, files, more - 1)) return found;
-  return std::nullopt;
+bool is_within(const Slices& some, const Slices& all) {
+  return std::ranges::all_of(some, [&](const DicomSlice& slice) {
+    return std::ranges::any_of(
+        all, [&](const DicomSlice& one) { return one.file == slice.file && one.frame == slice.frame; });
+  });
 }
 
-using Files = std::vector<DicomFile>;
+/// Splits `slices` by each attribute, and the parts again as often as `more` says. Adds those with the name,
+/// but none that lies within another one.
+void find_called(const std::string& name, const Slices& slices, const Files& files, int more,
+                 std::vector<Slices>& found) {
+  for (const bool all : {false, true})
+    if (lasting_name_of(slices, files, all) == name) {
+      if (std::ranges::any_of(found, [&](const Slices& one) { return is_within(slices, one); })) return;
+      std::erase_if(found, [&](const Slices& one) { return is_within(one, slices); });
+      found.push_back(slices);
+      return;
+    }
+  if (more == 0 || slices.size() == 1) return;
+  for (std::size_t moment = 0; moment < count_of_moments(); ++moment)
+    if (const std::vector<DicomPart> parts = parted_by({moment}, slices, files); parts.size() > 1)
+      for (const DicomPart& part : parts) find_called(name, part.slices, files, more - 1, found);
+}
 
 std::string text_in(const DicomFile& file, const char* name) {
   const auto found = file.texts.find(name);
@@ -187,9 +196,11 @@ std::string_view uid_in(std::string_view name) {
   return end == name.npos || name.size() != end + 1 + digits ? std::string_view() : name.substr(0, end);
 }
 
-std::optional<Slices> slices_called(const std::string& name, const Slices& slices, const Files& files) {
+std::vector<Slices> slices_called(const std::string& name, const Slices& slices, const Files& files) {
   constexpr int most_splits = 2;
-  return part_called(name, slices, files, most_splits);
+  std::vector<Slices> found;
+  find_called(name, slices, files, most_splits, found);
+  return found;
 }
 
 std::string in_words(const DicomPart& part, const Files& files) {

@@ -2,7 +2,6 @@
 // for users.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,12 +20,12 @@ std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::ve
 /// The UID in a name that lasting_name_of() gave; "" if it cannot be one.
 std::string_view uid_in(std::string_view name);
 
-/// The slices among `slices` that have this name, by splitting them once or twice by an attribute. Images of
-/// two volumes are one volume while nothing lies where both have images, so a volume that is gone may have
-/// kept them apart.
-std::optional<std::vector<DicomSlice>> slices_called(const std::string& name,
-                                                     const std::vector<DicomSlice>& slices,
-                                                     const std::vector<DicomFile>& files);
+/// The slices among `slices` that have this name, by splitting them once or twice by an attribute; several if
+/// the name does not tell them apart. Images of two volumes are one volume while nothing lies where both have
+/// images, so a volume that is gone may have kept them apart.
+std::vector<std::vector<DicomSlice>> slices_called(const std::string& name,
+                                                   const std::vector<DicomSlice>& slices,
+                                                   const std::vector<DicomFile>& files);
 
 /// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
 std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
