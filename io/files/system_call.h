@@ -11,9 +11,9 @@
 #include <string>
 #include <utility>
 
-#include "io/errors/errors.h"
-
 namespace tagrid {
+
+class BrokenInput;
 
 /// Makes a call, and repeats it if a signal interrupts it. Not for close(), which closes the file anyway.
 template <class Call>
