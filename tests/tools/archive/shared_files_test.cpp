@@ -1,5 +1,10 @@
 // encode --rm and convert --remove-verified: a data file that others may use stays, with its header.
-#include <cstring>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "tests/support/conversions.h"
 
@@ -56,6 +61,12 @@ TEST_F(SharedFiles, ThatAnotherHeaderNamesAreKept) {
   samples("a.raw");
   const std::string nrrd =
       "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 9 7 5\nencoding: raw\nendian: little\n";
+  const std::string hdf5 = "\x89HDF\r\n\x1a\n";
+  const auto many = [](const std::string& part) {
+    std::string all;
+    while (all.size() < 3000000) all += part;
+    return all;
+  };
   const std::pair<std::string, std::string> others[] = {
       {"b.mhd", "ElementDataFile = a.raw\n"},
       {"b.nhdr", nrrd + "data file: a.raw\n"},
@@ -63,13 +74,24 @@ TEST_F(SharedFiles, ThatAnotherHeaderNamesAreKept) {
       {"b.nhdr", nrrd + "data file: LIST\nz.raw\na.raw\n"},
       {"b.vrt", "<VRTDataset><SourceFilename relativeToVRT=\"1\">a.raw</SourceFilename></VRTDataset>"},
       {"b.vrt", "<VRTDataset><SourceFilename>C:\\scans\\a.raw</SourceFilename></VRTDataset>"},
-      {"b.json", R"({"data": {"file": "a.raw", "type": "uint16"}})"},
+      {"b.vrt", "<VRTDataset>\n\n<SourceFilename>a&#46;raw</SourceFilename></VRTDataset>"},
+      {"b.json", R"({"version": 1, "refs": {"v/0.0": ["scans/a.raw", 0, 630]}})"},
+      {"b.json", R"({"v/.zarray": "{}", "v/0.0": ["\u0061.raw", 0, 630]})"},
       {"b.vgi", "[file1]\nName = a.raw\n"},
-      {"b.h5", std::string("\x89HDF\r\n\x1a\n\0\0\0\1a.raw\0/v\0", 22)},
+      {"b.bov", "TIME: 0\nDATA_FILE: a.raw\n"},
+      {"b.dat", "ObjectFileName: a.raw\nFormat: USHORT\n"},
+      {"b.companion.ome", "<OME><UUID FileName=\"a.raw\">urn</UUID></OME>"},
+      {"b.mhd", "ElementDataFile = A.RAW\n"},
+      // Far from their beginning, and across the blocks in which they are read.
+      {"b.nhdr", nrrd + "data file: LIST\n" + many("slice_of_the_scan.raw\n") + "a.raw\n"},
+      {"b.xdmf", "<Xdmf>" + many("<i/>") + "<DataItem>a.raw</DataItem>"},
+      {"b.h5", hdf5 + std::string("\0\0\1a.raw\0/v\0", 12)},
+      {"b.h5", hdf5 + std::string(2000000, '\7') + std::string("\0a.raw\0/v\0", 10)},
+      {"b.h5", hdf5 + std::string((1 << 20) - 12, '\0') + std::string("a.raw\0/v\0", 9)},
       {"a.hdr", "ENVI\nsamples = 9\n"},  // it names no file: that of its own name is meant
   };
   for (const auto& [name, text] : others) {
-    SCOPED_TRACE(name + ": " + text);
+    SCOPED_TRACE(name + ": " + text.substr(0, 200));
     file(name, text);
     expect_kept("a.raw: cannot be removed: " + name + ", which lies beside it, names it, too");
     std::filesystem::remove(path(name));
@@ -77,6 +99,48 @@ TEST_F(SharedFiles, ThatAnotherHeaderNamesAreKept) {
   // The header itself, too.
   file("b.xdmf", "<DataItem>a.mhd</DataItem>");
   expect_kept("a.mhd: cannot be removed: b.xdmf, which lies beside it, names it, too");
+}
+
+TEST_F(SharedFiles, WhoseNamesAreWrittenOtherwiseAreKept) {
+  // Of XML and JSON.
+  header("a&b.mhd", "a&b.raw");
+  samples("a&b.raw");
+  file("b.vrt", "<SourceFilename>a&amp;b.raw</SourceFilename>");
+  expect_error(tagrid({"encode", "a&b.mhd", "--rm", "-o", "x.tag"}), usage, "b.vrt, which lies beside it");
+  header("\u00e4.mhd", "\u00e4.raw");
+  samples("\u00e4.raw");
+  file("b.json", R"({"refs": {"v/0": ["\u00e4.raw", 0, 630]}})");
+  expect_error(tagrid({"encode", "\u00e4.mhd", "--rm", "-o", "x.tag"}), usage,
+               "b.json, which lies beside it");
+  // By a symbolic link.
+  header("a.mhd", "a.raw");
+  samples("a.raw");
+  header("b.mhd", "link.raw");
+  std::filesystem::create_symlink("a.raw", path("link.raw"));
+  expect_kept("a.raw: cannot be removed: b.mhd, which lies beside it, names it, too");
+}
+
+TEST_F(SharedFiles, ThatHeadersInDirectoriesAboveAndBelowNameAreKept) {
+  std::filesystem::create_directories(path("scan/below"));
+  header("scan/a.mhd", "a.raw");
+  samples("scan/a.raw");
+  // Those are of files of the same name in other directories.
+  header("scan/below/a.mhd", "a.raw");
+  header("b.mhd", "other/a.raw");
+  const auto refused = [&](const std::string& why) {
+    expect_error(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}), usage, why);
+  };
+  header("scan/below/b.mhd", "../a.raw");
+  refused("scan/a.raw: cannot be removed: below/b.mhd, which");
+  header("scan/below/b.mhd", "link.raw");
+  std::filesystem::create_symlink("../a.raw", path("scan/below/link.raw"));
+  refused("scan/a.raw: cannot be removed: below/b.mhd, which");
+  std::filesystem::remove(path("scan/below/link.raw"));
+  header("b.mhd", "scan/a.raw");
+  refused("scan/a.raw: cannot be removed: ../b.mhd, which");
+  std::filesystem::remove(path("b.mhd"));
+  expect_ok(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}));
+  EXPECT_FALSE(exists("scan/a.raw"));
 }
 
 TEST_F(SharedFiles, OfNumberedSlicesAreThoseOfBothHeaders) {
@@ -92,7 +156,13 @@ TEST_F(SharedFiles, ThatNobodyElseNamesAreRemoved) {
     SCOPED_TRACE(data);
     header("a.mhd", data);
     samples(data);
-    // Lists, checksums, reports of tagrid and headers of other files keep nothing.
+    // Lists, checksums, reports, descriptions and headers of other files keep nothing.
+    file("log.json", R"({"input": "a.mhd", "samples": ")" + data + R"("})");
+    file("sidecar.json", R"({"IntendedFor": "perf/a.mhd", "Sources": [")" + data + R"("]})");
+    file("meta.xml", "<first>" + data + "</first>");
+    file("project.vgl", "<p>" + data + "</p>");
+    file("b.nhdr", "NRRD0004\n# from " + data + "\ncontent: " + data + "\ndata file: b.raw\n");
+    file("attached.nrrd", "NRRD0004\ncontent: " + data + "\n\ndata file: " + data + "\n");
     file("SHA256SUMS", "00  a.mhd\n00  " + data + "\n");
     file("list.txt", "a.mhd\n" + data + "\n");
     header("c.mhd", "a.raws");
@@ -102,6 +172,28 @@ TEST_F(SharedFiles, ThatNobodyElseNamesAreRemoved) {
     EXPECT_FALSE(exists("a.mhd") || exists(data));
     expect_ok(script("rm x.tag"));
   }
+}
+
+TEST_F(SharedFiles, WithNumbersAsNamesAreNotMeantByNumbers) {
+  header("1.mhd", "1");
+  samples("1");
+  file("b.vgi", "[representation]\nsize = 1 1 1\n");
+  file("b.xdmf", "<DataItem Dimensions=\"1\">1 1</DataItem>");
+  file("b.nhdr", "NRRD0004\ndimension: 1\ndata file: b.raw\n");
+  expect_ok(tagrid({"encode", "1.mhd", "--rm", "-o", "x.tag"}));
+  EXPECT_FALSE(exists("1"));
+}
+
+TEST_F(SharedFiles, BesideManyPatternsTakeNoTime) {
+  header("a.mhd", "a_1.raw");
+  samples("a_1.raw");
+  for (int i = 2; i < 2000; ++i) file("a_" + std::to_string(i) + ".raw", "");
+  std::string patterns;
+  for (int i = 0; i < 20000; ++i) patterns += "DATA_FILE: b" + std::to_string(i) + "_%d.raw\nDATA_FILE: %d\n";
+  file("b.bov", patterns);
+  const auto begin = std::chrono::steady_clock::now();
+  expect_ok(tagrid({"encode", "a.mhd", "--rm", "-o", "x.tag"}));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 
 }  // namespace

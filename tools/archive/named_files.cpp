@@ -1,0 +1,231 @@
+#include "tools/archive/named_files.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+
+#include "io/files/file_bytes.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
+constexpr std::size_t longest_name = 4096;
+
+constexpr const char* pair_of_hdr = ".img .img.gz .raw .dat .bil .bsq .bip .bin -";
+constexpr std::array<HeaderKind, 30> kinds = {{
+    {".nhdr", {"data file", "datafile"}},
+    {".nrrd", {"data file", "datafile"}},
+    {".mhd", {"elementdatafile"}},
+    {".mha", {"elementdatafile"}},
+    {".dat", {"objectfilename"}},
+    {".json", {"refs", ".zarray", ".zgroup", "zarr.json"}},
+    {".hdr", {}, pair_of_hdr},
+    {".xtekct", {}, ".vol"},
+    {".pcr", {}, ".vol"},
+    {".xtekvolume"},
+    {".vgi"},
+    {".vrt"},
+    {".xmf"},
+    {".xdmf"},
+    {".pvti"},
+    {".pvd"},
+    {".bov"},
+    {".ome"},
+    {".ome.xml"},
+    {".h5"},
+    {".hdf5"},
+    {".hdf"},
+    {".he5"},
+    {".nxs"},
+    {".nx5"},
+    {".cxi"},
+    {".nc"},
+    {".vtkhdf"},
+    {".emd"},
+    {".ims"},
+}};
+
+/// The last steps of a path, with slashes of any system.
+std::string_view last_steps(std::string_view path, int steps) {
+  std::size_t at = path.size();
+  for (; steps > 0 && at > 0; --steps) {
+    at = path.find_last_of("/\\", at - 1);
+    if (at == path.npos) return path;
+  }
+  return at < path.size() ? path.substr(at + 1) : path;
+}
+
+bool has_digits_only(std::string_view text) { return std::ranges::all_of(text, is_digit); }
+
+/// "slice%.raw" for slice%03d.raw, which means slice001.raw; "" if there is no such number.
+std::string pattern_of(std::string_view text) {
+  const std::size_t percent = text.find('%');
+  if (percent == text.npos) return "";
+  const std::size_t d = text.find_first_not_of("0123456789", percent + 1);
+  if (d == text.npos || text[d] != 'd') return "";
+  std::string_view before = text.substr(0, percent), after = text.substr(d + 1);
+  after = after.substr(0, after.find(' '));  // NRRD and MetaImage have the first and last number there
+  while (!before.empty() && is_digit(before.back())) before.remove_suffix(1);
+  while (!after.empty() && is_digit(after.front())) after.remove_prefix(1);
+  return lower_case(before) + '%' + lower_case(after);
+}
+
+/// A text with its entities of XML, as &amp; and &#228;, and the \u00e4 of JSON replaced.
+std::string unescaped(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, char>, 5> entities = {
+      {{"&amp;", '&'}, {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}}};
+  std::string out;
+  while (!text.empty()) {
+    const auto* entity =
+        std::ranges::find_if(entities, [&](const auto& one) { return text.starts_with(one.first); });
+    if (entity != entities.end()) {
+      out += entity->second;
+      text.remove_prefix(entity->first.size());
+      continue;
+    }
+    const bool is_json = text.starts_with("\\u"), is_hex = is_json || text.starts_with("&#x");
+    std::uint32_t code = 0;
+    if (is_hex || text.starts_with("&#")) {
+      const char* from = text.data() + (is_hex && !is_json ? 3 : 2);
+      const char* to = text.data() + std::min<std::size_t>(text.size(), is_json ? 6 : 10);
+      const char* end = std::from_chars(from, std::max(from, to), code, is_hex ? 16 : 10).ptr;
+      if (code > 0 && code < 0x10000) {
+        if (code >= 0x800) out += static_cast<char>(0xe0 | code >> 12);
+        if (code >= 0x80)
+          out += static_cast<char>(code >= 0x800 ? 0x80 | (code >> 6 & 0x3f) : 0xc0 | code >> 6);
+        out += static_cast<char>(code >= 0x80 ? 0x80 | (code & 0x3f) : code);
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+        if (!is_json && text.starts_with(';')) text.remove_prefix(1);
+        continue;
+      }
+    }
+    out += text.front();
+    text.remove_prefix(1);
+  }
+  return out;
+}
+
+/// Calls use(line, its end) for what is between control characters, up to about byte `limit`, until that returns false.
+/// Of longer parts than a block, names at the end of one are in the next one, too.
+template <class Use>
+void for_each_line(FileBytes& file, std::uint64_t limit, Use use) {
+  constexpr std::size_t block = std::size_t{1} << 20;
+  for (std::string buffer; true;) {
+    const std::size_t kept = buffer.size();
+    buffer.resize(kept + block);
+    const std::size_t count = file.read(reinterpret_cast<std::byte*>(buffer.data() + kept), block);
+    buffer.resize(kept + count);
+    std::string_view rest = buffer;
+    const auto is_end = [](unsigned char c) { return c < 32 && c != '\r' && c != '\t'; };
+    for (auto end = std::ranges::find_if(rest, is_end); end != rest.end();
+         end = std::ranges::find_if(rest, is_end)) {
+      const auto size = static_cast<std::size_t>(end - rest.begin());
+      if (!use(rest.substr(0, size), *end)) return;
+      rest.remove_prefix(size + 1);
+    }
+    const bool is_last = count < block || file.position() >= limit;
+    if (is_last || rest.size() >= block) {
+      if (!use(rest, '\n') || is_last) return;
+      rest.remove_prefix(rest.size() - longest_name);
+    }
+    buffer = std::string(rest);
+  }
+}
+
+/// Calls use(part) for the parts of a text between delimiters.
+template <class Use>
+void for_each_part(std::string_view text, std::string_view delimiters, Use use) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(delimiters), text.size());
+    if (const auto part = trimmed(text.substr(0, end)); !part.empty() && part.size() <= longest_name)
+      use(part);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+}  // namespace
+
+const HeaderKind* kind_of_header(const std::string& name) {
+  const std::string lower = lower_case(name);
+  const auto* found =
+      std::ranges::find_if(kinds, [&](const HeaderKind& one) { return lower.ends_with(one.ending); });
+  return found == kinds.end() ? nullptr : found;
+}
+
+void MeantFiles::add(const std::string& name, const std::string& file) {
+  names_.emplace(lower_case(name), std::pair(name, file));
+}
+
+void MeantFiles::find(std::string_view text, std::set<std::string>& files) const {
+  for (const int steps : {1, 2}) {
+    std::string name(last_steps(text, steps));
+    std::ranges::replace(name, '\\', '/');
+    const auto [begin, end] = names_.equal_range(lower_case(name));
+    const bool is_exact = std::any_of(begin, end, [&](const auto& one) { return one.second.first == name; });
+    for (auto one = begin; one != end; ++one)
+      if (!is_exact || one->second.first == name) files.insert(one->second.second);
+  }
+}
+
+void MeantFiles::find_numbered(const std::set<std::string>& patterns, std::set<std::string>& files) const {
+  if (patterns.empty()) return;
+  for (const auto& [name, meant] : names_)
+    for (std::size_t end = 0, at = 0; (at = name.find_first_of("0123456789", end)) != name.npos;) {
+      end = std::min(name.find_first_not_of("0123456789", at), name.size());
+      if (patterns.contains(name.substr(0, at) + '%' + name.substr(end))) files.insert(meant.second);
+    }
+}
+
+std::set<std::string> files_named_by(const std::string& path, const HeaderKind& kind, const MeantFiles& meant,
+                                     std::uint64_t limit) {
+  std::set<std::string> files, patterns;
+  FileBytes file(path);
+  if (file.peek(hdf5_signature.size()) == hdf5_signature) {
+    // Names end with a zero byte there. What is before them may happen to be a letter.
+    for_each_line(file, limit, [&](std::string_view name, char end) {
+      if (end != '\0' || name.size() < 4 || name.size() > longest_name) return true;
+      meant.find(name, files);
+      meant.find(name.substr(1), files);
+      return true;
+    });
+    return files;
+  }
+  const bool is_json = kind.ending == ".json", has_word = !kind.words.front().empty();
+  bool is_header = !has_word;
+  const auto look_at = [&](std::string_view part) {
+    is_header =
+        is_header || (has_word && std::ranges::count(kind.words, lower_case(last_steps(part, 1))) > 0);
+    if ((!is_header && !is_json) || has_digits_only(part)) return;
+    meant.find(part, files);
+    for (const int steps : {1, 2})
+      if (auto pattern = pattern_of(last_steps(part, steps)); !pattern.empty())
+        patterns.insert(std::move(pattern));
+  };
+  for_each_line(file, limit, [&](std::string_view line, char end) {
+    const std::string_view text = trimmed(line);
+    // Samples follow the header of NRRD after an empty line, and that of MetaImage after the word LOCAL.
+    if (text.empty() && kind.ending.starts_with(".n")) return false;
+    if (kind.ending == ".mha" && lower_case(text.substr(0, 15)) == "elementdatafile" &&
+        text.ends_with("LOCAL"))
+      return false;
+    if (text.starts_with('#')) return end != '\0';                                // a comment
+    if (has_word && is_header && has_digits_only(text)) meant.find(text, files);  // in a list of NRRD
+    const auto look_at_all = [&](std::string_view all) {
+      for_each_part(all, is_json ? "\"" : "\"'<>\r", look_at);
+      if (is_json) return;
+      for_each_part(all, "\r", look_at);
+      for_each_part(all, "=:\r", look_at);
+      for_each_part(all, "\"'<>=:,;()[]{} \t\r", look_at);
+    };
+    look_at_all(line);
+    if (line.find('&') != line.npos || line.find("\\u") != line.npos) look_at_all(unescaped(line));
+    return end != '\0';
+  });
+  if (!is_header) return {};
+  meant.find_numbered(patterns, files);
+  return files;
+}
+
+}  // namespace tagrid
