@@ -64,6 +64,12 @@ void set_max_error(EncodingOptions& o, const std::string& option, const std::str
   o.rules.erase(ErrorRule::Kind::noise);
   if (text.starts_with(noise))
     read_number(option + " noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
+  else if (text == "noise" || text.ends_with('%'))
+    throw usage_error(
+        "{}: {}: must be a finite number, such as 0.5, or noise:K for K times the noise; a part of the range "
+        "of the "
+        "samples is --relative-error R",
+        option, text);
   else
     read_number(option, text, o.options.max_error);
 }
