@@ -18,6 +18,12 @@ bool is_address(std::string_view text) {
   return text.find(slashes) != text.npos && (scheme == "http" || scheme == "https" || scheme == "s3");
 }
 
+bool has_scheme(std::string_view text) {
+  const std::string scheme = lower_case(text.substr(0, text.find(":/")));
+  return scheme.size() < text.size() && !scheme.empty() && scheme[0] >= 'a' && scheme[0] <= 'z' &&
+         scheme.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+-.") == scheme.npos;
+}
+
 bool is_signed_address(std::string_view text) {
   const std::size_t query = text.find('?');
   const std::string lower = lower_case(query == text.npos ? "" : text.substr(query));
@@ -25,8 +31,10 @@ bool is_signed_address(std::string_view text) {
 }
 
 std::string shown_address(std::string_view text) {
-  if (!is_address(text)) return std::string(text);
-  const std::size_t begin = text.find(slashes) + slashes.size();
+  if (!has_scheme(text)) return std::string(text);
+  const std::size_t begin = is_address(text)
+                                ? text.find(slashes) + slashes.size()
+                                : std::min(text.find_first_not_of('/', text.find(":/") + 1), text.size());
   const std::string scheme = lower_case(text.substr(0, begin));
   std::string_view rest = text.substr(begin);
   if (scheme == "s3://") {

@@ -17,6 +17,7 @@
 #include "io/files/system_call.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
+#include "tools/options/shared_options.h"
 #include "tools/report/failure.h"
 
 namespace tagrid {
@@ -103,6 +104,7 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
   if (is_address(listed))
     throw usage_error("{}: is an address, and only .tag files are read from servers; download it first",
                       shown_address(listed));
+  if (is_unknown_address(listed, folder)) throw UsageError(about_unknown_address(listed));
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")

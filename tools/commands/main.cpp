@@ -77,7 +77,8 @@ int run(Ranks& ranks, int argc, char** argv) {
     const std::string_view argument = argv[i];
     // Any message may quote an argument, such as one too many.
     for (const std::string_view text : {argument, argument.substr(argument.find('=') + 1)})
-      if (is_address(text)) show_instead_of(std::string(text), shown_address(text));
+      if (is_address(text) || is_unknown_address(std::string(text)))
+        show_instead_of(std::string(text), shown_address(text));
     if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
       throw UsageError("an argument is empty; is a shell variable unset?");
   }

@@ -22,6 +22,7 @@ CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::s
   if (value_name == "FILE" || value_name == "DIR")
     option->check(CLI::Validator(
         [](const std::string& given) {
+          if (is_unknown_address(given)) return about_unknown_address(given);
           return is_address(given)
                      ? shown_address(given) +
                            ": is an address, and only INPUT can be one; download it first if it is to be read"
@@ -164,7 +165,21 @@ void add_trust_option(CLI::App& command, bool& trust) {
       "Confirm --dims, --type and --endian, so that headerless input may be removed after lossy encoding");
 }
 
+bool is_unknown_address(const std::string& text, const std::filesystem::path& folder) {
+  std::error_code none;
+  return has_scheme(text) && !is_address(text) &&
+         !std::filesystem::exists(symlink_status(folder / text.substr(0, text.find('/')), none));
+}
+
+std::string about_unknown_address(const std::string& text) {
+  return shown_address(text) +
+         ": no such directory, and addresses begin with http://, https:// or s3://; a file of this machine "
+         "is named by "
+         "its path";
+}
+
 void refuse_address(const std::string& input) {
+  if (is_unknown_address(input)) throw UsageError(about_unknown_address(input));
   if (is_address(input) && !is_declared_source(input))
     throw UsageError(
         shown_address(input) +

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <concepts>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -135,7 +136,14 @@ void add_removal_options(CLI::App& command, bool& remove);
 /// --trust-description
 void add_trust_option(CLI::App& command, bool& trust);
 
-/// Throws UsageError if `input` is an address that add_tag_input() did not take.
+/// True if a text is no address that can be read, but has the form of one (gs://, ftp://, http:/), and no directory of
+/// that name ("gs:") is in `folder`, so that it is no path either.
+bool is_unknown_address(const std::string& text, const std::filesystem::path& folder = ".");
+
+/// What is wrong with such a text, without its secrets.
+std::string about_unknown_address(const std::string& text);
+
+/// Throws UsageError if `input` is an address that add_tag_input() did not take, or one that nothing can read.
 void refuse_address(const std::string& input);
 
 /// The same, and if `input` is standard input and that is a terminal.

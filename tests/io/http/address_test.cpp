@@ -19,6 +19,13 @@ TEST(Address, OnlyThreeSchemesAreAddresses) {
     EXPECT_FALSE(is_address(text)) << text;
 }
 
+TEST(Address, OtherSchemesAreSeen) {
+  for (const char* text : {"gs://a/b", "az://a", "http:/a", "FILE:///a", "git+ssh://a", "s3://a/b", "a:/"})
+    EXPECT_TRUE(has_scheme(text)) << text;
+  for (const char* text : {"", ":/", "://a", "a:b", "a", "./gs://a", "d/gs://a", "1a:/b", "a b:/c"})
+    EXPECT_FALSE(has_scheme(text)) << text;
+}
+
 TEST(Address, MessagesHaveNoSecrets) {
   const std::pair<const char*, const char*> cases[] = {
       {"https://host/a.tag", "https://host/a.tag"},
@@ -40,6 +47,17 @@ TEST(Address, MessagesHaveNoSecrets) {
       {"s3://key:secret@bucket/k", "s3://bucket/k"},
       {"s3://key:sec/ret@bucket/k", "s3://bucket/k"},
       {"s3://bucket/k?X-Amz-Signature=abc", "s3://bucket/k"},
+      {"gs://bucket/x.tag?X-Goog-Signature=SECRET", "gs://bucket/x.tag"},
+      {"ftp://ann:PW@host/x.tag", "ftp://host/x.tag"},
+      {"sftp://ann:P/W@host/x.tag", "sftp://host/x.tag"},
+      {"AZ://container/x.tag?sig=SECRET", "az://container/x.tag"},
+      {"http:/ann:pw@host/x.tag?s", "http:/host/x.tag"},
+      {"git+ssh://ann@host/x", "git+ssh://host/x"},
+      {"file:///home/a@b.tag", "file:///home/a@b.tag"},
+      {"file:///", "file:///"},
+      {"dir/gs://a?b", "dir/gs://a?b"},
+      {"2x:/a?b", "2x:/a?b"},
+      {"a:b?c", "a:b?c"},
       {"scan@2x?.tag", "scan@2x?.tag"}};
   for (const auto& [text, shown] : cases) EXPECT_EQ(shown_address(text), shown);
 }

@@ -479,7 +479,8 @@ class Addresses(ProgramTest):
         self.tagrid("phantom", "--dims", "8,8,8", "-o", "a.nrrd")
         self.environment["NO_COLOR"] = "1"
         for address in ("http://SECRETUSER:SECRETPW@127.0.0.1:9/x.tag?X-Amz-Signature=SECRETSIG#SECRET",
-                        "s3://SECRETKEY:SECRETPW@bucket/x.tag?X-Amz-Signature=SECRETSIG"):
+                        "s3://SECRETKEY:SECRETPW@bucket/x.tag?X-Amz-Signature=SECRETSIG",
+                        "gs://bucket/x.tag?X-Goog-Signature=SECRET", "ftp://ann:SECRETPW@host/x.tag", "http:/ann:SECRETPW@host/x.tag"):
             (self.folder / "list.tsv").write_text(f"a.nrrd\n{address}\n")
             for command in ("info @", "info @ x", "info @ --json", "info --frob=@", "decode @ -o o.nrrd", "decode small.tag -o @",
                             "decode small.tag @", "decode small.tag --region @ -o x.nrrd", "decode small.tag --volume @ -o -",
@@ -496,6 +497,16 @@ class Addresses(ProgramTest):
                     self.assertIn(run.returncode, (64, 65, 74), run)
                     self.assertNotIn(b"SECRET", run.stdout + run.stderr)
                     self.assertEqual(sorted(os.listdir(self.folder)), before)
+
+    def test_other_schemes_are_refused_unless_a_directory_has_the_name(self):
+        for address, shown in (("gs://bucket/x.tag?s", "gs://bucket/x.tag"), ("sftp://ann:pw@host/x.tag", "sftp://host/x.tag"),
+                               ("http:/ann:pw@host/x.tag", "http:/host/x.tag"), ("file:///home/x.tag", "file:///home/x.tag")):
+            for command in ("info", "verify", "decode", "encode", "estimate"):
+                self.refused(f"{shown}: |addresses begin with http://, https:// or s3://", command, address, code=64)
+        (self.folder / "gs:").mkdir()
+        (self.folder / "gs:" / "x?.tag").write_bytes(self.small)
+        self.tagrid("verify", "gs:/x?.tag")
+        self.tagrid("decode", "gs://x?.tag", "-o", "gs:/x.nrrd")
 
     # Object stores.
 
