@@ -121,6 +121,33 @@ class Interleaved(ReaderTest):
             self.write(folder, [[(2 * i, attributes(i)) for i in range(n)]], **common)
             self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=said)
 
+    def test_gaps_and_rounding_in_attributes_leave_one_volume(self):
+        n = 12
+        gaps = {f"{state}{name}": (name, value, lambda i, v, n=name, s=state: {} if i in (3, 7) and not s else {n: s if i in (3, 7) else v})
+                for name, value in (("ConvolutionKernel", "B30f"), ("PatientPosition", "HFS"), ("AcquisitionNumber", 1)) for state in ("", None)}
+        gaps["alternating"] = ("PatientPosition", "HFS", lambda i, v: {"PatientPosition": v} if i % 2 else {})
+        for folder, (name, value, attributes) in gaps.items():
+            self.write(folder, [[(2 * i, attributes(i, value)) for i in range(n)]])
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=f"without {name}")
+        more = ["ORIGINAL", "PRIMARY", "AXIAL"]
+        self.write("type", [[(2 * i, {"ImageType": [*more, "SPI"] if i in (3, 7) else more}) for i in range(n)]])
+        self.assert_volume("type", self.seen_by_pydicom("type", 0), says="ImageType")
+        for name, one, other in (("GantryDetectorTilt", 0, 0.01), ("EchoTime", 1.5, 1.50001), ("KVP", 120, 120.01)):
+            self.write(f"{name}rounded", [[(2 * i, {name: (one, other)[i % 2]}) for i in range(n)]])
+            self.assert_volume(f"{name}rounded", self.seen_by_pydicom(f"{name}rounded", 0))
+            self.assertEqual(self.messages, "", name)
+        # Passes of MR have numbers or inversion times of their own.
+        for name, value in (("AcquisitionNumber", lambda i: i % 2 + 1), ("InversionTime", lambda i: 100 * (i % 6))):
+            self.write(f"{name}mr", [[(2 * i, {name: value(i)}) for i in range(n)]], Modality="MR")
+            self.assert_volume(f"{name}mr", self.seen_by_pydicom(f"{name}mr", 0), says=f"of {name}")
+
+    def test_a_second_sweep_without_a_pause_is_said(self):
+        for folder, second, pause in (("up", range(10), 0), ("down", range(9, -1, -1), 0), ("pause_within", range(10), 30)):
+            order = [2 * i for i in range(10)] + [2 * i + 1 for i in second]
+            times = [i + (pause if i > 4 else 0) for i in range(20)]
+            self.write(folder, [[(z, {"AcquisitionTime": f"1210{time:02}"}) for z, time in zip(order, times)]])
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says="lie between each other")
+
     def test_frames_of_enhanced_files(self):
         images = volume(shape=(2, 4, 5, 6))
         Dataset, Sequence = pydicom.Dataset, pydicom.Sequence

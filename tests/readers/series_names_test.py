@@ -209,6 +209,34 @@ class SeriesNames(ReaderTest):
         self.assertEqual(len(list((self.folder / "s").iterdir())), 3)
         self.assertEqual(self.which("out/a.tag", truth), ["1"])
 
+    def test_a_name_that_fits_several_volumes_is_refused(self):
+        samples = numpy.random.default_rng(5).integers(0, 4096, (2, 5, 5, 6))
+        for name, values in (("PatientPosition", ("HFS", "FFS")), ("FrameOfReferenceUID", ("1.2.8", "1.2.9"))):
+            for numbers_go_on in (True, False):
+                shutil.rmtree(self.folder / "s", ignore_errors=True)
+                parts = {}
+                for g in range(2):
+                    for z in range(5):
+                        number = z + 1 + (5 * g if numbers_go_on else 0)
+                        self.slices("s", f"{g + 1}{z}", samples[g, z:z + 1], first=2 * z + g, number=number, **{name: values[g]})
+                    parts[str(g)] = samples[g]
+                names = self.names()
+                # Without the attribute, all slices are one volume. Its name must not become that of a part.
+                shutil.rmtree(self.folder / "t", ignore_errors=True)
+                for g, z in itertools.product(range(2), range(5)):
+                    self.slices("t", f"{g + 1}{z}", samples[g, z:z + 1], first=2 * z + g, number=z + 1 + (5 * g if numbers_go_on else 0),
+                                **({} if name == "PatientPosition" else {name: values[0]}))
+                whole, = self.found("t")
+                self.assertNotIn(whole, names)
+                message = self.assert_refused(64, f"has no series {whole}", "encode", "s", "--series", whole, "-o", "b.tag")
+                for one in names:
+                    self.assertIn(one, message)
+                seen = []
+                for one in names:
+                    self.ok("encode", "s", "--series", one, "-o", "a.tag", "-f")
+                    seen += self.which("a.tag", parts)
+                self.assertEqual(sorted(seen), ["0", "1"], (name, names))
+
     def test_what_tells_volumes_of_one_series_apart_is_said(self):
         samples = numpy.random.default_rng(4).integers(0, 4096, (4, 5, 6))
         self.slices("s", 1, samples[:3], PixelSpacing=[0.5, 0.7])
