@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "io/errors/errors.h"
+
 namespace tagrid {
 namespace {
 
