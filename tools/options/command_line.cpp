@@ -186,6 +186,9 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     return where + "--: everything after it is a file name; give options before it, and one name after it";
   if (std::error_code none; option != words.end() && std::filesystem::exists(*option, none))
     return fmt::format("{}unknown option {}; for the file of this name, give ./{}", where, *option, *option);
+  // What is nearest to it is another bound.
+  if (option != words.end() && command.get_name() == "estimate" && name_of_option(*option) == "--max-error")
+    return where + "unknown option --max-error; did you mean --errors?";
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
   if (given.empty() && !words.empty()) return unknown("command", words.front(), help, subcommands_of(app));

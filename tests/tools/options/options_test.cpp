@@ -29,6 +29,7 @@ TEST_F(Options, HelpAndVersionEndWithSuccess) {
 
 TEST_F(Options, UnknownOptionsSuggestTheNearest) {
   expect_error(tagrid({"encode", "--max-eror", "3", "x.nrrd"}), usage, "did you mean --max-error?");
+  expect_error(tagrid({"estimate", "--max-error", "5", "x.nrrd"}), usage, "did you mean --errors?");
   expect_error(tagrid({"encode", "--grid_only", "x.nrrd"}), usage, "did you mean --grid-only?");
   expect_error(tagrid({"decode", "--fromat=raw", "x.tag"}), usage, "--fromat; did you mean --format?");
 }
