@@ -144,7 +144,7 @@ class Spacing(ReaderTest):
         self.assert_spacing(self.geometry("a.nrrd", "--spacing", "0.5,0.5,2mm", silent=True), [0.5, 0.5, 2], "mm")
         self.write_nrrd("spacings: 0.5 0.5 nan\nunits: \"mm\" \"mm\" \"mm\"\n")
         self.assert_spacing(self.geometry("a.nrrd", "--spacing", "500,500,750um", silent=True), [500, 500, 750], "um")
-        self.assert_refused(64, "0.5 0.5 nan mm", "encode", "a.nrrd", "--spacing", "0.6mm")
+        self.assert_refused(64, "0.5 0.5 unknown mm", "encode", "a.nrrd", "--spacing", "0.6mm")
 
     @unittest.skipIf(nibabel is None, "there is no nibabel on this machine")
     def test_directions_are_scaled_and_the_origin_keeps_its_place(self):
@@ -188,7 +188,7 @@ class Spacing(ReaderTest):
         self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), says=z), [0.01, 0.02, None], "mm")
         self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), "--spacing", "10,20,30um", silent=True), [10, 20, 30], "um")
         self.assert_spacing(self.geometry(file(2540, 2540, "INCH"), says=z), [0.01, 0.01, None], "mm")
-        self.assert_refused(64, "0.01 0.01 nan mm", "encode", "a.tif", "--spacing", "11um")
+        self.assert_refused(64, "0.01 0.01 unknown mm", "encode", "a.tif", "--spacing", "11um")
         self.assert_spacing(self.geometry("a.tif", "--override-spacing", "11um", says="replaced"), [11, 11, 11], "um")
         self.ok("verify", "out.tag", "--against", "a.tif")
         for dpi in (72, 96, 150, 300, 600, 1200):
@@ -203,6 +203,33 @@ class Spacing(ReaderTest):
         self.assertIsNone(self.geometry(file(300, 300, "INCH", **imagej), says="300 dpi is taken for that of a page")["spacing"])
         imagej["metadata"] = {"axes": "ZYX", "spacing": 0.003}
         self.assert_spacing(self.geometry(file(1000, 1000, "CENTIMETER", **imagej), silent=True), [0.01, 0.01, 0.03], "mm")
+
+    @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
+    def test_the_example_in_the_warning_is_taken_when_its_letters_are_replaced(self):
+        tifffile.imwrite(self.folder / "a.tif", volume(), photometric="minisblack", resolution=(400, 200), resolutionunit="CENTIMETER", metadata=None)
+        self.geometry("a.tif", says="such as --spacing 0.025,0.05,Zmm with a number for Z")
+        self.assert_spacing(self.geometry("a.tif", "--spacing", "0.025,0.05,0.1mm", silent=True), [0.025, 0.05, 0.1], "mm")
+        self.geometry("a.tif", "--override-spacing", "10um", says="its spacing 0.025 0.05 unknown mm is replaced by 10 10 10 um")
+        self.assertEqual(self.pairs["overridden spacing"], "0.025 0.05 nan mm")
+        self.ok("verify", "out.tag", "--against", "a.tif")
+        self.assert_refused(64, "states the spacing 0.025 0.05 unknown mm", "encode", "a.tif", "--spacing", "10um")
+
+    @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
+    def test_pages_with_different_resolutions_state_none(self):
+        described = {"plain": None, "imagej": "ImageJ=1.11a\nimages=4\nslices=4\nunit=mm\nspacing=0.5\n"}
+        for name, description in described.items():
+            for resolutions, wanted in (((400, 400, 400, 400), True), ((400, 400, 400.001, 400), True), ((400, 400, 800, 800), False),
+                                        ((400, None, None, None), True), ((72, 72, 400, 400), False)):
+                with tifffile.TiffWriter(self.folder / "a.tif") as file:
+                    for page, resolution in zip(volume(), resolutions):
+                        options = {} if resolution is None else {"resolution": (resolution, resolution), "resolutionunit": "CENTIMETER"}
+                        file.write(page, photometric="minisblack", metadata=None, description=description, **options)
+                        description = None
+                description = described[name]
+                with self.subTest(name=name, resolutions=resolutions):
+                    geometry = self.geometry("a.tif")
+                    self.assertEqual("a.tif: its slices have different spacings, so none is known" in self.messages, not wanted, self.messages)
+                    self.assertEqual(geometry["spacing"] is not None, wanted)
 
     @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
     def test_a_directory_of_slices_has_the_spacing_of_its_files(self):

@@ -58,6 +58,20 @@ class Predictor(ReaderTest):
         subprocess.run([tiffcp, "-c", "none", "-L", "a.tif", "b.tif"], cwd=self.folder, check=True)
         self.assert_same(tifffile.imread(self.folder / "b.tif"), samples)
 
+    def test_numbers_of_unusual_sizes_do_not_show_the_byte_order(self):
+        noise = numpy.random.default_rng(6).uniform(1, 2, (3, 17, 23))
+        said = "the bytes of its samples may be swapped"
+        for scale in (1e24, 1e-24):
+            samples = (noise * scale).astype("float32")
+            for order in "<>":
+                (self.folder / "a.tif").write_bytes(file_of(samples, order))
+                self.encodes(samples, "a.tif", what=(order, scale), says=said if order == ">" else "")
+            # As libtiff 4.5 writes it.
+            (self.folder / "a.tif").write_bytes(file_of(samples.byteswap(), ">"))
+            self.assertIn(said, self.ok("encode", "a.tif", "-o", "a.tag", "-f").stderr)
+            self.assert_refused(64, said, "encode", "a.tif", "-o", "a.tag", "-f", "--relative-error", "0.01", "--rm")
+            self.assertTrue((self.folder / "a.tif").exists())
+
     @unittest.skipIf(tiffcp is None, "there is no tiffcp on this machine (libtiff-tools)")
     def test_files_of_libtiff_are_read_or_refused(self):
         for samples in self.volumes():

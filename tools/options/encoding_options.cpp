@@ -10,6 +10,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
+#include "io/volume/lengths.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
 #include "tools/report/human_bytes.h"
@@ -104,16 +105,25 @@ std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const Encode
   return warnings;
 }
 
-// What is missing of the distances between samples, and how to give it; "" if nothing is.
+// What is missing of the distances between samples, and how to give it; "" if nothing is. The example has what
+// is known, because another spacing than that is refused.
 std::string doubt_of_voxel_size(const EncodeResult& result) {
   if (result.missing_of_voxel_size.empty()) return "";
-  const Geometry geometry = geometry_of(result.header.nrrd_fields);
-  const bool lacks_unit = geometry.has_spacing && !has_unknown_spacing(geometry);
-  return fmt::format(
-      "{}; {}give it with --spacing, such as --spacing {}", result.missing_of_voxel_size,
-      lacks_unit ? "" : "meshes and other programs take it for 1; ",
-      lacks_unit ? fmt::format("{},{},{}um", geometry.spacing[0], geometry.spacing[1], geometry.spacing[2])
-                 : "10um");
+  const Geometry geometry = in_one_unit(geometry_of(result.header.nrrd_fields));
+  const CommonUnit unit = common_unit(geometry);
+  std::string example, letters;
+  for (std::size_t axis = 0; axis < 3 && geometry.has_spacing; ++axis) {
+    const char letter = "XYZ"[axis];
+    const bool is_known = !std::isnan(geometry.spacing[axis]);
+    if (!is_known) letters += (letters.empty() ? "" : " and ") + std::string(1, letter);
+    example += (example.empty() ? "" : ",") +
+               (is_known ? fmt::format("{}", std::abs(geometry.spacing[axis])) : std::string(1, letter));
+  }
+  example = example.empty() ? "10um" : example + (unit.name.empty() ? "um" : unit.name);
+  const bool lacks_unit = geometry.has_spacing && letters.empty();
+  return fmt::format("{}; {}give it with --spacing, such as --spacing {}{}", result.missing_of_voxel_size,
+                     lacks_unit ? "" : "meshes and other programs take it for 1; ", example,
+                     letters.empty() ? "" : fmt::format(" with a number for {}", letters));
 }
 
 std::string doubt_of_lossy_source(const EncodeResult& result) {

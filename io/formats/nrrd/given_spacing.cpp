@@ -22,9 +22,14 @@ using Distances = std::array<double, 3>;
 /// Programs round their numbers: 0.01 mm may be 9.99999e-3.
 constexpr double rounding = 1e-6;
 
-/// "10 10 25 um"
-std::string text_of_spacing(const Distances& distances, std::string_view unit) {
-  return fmt::format("{} {} {}{}{}", distances[0], distances[1], distances[2], unit.empty() ? "" : " ", unit);
+/// "10 10 25 um"; a distance that is not known is `unknown`.
+std::string text_of_spacing(const Distances& distances, std::string_view unit,
+                            std::string_view unknown = "unknown") {
+  std::string text;
+  for (const double distance : distances)
+    text += (text.empty() ? "" : " ") +
+            (std::isnan(distance) ? std::string(unknown) : fmt::format("{}", distance));
+  return text.append(unit.empty() ? "" : " ").append(unit);
 }
 
 /// Distances without the signs of axes that run the other way.
@@ -100,7 +105,12 @@ std::string in_words(const Geometry& geometry) {
   return text_of_spacing(distances_of(geometry), common_unit(geometry).name);
 }
 
-/// True if `text`, as in_words() writes it, is the spacing of `geometry`.
+/// The spacing as overridden_spacing_key records it.
+std::string recorded(const Geometry& geometry) {
+  return text_of_spacing(distances_of(geometry), common_unit(geometry).name, "nan");
+}
+
+/// True if `text`, as recorded() writes it, is the spacing of `geometry`.
 bool is_spacing_of(const Geometry& geometry, std::string_view text) {
   const auto words = words_of(text);
   const auto from = length_unit(common_unit(geometry).name),
@@ -134,7 +144,7 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
   KeyValues pairs;
   if (!volume.facts().headerless) pairs.emplace_back(given_spacing_key, text);
   if (!is_same) {
-    pairs.emplace_back(overridden_spacing_key, in_words(before));
+    pairs.emplace_back(overridden_spacing_key, recorded(before));
     std::string warning =
         fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
     if (!text_of_key(fields, "slice_positions").empty())

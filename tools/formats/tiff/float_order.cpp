@@ -16,21 +16,24 @@ bool is_unusual(double value) {
 }
 
 template <class Float, class Bits>
-bool look_swapped(std::span<const std::byte> samples) {
+FloatOrder float_order_of(std::span<const std::byte> samples) {
   std::uint64_t here = 0, swapped = 0;
   for (std::size_t at = 0; at + sizeof(Float) <= samples.size(); at += sizeof(Float)) {
     const auto bits = load_little_endian<Bits>(samples.data() + at);
     here += is_unusual(std::bit_cast<Float>(bits));
     swapped += is_unusual(std::bit_cast<Float>(byte_swapped(bits)));
   }
-  return here > swapped;
+  // In the right order, some numbers may be unusual; in both orders, all may be.
+  constexpr std::uint64_t clearly = 4;
+  if (here == 0 || swapped > clearly * here) return FloatOrder::usual;
+  return here > clearly * swapped ? FloatOrder::swapped : FloatOrder::unclear;
 }
 
 }  // namespace
 
-bool look_swapped(std::span<const std::byte> samples, SampleType type) {
-  return type == SampleType::float32 ? look_swapped<float, std::uint32_t>(samples)
-                                     : look_swapped<double, std::uint64_t>(samples);
+FloatOrder float_order_of(std::span<const std::byte> samples, SampleType type) {
+  return type == SampleType::float32 ? float_order_of<float, std::uint32_t>(samples)
+                                     : float_order_of<double, std::uint64_t>(samples);
 }
 
 }  // namespace tagrid

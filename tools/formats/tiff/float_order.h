@@ -8,8 +8,10 @@
 
 namespace tagrid {
 
-/// True if floats in the byte order of memory would be numbers of a usual size in the other order, and are
-/// not in this one. `type` is float32 or float64.
-bool look_swapped(std::span<const std::byte> samples, SampleType type);
+enum class FloatOrder { usual, swapped, unclear };
+
+/// What the sizes of floats say of their byte order. `usual`: that of memory, in which `samples` are; `swapped`: the
+/// other one; `unclear`: in both, many are larger or smaller than most programs have them. `type` is float32 or float64.
+FloatOrder float_order_of(std::span<const std::byte> samples, SampleType type);
 
 }  // namespace tagrid

@@ -171,7 +171,7 @@ TiffVolume volume_of(const OmeImage& image, std::span<const OmePlane> planes, Se
     volume.planes.push_back({*number, page->second});
   }
   if (!volume.geometry.has_spacing && !volume.planes.empty())
-    volume.geometry = spacing_of(volume.planes.front().page, volume.remarks);
+    volume.geometry = common_spacing(volume.planes, volume.remarks, spacing_of_resolutions);
   if (!missing.empty()) {
     volume.geometry.spacing[2] = Geometry::unknown;
     volume.remarks.warn(

@@ -29,7 +29,7 @@ class TiffFile {
   std::vector<TiffPage> pages();
   /// ImageDescription of the current page: before pages(), of the first one. "" if there is none.
   std::string description() const;
-  /// What users should know of the pages that pages() gave.
+  /// What users should know of the pages that pages() gave, and of the samples that read() gave.
   const TiffRemarks& remarks() const { return remarks_; }
 
   /// Reads the samples of a page, in the byte order of memory. Throws BrokenInput.

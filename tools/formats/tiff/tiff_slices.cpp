@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/file_bytes.h"
 #include "io/formats/nrrd/loss.h"
 #include "io/samples/stored_bits.h"
@@ -54,6 +55,7 @@ class TiffSlices final : public ServedVolume {
     TiffRemarks remarks = std::move(volumes.remarks);
     remarks.add(volume.remarks);
     add_unwritten(remarks);
+    add_byte_order(remarks);
     if (volumes.calibration) calibrate(*volumes.calibration, remarks);
     add(remarks);
     for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
@@ -126,6 +128,18 @@ class TiffSlices final : public ServedVolume {
       remarks.warn(
           fmt::format("{} of its {} strips or tiles were never written; their samples are read as {}",
                       unwritten, all, planes_.front().page.fill));
+  }
+
+  /// Only the samples show whether the bytes of floats may be swapped.
+  void add_byte_order(TiffRemarks& remarks) {
+    std::vector<std::byte> samples;
+    for (const TiffPlane& plane : planes_) {
+      if (!plane.page.may_be_swapped) continue;
+      say_working();
+      samples.resize(memory_size(plane.page.bytes()));
+      file(plane.file).read(plane.page, samples.data());
+      remarks.add(file(plane.file).remarks());
+    }
   }
 
   void calibrate(const ImageJCalibration& calibration, TiffRemarks& remarks) {

@@ -35,6 +35,35 @@ Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time,
 
 namespace {
 
+constexpr const char* different_spacings = "its slices have different spacings, so none is known";
+
+/// Files round their resolutions; programs may round that of each slice anew.
+bool are_same(const Geometry& a, const Geometry& b) {
+  constexpr double rounding = 1e-4;  // relative
+  const auto is_same = [](double x, double y) {
+    return std::abs(x - y) <= rounding * std::abs(x) || (std::isnan(x) && std::isnan(y));
+  };
+  return is_same(a.spacing[0], b.spacing[0]) && is_same(a.spacing[1], b.spacing[1]) && a.units == b.units;
+}
+
+}  // namespace
+
+Geometry common_spacing(const std::vector<TiffPlane>& planes, TiffRemarks& remarks,
+                        const SpacingOfPage& spacing_of_page) {
+  Geometry first = spacing_of_page(planes.front().page, remarks);
+  for (const TiffPlane& plane : planes) {
+    const TiffPage& page = plane.page;
+    const bool states_none = page.x_resolution.value_or(1) == 1 && page.y_resolution.value_or(1) == 1;
+    TiffRemarks of_page;
+    if (states_none || are_same(first, spacing_of_page(page, of_page))) continue;
+    remarks.warn(different_spacings);
+    return {};
+  }
+  return first;
+}
+
+namespace {
+
 bool are_alike(const TiffPage& a, const TiffPage& b) {
   return a.width == b.width && a.height == b.height && a.type == b.type && a.zero_is_white == b.zero_is_white;
 }
@@ -81,13 +110,16 @@ void add_image_j(const TiffFile& file, std::vector<TiffPage> pages, const ImageJ
   const ImageJ image_j = with_slices(described, volumes.remarks);
   pages = pages_of_stack(file, std::move(pages), static_cast<std::uint64_t>(image_j.images), "ImageJ's",
                          volumes.remarks);
-  const Geometry geometry = spacing_of(image_j, pages.front(), volumes.remarks);
+  const auto spacing = [&](const TiffPage& page, TiffRemarks& remarks) {
+    return spacing_of(image_j, page, remarks);
+  };
   for (std::int64_t t = 0; t < image_j.frames; ++t)
     for (std::int64_t c = 0; c < image_j.channels; ++c) {
-      TiffVolume volume{choice_of(c, image_j.channels, t, image_j.frames), {}, geometry, {}};
+      TiffVolume volume{choice_of(c, image_j.channels, t, image_j.frames), {}, {}, {}};
       for (std::int64_t z = 0; z < image_j.slices; ++z)
         volume.planes.push_back(
             {0, pages[static_cast<std::size_t>(c + image_j.channels * (z + image_j.slices * t))]});
+      volume.geometry = common_spacing(volume.planes, volume.remarks, spacing);
       volumes.list.push_back(std::move(volume));
     }
 }
@@ -107,8 +139,9 @@ void add_pages(const TiffFile& file, std::vector<TiffPage> pages, const std::str
     volumes.remarks.miss("it is a file of ScanImage, and what that says of channels and moments is not read");
   volumes.remarks.miss(pages.front().unread_order);
   volumes.list.emplace_back();
-  volumes.list.back().geometry = spacing_of(pages.front(), volumes.remarks);
-  for (TiffPage& page : pages) volumes.list.back().planes.push_back({0, std::move(page)});
+  TiffVolume& volume = volumes.list.back();
+  for (TiffPage& page : pages) volume.planes.push_back({0, std::move(page)});
+  volume.geometry = common_spacing(volume.planes, volumes.remarks, spacing_of_resolutions);
 }
 
 void require_alike(const TiffVolumes& volumes, const TiffVolume& volume) {
@@ -246,15 +279,6 @@ Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
   return geometry;
 }
 
-/// Files round their resolutions; programs may round that of each slice anew.
-bool are_same(const Geometry& a, const Geometry& b) {
-  constexpr double rounding = 1e-4;  // relative
-  const auto is_same = [](double x, double y) {
-    return std::abs(x - y) <= rounding * std::abs(x) || (std::isnan(x) && std::isnan(y));
-  };
-  return is_same(a.spacing[0], b.spacing[0]) && is_same(a.spacing[1], b.spacing[1]) && a.units == b.units;
-}
-
 }  // namespace
 
 TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
@@ -295,7 +319,7 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
   }
   if (differs) {
     volumes.list.front().geometry = {};
-    volumes.remarks.warn("its slices have different spacings, so none is known");
+    volumes.remarks.warn(different_spacings);
   }
   require_alike(volumes, volumes.list.front());
   return volumes;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -54,6 +55,20 @@ std::unique_ptr<ServedVolume> slices_of(TiffVolumes volumes, std::size_t number)
 
 /// The name of a channel and a moment, where there are several.
 Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time, std::int64_t times);
+
+using SpacingOfPage = std::function<Geometry(const TiffPage&, TiffRemarks&)>;
+
+/// spacing_of(), by the resolution of a page alone.
+inline Geometry spacing_of_resolutions(const TiffPage& page, TiffRemarks& remarks) {
+  return spacing_of(page, remarks);
+}
+
+/// The spacing that the pages of a volume state by `spacing_of_page`; unknown, with a warning, if they state
+/// different ones. Pages without a resolution, or with that of 1 x 1, state none: programs may give it to the first
+/// one only.
+/// REQUIRES: there are planes.
+Geometry common_spacing(const std::vector<TiffPlane>& planes, TiffRemarks& remarks,
+                        const SpacingOfPage& spacing_of_page);
 
 /// "24 x 16 uint16".
 std::string in_words(const TiffPage& page);
