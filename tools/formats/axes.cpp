@@ -12,8 +12,9 @@
 namespace tagrid {
 namespace {
 
-/// Steps that differ by less, relative to the usual one, are equal.
-constexpr double same_step = 0.01;
+/// Places that are off their even line by less, relative to a step, are on it. Steps alone would not do: small differences
+/// of many steps add up.
+constexpr double same_place = 0.01;
 /// Longer lists of places are not kept as a pair.
 constexpr std::size_t most_kept = 1 << 14;
 
@@ -32,12 +33,13 @@ double Axis::step() const {
 }
 
 bool Axis::is_even() const {
-  const std::vector<double> steps = steps_of(places);
-  if (steps.empty()) return true;
-  const double usual = median(steps);
-  const double tolerance = std::max(same_step * std::abs(usual), 2 * rounding);
-  return is_sorted() &&
-         std::ranges::all_of(steps, [&](double step) { return std::abs(step - usual) <= tolerance; });
+  if (places.size() < 2) return true;
+  const double first = places.front(),
+               mean = (places.back() - first) / static_cast<double>(places.size() - 1),
+               tolerance = std::max(same_place * std::abs(mean), 2 * rounding);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (!(std::abs(places[i] - (first + mean * static_cast<double>(i))) <= tolerance)) return false;
+  return is_sorted();
 }
 
 bool Axis::is_sorted() const {
@@ -108,6 +110,15 @@ UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array
         "they are, and other formats may take them for distances in one unit",
         list);
   return common;
+}
+
+std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pairs) {
+  if (geometry.has_spacing || geometry.has_directions || !geometry.has_origin)
+    return nrrd_fields_of(geometry, pairs);
+  const auto& [x, y, z] = geometry.origin;
+  return (geometry.space.empty() ? std::string("space dimension: 3\n")
+                                 : fmt::format("space: {}\n", geometry.space)) +
+         fmt::format("space origin: ({},{},{})\n", x, y, z) + nrrd_fields_of({}, pairs);
 }
 
 void AxesOfVolume::add(std::size_t axis, const std::string& name, Axis places) {

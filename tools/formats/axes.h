@@ -22,7 +22,7 @@ struct Axis {
 
   /// The usual distance from one sample to the next; the width of the only one; NaN if that is not known.
   double step() const;
-  /// True if all distances are equal.
+  /// True if all distances are equal, so that no place is off by more than one hundredth of them.
   bool is_even() const;
   /// True if all places differ, and each is after the one before it, or each before it.
   bool is_sorted() const;
@@ -63,7 +63,11 @@ struct PlacesOfAxes {
   Geometry geometry;
   KeyValues pairs;  ///< positions of slices at unequal distances, and axes that a geometry cannot say
   std::vector<std::string> warnings;
+  bool are_axes_placed = false;  ///< directions say where axes lead that are not z, y, x
 };
+
+/// Header lines of NRRD. An origin without a spacing stays without one: steps of 1 would be taken for stated ones.
+std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pairs);
 
 /// Gathers where axes put samples, in the order x, y, z.
 class AxesOfVolume {

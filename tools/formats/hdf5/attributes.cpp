@@ -228,15 +228,25 @@ AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::siz
   return result;
 }
 
-KeyValues all_attributes(hid_t object) {
-  KeyValues all;
-  const auto add = [](hid_t where, const char* name, const H5A_info_t*, void* user) -> herr_t {
-    const std::string value = texts_or_numbers(where, name).value_or("");
-    if (!value.empty()) static_cast<KeyValues*>(user)->emplace_back(name, value);
+std::vector<std::string> attribute_names(hid_t object) {
+  std::vector<std::string> names;
+  // HDF5 crashes where it lists attributes one of which it cannot read. A search that finds none reads all of them, and
+  // fails in order.
+  if (H5Aexists(object, "\x01") < 0) return names;
+  const auto add = [](hid_t, const char* name, const H5A_info_t*, void* user) -> herr_t {
+    static_cast<std::vector<std::string>*>(user)->emplace_back(name);
     return 0;
   };
   hsize_t index = 0;
-  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, &index, add, &all);
+  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, &index, add, &names);
+  return names;
+}
+
+KeyValues all_attributes(hid_t object) {
+  KeyValues all;
+  for (const std::string& name : attribute_names(object))
+    if (std::string value = texts_or_numbers(object, name).value_or(""); !value.empty())
+      all.emplace_back(name, std::move(value));
   return all;
 }
 

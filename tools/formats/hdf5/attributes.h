@@ -55,4 +55,7 @@ std::string attribute_in_words(hid_t object, const std::string& name);
 /// Names and values of all attributes that are texts or numbers, not too many of them.
 KeyValues all_attributes(hid_t object);
 
+/// The names of all attributes, in their order; none if one of them is damaged.
+std::vector<std::string> attribute_names(hid_t object);
+
 }  // namespace tagrid

@@ -11,6 +11,7 @@
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "tools/formats/axes.h"
 #include "tools/formats/geometry_words.h"
 #include "tools/formats/words.h"
 #include "tools/formats/zarr/json.h"
@@ -59,7 +60,7 @@ class Describing {
     std::string loss;
     for (const auto& [attribute, words] : lossy_attributes)
       if (image_.array.attributes.contains(attribute)) loss = loss_after(loss, words);
-    volume_.nrrd = with_loss(nrrd_fields_of(volume_.geometry, volume_.pairs), loss);
+    volume_.nrrd = with_loss(nrrd_fields_of_places(volume_.geometry, volume_.pairs), loss);
   }
 
  private:

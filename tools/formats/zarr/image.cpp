@@ -215,6 +215,11 @@ class Candidates {
       const std::vector<std::string> levels = levels_of(multiscale);
       if (levels.empty()) continue;
       has_any = true;
+      if (levels.front().empty())
+        throw broken_zarr(
+            store_.path(),
+            fmt::format("the path of the finest level is {}, which is none inside the group",
+                        tagrid::quoted(text_at(member(multiscale, "datasets").front(), "path"))));
       const std::string path = joined(group.path, levels.front());
       const auto node = levels.front().empty() ? std::nullopt : zarr_node(store_, path);
       if (!node || !node->is_array)

@@ -66,6 +66,7 @@ std::optional<Convention> itk_of(hid_t file, const std::string& path, const std:
   }
   if (const auto geometry = geometry_of_letters({"z", "y", "x"}, space)) found.geometry = *geometry;
   found.geometry.space = "left-posterior-superior";
+  found.geometry.units.fill("mm");  // of all lengths of ITK
   return found;
 }
 
@@ -75,6 +76,16 @@ std::optional<Convention> imaris_of(hid_t file, const std::string& path, const s
   if (!is_imaris(file) || !name.starts_with("/DataSet/ResolutionLevel ")) return std::nullopt;
   const Hdf5Handle image(H5Oopen(file, info_of_imaris, H5P_DEFAULT), H5Oclose);
   Convention found;
+  const Hdf5Handle channel(H5Oopen(file, group_and_name(name).first.c_str(), H5P_DEFAULT), H5Oclose);
+  const bool is_size_said =
+      number_of_letters(channel.get(), "ImageSizeX").is_number() ||
+      (name.starts_with(finest_of_imaris) && number_of_letters(image.get(), "X").is_number());
+  if (!is_size_said)
+    found.warnings.push_back(fmt::format(
+        "{}: HDF5 file (Imaris): {} does not state its size (ImageSizeX, ImageSizeY, ImageSizeZ); if it is "
+        "padded to "
+        "whole chunks, samples that are no part of the image are read, and its spacing is too small",
+        path, name));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const ForeignNumber low = number_of_letters(image.get(), fmt::format("ExtMin{}", axis)),
                         high = number_of_letters(image.get(), fmt::format("ExtMax{}", axis));
@@ -192,10 +203,15 @@ bool is_imaris(hid_t file) {
 std::optional<Index3> imaris_size(hid_t file, const std::string& name, const Index3& dims) {
   const std::string path = inside("/", name);
   if (!is_imaris(file) || !path.starts_with("/DataSet/ResolutionLevel ")) return std::nullopt;
-  const Hdf5Handle channel(H5Oopen(file, group_and_name(path).first.c_str(), H5P_DEFAULT), H5Oclose);
+  const Hdf5Handle channel(H5Oopen(file, group_and_name(path).first.c_str(), H5P_DEFAULT), H5Oclose),
+      image(H5Oopen(file, info_of_imaris, H5P_DEFAULT), H5Oclose);
   Index3 size = dims;
   for (int axis = 0; axis < 3; ++axis) {
-    const ForeignNumber samples = number_of_letters(channel.get(), fmt::format("ImageSize{}", "XYZ"[axis]));
+    const char letter = "XYZ"[axis];
+    ForeignNumber samples = number_of_letters(channel.get(), fmt::format("ImageSize{}", letter));
+    // The size of the whole image is that of its finest level.
+    if (!samples.is_number() && path.starts_with(finest_of_imaris))
+      samples = number_of_letters(image.get(), std::string(1, letter));
     if (!samples.is_number() || samples.value < 1 || samples.value > static_cast<double>(dims[axis]) ||
         samples.value != std::floor(samples.value))
       return std::nullopt;

@@ -11,6 +11,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
+#include "tools/formats/axes.h"
 #include "tools/formats/geometry_words.h"
 #include "tools/formats/hdf5/attributes.h"
 #include "tools/formats/hdf5/description.h"
@@ -89,6 +90,10 @@ bool is_rotation(const std::vector<double>& numbers) {
   return true;
 }
 
+bool is_symmetric(const std::vector<double>& matrix) {
+  return matrix[1] == matrix[3] && matrix[2] == matrix[6] && matrix[5] == matrix[7];
+}
+
 /// As image libraries have it: the rows of a matrix, whose columns are the directions of axes. tagrid's own attribute
 /// `directions` has the vectors of axes, as long as the spacing, instead.
 void apply_matrix(const char* name, const std::vector<double>& matrix, Fields& fields, Geometry& geometry) {
@@ -134,6 +139,12 @@ Geometry geometry_of_attributes(Fields& fields) {
         "{}: directions is taken as the rows of a matrix whose columns are the directions of x, y and z",
         fields.name()));
   } else if (d.is_number()) {
+    if (!is_order_stated && is_rotation(d.values) && !is_symmetric(d.values))
+      fields.warnings.push_back(
+          fmt::format("{}: directions is taken as the directions of x, y and z, one after the other; if it "
+                      "has the rows of a "
+                      "matrix whose columns are these directions, the axes are turned the other way",
+                      fields.name()));
     is_order_stated = true;
     geometry.directions = three_vectors(d.values);
     geometry.has_directions = true;
@@ -289,13 +300,14 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     } else if (auto places = nexus_places(file, path, name, dims_of(dataset.get()))) {
       geometry = places->geometry;
       are_axes_read = true;
+      convention.are_axes_placed = places->are_axes_placed;
       pairs.insert(pairs.end(), places->pairs.begin(), places->pairs.end());
       warn(places->warnings);
     }
   }
   if (convention.slope != 1 && volume.rescale == Rescale{} && volume.scale_doubt.empty())
     volume.rescale.slope = convention.slope;
-  convert_units(path, geometry, fields.warnings);
+  if (!are_axes_read) convert_units(path, geometry, fields.warnings);
   warn(fields.warnings);
   for (std::string& sentence : nexus_companions(file, path, name))
     volume.not_understood.push_back(std::move(sentence));
@@ -311,7 +323,7 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     volume.not_understood.push_back(about_unread_geometry(fields.name(), names));
   for (auto& pair : other_attributes(dataset.get(), of_scale)) pairs.push_back(std::move(pair));
   add_rescale(volume.rescale, pairs);
-  volume.nrrd = nrrd_fields_of(geometry, pairs);
+  volume.nrrd = nrrd_fields_of_places(geometry, pairs);
 }
 
 std::string vtkhdf_type(hid_t file) {

@@ -56,6 +56,8 @@ std::vector<std::string> names_of_axes(hid_t group, hid_t dataset, const std::st
     if (names.empty()) names = text_list_attribute(dataset, source);
     if (!names.empty()) return letters_of(std::move(names), dims_of(dataset).size());
   }
+  source = "DIMENSION_LIST";
+  if (std::vector<std::string> scales = names_of_scales(dataset); !scales.empty()) return scales;
   source = "Velox";
   if (path.starts_with("/Data/Image/") && path.ends_with("/Data")) return {"y", "x", "frame"};
   source = "axistags";

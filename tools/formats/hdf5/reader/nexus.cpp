@@ -12,6 +12,7 @@
 #include "tools/formats/hdf5/reader/axis.h"
 #include "tools/formats/hdf5/reader/datasets.h"
 #include "tools/formats/hdf5/reader/emd.h"
+#include "tools/formats/hdf5/reader/labels.h"
 #include "tools/formats/hdf5/reader/links.h"
 
 namespace tagrid {
@@ -82,8 +83,7 @@ std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset) {
 
 namespace {
 
-/// The scale of each axis, the slowest one first; nothing where there is none. Netcdf gives axes without places one that
-/// has no numbers.
+/// The scale of each axis, the slowest one first; nothing where there is none.
 std::vector<Hdf5Handle> scales_of(hid_t dataset, std::size_t axes) {
   std::vector<Hdf5Handle> scales(axes);
   const Hdf5Handle attribute(H5Aopen(dataset, "DIMENSION_LIST", H5P_DEFAULT), H5Aclose);
@@ -95,10 +95,7 @@ std::vector<Hdf5Handle> scales_of(hid_t dataset, std::size_t axes) {
   for (std::size_t i = 0; i < axes; ++i) {
     if (lists[i].len == 0) continue;
     Hdf5Handle scale(H5Rdereference2(dataset, H5P_DEFAULT, H5R_OBJECT, lists[i].p), H5Oclose);
-    const bool is_dataset = scale && H5Iget_type(scale.get()) == H5I_DATASET;
-    if (is_dataset &&
-        !attribute_in_words(scale.get(), "NAME").starts_with("This is a netCDF dimension but not"))
-      scales[i] = std::move(scale);
+    if (scale && H5Iget_type(scale.get()) == H5I_DATASET) scales[i] = std::move(scale);
   }
   H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, lists.data());
   return scales;
@@ -110,6 +107,35 @@ std::string own_name_of(hid_t object) {
   return group_and_name(name).second;
 }
 
+/// Netcdf gives axes without places a scale that has no numbers.
+bool has_places(const Hdf5Handle& scale) {
+  return scale && !attribute_in_words(scale.get(), "NAME").starts_with("This is a netCDF dimension but not");
+}
+
+/// Lets directions say where axes lead that are called x, y and z in another order. `names` has the slowest one first.
+void place_by_names(const std::string& object, const std::vector<std::string>& names, PlacesOfAxes& places) {
+  Geometry& given = places.geometry;
+  if (names.size() != 3 || !given.has_spacing || has_unknown_spacing(given) || !places.pairs.empty()) return;
+  SpaceOfLetters space;
+  if (given.has_origin) space.origin.emplace();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string letter = lower_case(names[2 - axis]);
+    if (letter != "x" && letter != "y" && letter != "z") return;
+    const auto row = static_cast<std::size_t>(letter[0] - 'x');
+    space.steps[row][row] = given.spacing[axis];
+    space.units[row] = given.units[axis];
+    if (space.origin) (*space.origin)[row] = given.origin[axis];
+  }
+  const auto geometry = geometry_of_letters(names, space);
+  if (!geometry || lower_case(names[0] + names[1] + names[2]) == "zyx") return;
+  given = *geometry;
+  places.are_axes_placed = true;
+  places.warnings.push_back(fmt::format(
+      "{}: its axes are {}, the slowest one first; samples stay in this order, and directions say where the "
+      "axes lead",
+      object, fmt::join(names, ", ")));
+}
+
 /// Scales of dimensions, as netCDF 4 and h5py write them. Nothing if no axis has places.
 std::optional<PlacesOfAxes> places_of_scales(hid_t dataset, const std::string& path,
                                              const std::vector<hsize_t>& sizes) {
@@ -117,7 +143,7 @@ std::optional<PlacesOfAxes> places_of_scales(hid_t dataset, const std::string& p
   AxesOfVolume places(path, "hdf5_");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t from_front = axis < sizes.size() ? sizes.size() - 1 - axis : sizes.size();
-    if (from_front == sizes.size() || !scales[from_front]) {
+    if (from_front == sizes.size() || !has_places(scales[from_front])) {
       if (from_front == sizes.size() || sizes[from_front] == 1) places.add_none(axis);
       continue;
     }
@@ -128,12 +154,20 @@ std::optional<PlacesOfAxes> places_of_scales(hid_t dataset, const std::string& p
     else
       places.add_missing(axis, name, sizes[from_front], found.why_not);
   }
-  const bool has_any =
-      std::ranges::any_of(scales, [](const Hdf5Handle& scale) { return static_cast<bool>(scale); });
-  return has_any ? std::optional(places.finish()) : std::nullopt;
+  if (std::ranges::none_of(scales, has_places)) return std::nullopt;
+  PlacesOfAxes found = places.finish();
+  place_by_names(path, names_of_scales(dataset), found);
+  return found;
 }
 
 }  // namespace
+
+std::vector<std::string> names_of_scales(hid_t dataset) {
+  std::vector<std::string> names;
+  for (const Hdf5Handle& scale : scales_of(dataset, dims_of(dataset).size()))
+    names.push_back(scale ? own_name_of(scale.get()) : "");
+  return std::ranges::all_of(names, &std::string::empty) ? std::vector<std::string>() : names;
+}
 
 std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                          const std::vector<hsize_t>& sizes) {

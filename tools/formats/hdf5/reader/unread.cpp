@@ -17,17 +17,6 @@ constexpr int most_groups = 8;
 constexpr hssize_t most_numbers = 16;
 constexpr std::size_t most_beside = 1000;
 
-std::vector<std::string> attribute_names(hid_t object) {
-  std::vector<std::string> names;
-  const auto add = [](hid_t, const char* name, const H5A_info_t*, void* user) -> herr_t {
-    static_cast<std::vector<std::string>*>(user)->emplace_back(name);
-    return 0;
-  };
-  hsize_t index = 0;
-  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, &index, add, &names);
-  return names;
-}
-
 std::vector<std::string> names_of_links(hid_t group) {
   std::vector<std::string> names;
   const auto add = [](hid_t, const char* name, const H5L_info_t* info, void* user) -> herr_t {
