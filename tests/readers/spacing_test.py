@@ -252,6 +252,13 @@ class Spacing(ReaderTest):
         self.assert_refused(64, "states the spacing 9 9 18 um", "encode", "s", "--spacing", "9um")
         log.write_text("[Acquisition]\nImage Pixel Size (um)=9\n")
         self.assertIsNone(self.geometry("s", says="its voxel size is not stated")["spacing"])
+        # The resolution of a page does not matter where the log has the size.
+        (self.folder / "dpi").mkdir()
+        for z, slice in enumerate(volume()):
+            tifffile.imwrite(self.folder / "dpi" / f"slice{z:03}.tif", slice, photometric="minisblack", metadata=None, resolution=(72, 72), resolutionunit="INCH")
+        self.assertIsNone(self.geometry("dpi", says="its resolution of 72 dpi")["spacing"])
+        (self.folder / "dpi" / "slice.log").write_text("[Acquisition]\nImage Pixel Size (um)=9\n[Reconstruction]\nPixel Size (um)=4.5\n")
+        self.assert_spacing(self.geometry("dpi", silent=True), [4.5] * 3, "um")
 
     @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
     def test_units_of_imagej(self):

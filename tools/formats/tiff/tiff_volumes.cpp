@@ -297,7 +297,7 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
                       pages.size(), paths.size()));
     volumes.remarks.miss(pages.front().unread_order);
     const std::string& description = pages.front().description;
-    const Geometry geometry = geometry_of_slice(pages.front(), volumes.remarks);
+    const Geometry geometry = geometry_of_slice(pages.front(), volumes.list.front().remarks);
     if (i == 0)
       volumes.list.front().geometry = geometry;
     else if (!are_same(geometry, volumes.list.front().geometry))
@@ -319,7 +319,7 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
   }
   if (differs) {
     volumes.list.front().geometry = {};
-    volumes.remarks.warn(different_spacings);
+    volumes.list.front().remarks.warn(different_spacings);
   }
   require_alike(volumes, volumes.list.front());
   return volumes;

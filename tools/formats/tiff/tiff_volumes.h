@@ -47,7 +47,7 @@ struct TiffVolumes {
 /// With `gaps_ok`, slices may be missing there. Throws BrokenInput, WorldError.
 TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok);
 
-/// The volume whose slices are these files, with one page each.
+/// The volume whose slices are these files, with one page each. Its own remarks are those on its spacing.
 TiffVolumes volume_of_files(const std::vector<std::string>& paths);
 
 /// Volume `number` of `volumes`, which are not needed any more.
