@@ -142,6 +142,16 @@ class Conventions(ReaderTest):
         geometry = self.read(self.imaris)
         self.assert_places(geometry, numpy.diag([.5, .5, 2]), [10.25, 20.25, -3])
         self.assertEqual((geometry["units"], self.messages), (["um"] * 3, ""))
+
+        def without_sizes(file):
+            self.imaris(file)
+            for level in range(2):
+                for letter in "XYZ":
+                    del file[f"DataSet/ResolutionLevel {level}/TimePoint 0/Channel 0"].attrs[f"ImageSize{letter}"]
+        self.assert_places(self.read(without_sizes), numpy.diag([.5, .5, 2]), [10.25, 20.25, -3])
+        truth = numpy.zeros((4, 4, 4), "u2")
+        truth[:3, :3, :4] = volume()[::2, ::2, ::2]
+        self.read(without_sizes, "--dataset", "/DataSet/ResolutionLevel 1/TimePoint 0/Channel 0/Data", truth=truth, says="does not state its size")
         truth = volume()[::2, ::2, ::2]
         geometry = self.read(self.imaris, "--dataset", "/DataSet/ResolutionLevel 1/TimePoint 0/Channel 0/Data", truth=truth)
         self.assert_places(geometry, numpy.diag([3.5 / 4, 1, 10 / 3]), None)
@@ -209,6 +219,47 @@ class Conventions(ReaderTest):
         self.assertEqual(self.pairs["slice_positions"].split("; ")[-1], "0 0 8")
         self.read(lambda file: write(file, [places[0], [0., 1, 2, 4, 8, 9], places[2]]), says="samples along y lie at unequal distances")
 
+    def scaled(self, names, places, shape=SHAPE, unit="mm"):
+        def write(file):
+            file["data"] = volume(shape)
+            for i, (name, numbers) in enumerate(zip(names, places)):
+                file[name] = numbers
+                file[name].make_scale(name)
+                if unit:
+                    file[name].attrs["units"] = unit
+                file["data"].dims[i].attach_scale(file[name])
+        return self.read(write, truth=volume(shape))
+
+    def test_scales_called_x_y_z_lead_where_they_say(self):
+        places = {"x": numpy.arange(5) * 2. + 5, "y": numpy.arange(6) * .5 - 1, "z": numpy.arange(7) * -.25 + 3}
+        geometry = self.scaled("xyz", places.values())
+        self.assertIn("its axes are x, y, z, the slowest one first", self.messages)
+        # What h5py says of v[1, 2, 3].
+        with h5py.File(self.folder / "a.h5") as file:
+            truth = [file["data"].dims[axis][0][index] for axis, index in enumerate((1, 2, 3))]
+        found = numpy.array(geometry["origin"]) + numpy.array([3, 2, 1]) @ numpy.array(geometry["directions"])
+        numpy.testing.assert_allclose(found, truth)
+        for name, unit in (("time", "mm"), ("time", ""), ("channel", "")):
+            self.scaled((name, "y", "x"), (numpy.arange(5), numpy.arange(6), numpy.arange(7)), unit=unit)
+            self.assertIn(f"its axes are called {name}, y, x (DIMENSION_LIST), the slowest one first, but are read as z, y, x", self.messages)
+        self.scaled(("x", "y", "z"), (numpy.arange(5), [0, 1, 2, 4, 8, 9], numpy.arange(7)))
+        self.assertIn("its axes are called x, y, z (DIMENSION_LIST)", self.messages)
+
+    def test_places_that_drift_are_uneven(self):
+        drifting = numpy.concatenate([numpy.arange(101), 100 + 1.009 * numpy.arange(1, 100)])
+        self.scaled("zyx", (drifting, numpy.arange(2), numpy.arange(3)), (200, 2, 3))
+        self.assertIn("slices lie at unequal distances", self.messages)
+        self.assertEqual(self.pairs["slice_positions"].split("; ")[100], "0 0 100")
+        rounded = (numpy.arange(200) * .1 + 1000).astype("f4")
+        self.scaled("zyx", (rounded, numpy.arange(2), numpy.arange(3)), (200, 2, 3))
+        self.assertEqual(self.messages, "")
+
+    def test_an_origin_alone_states_no_spacing(self):
+        geometry = self.with_attributes({"origin": [2., 3, 2]})
+        self.assertEqual((geometry["spacing"], geometry["origin"]), (None, [2, 3, 2]))
+        geometry = self.encodes(volume(), "a.h5", "--spacing", "0.5um")["geometry"]
+        self.assertEqual((geometry["spacing"], geometry["origin"]), ([.5] * 3, [2, 3, 2]))
+
     def test_a_spacing_whose_order_nobody_states_is_said(self):
         for attributes, said in (({"spacing": [2., .6, .5]}, "spacing is taken as x, y, z, because nothing states its order"),
                                  ({"spacing": [1., 1, 1], "origin": [1., 2, 3]}, "origin is taken as x, y, z"),
@@ -238,6 +289,7 @@ class Conventions(ReaderTest):
                 self.assertEqual("directions is taken as the rows of a matrix" in self.messages, name == "directions")
         # Vectors of the length of the spacing are those of axes, as the manual has it.
         self.assert_places(self.with_attributes({"spacing": [.5, .6, 2], "directions": vectors.ravel()}), vectors, None)
+        self.with_attributes({"spacing": [1., 1, 1], "directions": matrix}, says="the axes are turned the other way")
         self.with_attributes({"direction": matrix}, says="direction turns axes, but no spacing that is read comes with it")
         self.with_attributes({"spacing": [.5, .6, 2], "direction": [1., 2, 3]}, says="direction is ")
 

@@ -79,6 +79,25 @@ class Coordinates(ReaderTest):
         write_group(self.folder / "a.zarr", attributes)
         self.assertEqual(self.encodes(volume(), "a.zarr")["geometry"]["spacing"], [1, 2, 3])
 
+    def test_a_translation_alone_states_no_spacing(self):
+        self.write()
+        attributes = multiscales([[1, 1, 1]])
+        dataset = attributes["ome"]["multiscales"][0]["datasets"][0]
+        dataset.update({"path": "ct", "coordinateTransformations": [{"type": "translation", "translation": [1, 2, 3]}]})
+        write_group(self.folder / "a.zarr", attributes)
+        geometry = self.encodes(volume(), "a.zarr")["geometry"]
+        self.assertEqual((geometry["spacing"], geometry["origin"], geometry["units"]), (None, [3, 2, 1], ["micrometer"] * 3))
+        dataset["path"] = "a/../ct"
+        write_group(self.folder / "a.zarr", attributes)
+        self.assert_refused(65, 'the path of the finest level is "a/../ct"', "encode", "a.zarr")
+
+    def test_places_that_drift_are_uneven(self):
+        self.write(z=([0., 1, 2.009, 3.02], {}), y=(numpy.arange(5), {}), x=(numpy.arange(6), {}))
+        self.encodes(volume(), "a.zarr")
+        self.assertEqual(self.messages, "", "within one hundredth of a step of an even line")
+        self.write(z=([0., 1, 2.03, 3.1], {}), y=(numpy.arange(5), {}), x=(numpy.arange(6), {}))
+        self.encodes(volume(), "a.zarr", says="slices lie at unequal distances")
+
     def test_fill_values_in_base64_are_numbers(self):
         for value in (-999.25, math.nan):
             text = base64.b64encode(struct.pack("<d", value)).decode()

@@ -116,9 +116,14 @@ std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pai
   if (geometry.has_spacing || geometry.has_directions || !geometry.has_origin)
     return nrrd_fields_of(geometry, pairs);
   const auto& [x, y, z] = geometry.origin;
+  std::string units;
+  for (const std::string& unit : geometry.units)
+    if (unit.find_first_of("\"\\\n") == unit.npos) units += fmt::format(" \"{}\"", unit);
+  const bool has_units = geometry.units != std::array<std::string, 3>{};
   return (geometry.space.empty() ? std::string("space dimension: 3\n")
                                  : fmt::format("space: {}\n", geometry.space)) +
-         fmt::format("space origin: ({},{},{})\n", x, y, z) + nrrd_fields_of({}, pairs);
+         fmt::format("space origin: ({},{},{})\n", x, y, z) +
+         (has_units ? fmt::format("units:{}\n", units) : "") + nrrd_fields_of({}, pairs);
 }
 
 void AxesOfVolume::add(std::size_t axis, const std::string& name, Axis places) {
