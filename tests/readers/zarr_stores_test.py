@@ -154,8 +154,7 @@ class Stores(ReaderTest):
             (folder / ".zarray").write_text(json.dumps(metadata(SHAPE, SHAPE, dtype="<f4", fill_value=fill)))
             (folder / ".zattrs").write_text(json.dumps({"a": [fill, 1.0], "note": 'a "NaN", -Infinity \\'}))
             (folder / "0.0.0").write_bytes(truth.tobytes())
-            # Texts of NRRD have two backslashes for one.
-            attributes = json.loads(self.encodes(truth, "a.zarr")["source"]["pairs"]["zarr_attributes"].replace("\\\\", "\\"))
+            attributes = json.loads(self.encodes(truth, "a.zarr")["source"]["pairs"]["zarr_attributes"])
             self.assertEqual(attributes["note"], 'a "NaN", -Infinity \\')
             self.assertEqual(attributes["a"], [{"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}[str(fill)], 1.0])
             (folder / "0.0.0").unlink()
