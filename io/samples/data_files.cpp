@@ -42,6 +42,18 @@ std::vector<fs::path> folders_of(const std::string& header_path) {
   return folders;
 }
 
+/// The path of a data file, and where its samples are. Of one that is beside its header by its path, only a link leads
+/// elsewhere.
+std::string place_in_words(const std::string& path, const fs::path& file,
+                           const std::vector<fs::path>& folders) {
+  if (file == path) return path;
+  const auto parent = without_links(fs::path(path).parent_path() / ".");
+  const bool is_link =
+      parent && std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*parent, folder); });
+  return is_link ? fmt::format("{}, which is a link to {}", path, file.string())
+                 : fmt::format("{} ({})", path, file.string());
+}
+
 }  // namespace
 
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
@@ -60,7 +72,7 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
     if (!file || !is_regular_input(file->string()) ||
         std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*file, folder); }))
       continue;
-    if (count++ == 0) first = *file == path ? path : fmt::format("{} ({})", path, file->string());
+    if (count++ == 0) first = place_in_words(path, *file, folders);
   }
   if (count == 0) return;
   const std::string text =
