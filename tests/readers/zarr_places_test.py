@@ -87,6 +87,8 @@ class Coordinates(ReaderTest):
         write_group(self.folder / "a.zarr", attributes)
         geometry = self.encodes(volume(), "a.zarr")["geometry"]
         self.assertEqual((geometry["spacing"], geometry["origin"], geometry["units"]), (None, [3, 2, 1], ["micrometer"] * 3))
+        geometry = self.encodes(volume(), "a.zarr", "--spacing", "0.0005mm")["geometry"]
+        numpy.testing.assert_allclose(geometry["origin"], [.003, .002, .001])
         dataset["path"] = "a/../ct"
         write_group(self.folder / "a.zarr", attributes)
         self.assert_refused(65, 'the path of the finest level is "a/../ct"', "encode", "a.zarr")

@@ -65,9 +65,16 @@ bool is_complete(const Geometry& geometry, const GivenSpacing& given) {
   return geometry.has_spacing && !has_unknown_spacing(geometry) && (given.unit.empty() || has_unit(geometry));
 }
 
+/// True if lengths of this geometry, also those of an origin without any spacing, are in known units.
+bool has_known_units(const Geometry& geometry) {
+  return common_unit(geometry).is_known || std::ranges::all_of(geometry.units, [](const std::string& unit) {
+           return length_unit(unit).has_value();
+         });
+}
+
 /// The geometry in the given unit as far as units are known, with the given distances. The origin keeps its place.
 Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
-  const bool is_converted = !given.unit.empty() && common_unit(before).is_known;
+  const bool is_converted = !given.unit.empty() && has_known_units(before);
   Geometry geometry = is_converted ? in_unit(before, given.unit) : before;
   if (!given.unit.empty()) geometry.units.fill(given.unit);
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -149,7 +156,7 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
         fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
     if (!text_of_key(fields, "slice_positions").empty())
       warning += "; the positions of its slices, which contradict it, are left out";
-    if (before.has_origin && !given.unit.empty() && !common_unit(before).is_known)
+    if (before.has_origin && !given.unit.empty() && !has_known_units(before))
       warning += fmt::format("; its origin has no known unit, and is taken for {}", given.unit);
     volume.add_warning(std::move(warning));
   }
