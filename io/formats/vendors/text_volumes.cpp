@@ -68,8 +68,8 @@ std::optional<OtherDescription> other_description(const Kind& kind, const std::s
   for (const std::string& path : visible_files(folder.empty() ? "." : folder.string()))
     if (lower_case(fs::path(path).extension().string()) == kind.extension)
       candidates.push_back((folder / fs::path(path).filename()).string());
-  std::ranges::stable_partition(
-      candidates, [&](const std::string& path) { return fs::path(path).stem() == data.stem(); });
+  std::stable_partition(candidates.begin(), candidates.end(),
+                        [&](const std::string& path) { return fs::path(path).stem() == data.stem(); });
   for (const std::string& path : candidates)
     if (auto other = read_other(kind, path, data_path);
         other && (other->described || fs::path(path).stem() == data.stem()))

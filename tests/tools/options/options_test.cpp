@@ -99,7 +99,7 @@ TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
                "states the spacing 1 1 2, but --spacing is 1 1 3; leave it out, or give --override-spacing");
   file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
   expect_ok(tagrid(with({"encode", "bare.nrrd"}, raw)));
-  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "bare.tag", "--json"}).out)["spacing"],
+  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "bare.tag", "--json"}).out)["geometry"]["spacing"],
             nlohmann::json({1, 1, 3}));
 }
 
