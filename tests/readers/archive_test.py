@@ -191,7 +191,10 @@ class Archive(ReaderTest):
         self.assertIn("not\ufffdFF\ufffdEF\ufffdBF\ufffdBDutf8.nrrd", "".join(record["input"] for record in self.records()))
         self.ok(*convert, "--remove-verified")
         self.assertFalse([path for path in before if os.path.exists(path)])
-        self.assert_refused(64, "-o", "restore", "--records", "out", "-o", "x")
+        self.ok("restore", "--records", "out", "-o", "elsewhere")
+        elsewhere = os.fsencode(self.folder / "elsewhere") + b"/"
+        self.assertEqual({path: content(elsewhere + path[len(archive):]) for path in before}, before)
+        self.assertFalse([path for path in before if os.path.exists(path)])
         self.assert_refused(64, "give a .tag file", "restore", "-o", "x")
         # One that is damaged does not keep the others away.
         tag = self.folder / "out" / "plain.nrrd.tag"

@@ -44,7 +44,9 @@ TEST_F(LongArchive, GoesOnWhereItWasMovedTo) {
   expect_ok(script("mv deeper/b c && rmdir deeper && rm -r c/src"));
   expect_ok(in("c", {"--skip-done"}));
   EXPECT_EQ(statuses(2, "c/out/results.jsonl"), "v skipped, w skipped");
-  expect_ok(tagrid({"restore", "--records", "c/out"}));
+  const Ending restored = tagrid({"restore", "--records", "c/out"});
+  EXPECT_EQ(restored.code, 0) << restored.err;
+  EXPECT_TRUE(has(restored.err, "c/src: does not exist, and is created")) << restored.err;
   expect_originals("c", originals);
   EXPECT_FALSE(exists("a") || exists("deeper"));
 }
@@ -59,7 +61,9 @@ TEST_F(LongArchive, OfAbsolutePathsRestoresToThese) {
   expect_ok(in("a", {"--skip-done"}));
   expect_ok(in("a", {"--remove-verified"}));
   expect_ok(script("mv a/out out && rm -r a"));
-  expect_ok(tagrid({"restore", "--records", "out"}));
+  const Ending restored = tagrid({"restore", "--records", "out"});
+  EXPECT_EQ(restored.code, 0) << restored.err;
+  EXPECT_TRUE(has(restored.err, "a/src: does not exist, and is created")) << restored.err;
   expect_originals("a", originals);
   // The same list with relative paths names the same volumes.
   file("a/list.tsv", "src/v.nrrd\nsrc/w.nhdr\n");
