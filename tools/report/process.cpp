@@ -123,9 +123,9 @@ void give_back_freed_memory(std::uint64_t limit) {
 
 std::uint64_t peak_memory() {
   // getrusage() also counts the process that started this one.
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;)
-    if (std::uint64_t kibibytes; word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  std::ifstream numbers("/proc/self/status");
+  for (std::string word; numbers >> word;)
+    if (std::uint64_t kibibytes; word == "VmHWM:" && numbers >> kibibytes) return kibibytes * 1024;
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
