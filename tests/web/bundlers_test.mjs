@@ -40,7 +40,8 @@ function project(name) {
   cpSync(process.env.TAGRID_DIST, join(decoder, "dist"), { recursive: true });
   const niivue = join(at, "node_modules", "@tagrid", "niivue");
   mkdirSync(niivue);
-  for (const file of ["package.json", "index.js"]) copyFileSync(join(web, "niivue", file), join(niivue, file));
+  const { files } = JSON.parse(readFileSync(join(web, "niivue", "package.json"), "utf8"));
+  for (const file of ["package.json", ...files]) copyFileSync(join(web, "niivue", file), join(niivue, file));
   mkdirSync(join(at, "public"));
   copyFileSync(join(golden, scan), join(at, "public", scan));
   for (const tool of ["vite", "webpack", "webpack-cli"])

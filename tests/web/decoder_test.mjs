@@ -126,8 +126,9 @@ test("descriptions", async () => {
   assert.equal(volume.field("SPACE"), "left-posterior-superior");
   assert.deepEqual(["patient", "Patient", "a: b", "PATIENT"].map((key) => volume.pair(key)), ["nobody\nat all", "other", "c", undefined]);
   // What the page of the viewer says of it.
-  const { scaleOf, unitOf } = await import("../../web/viewer/src/describe.js");
-  assert.deepEqual([scaleOf(volume).intercept, unitOf(volume)], [6, "µm"]);
+  const { scaleOf } = await import("../../web/viewer/src/describe.js");
+  const { placesOf } = await import("../../web/viewer/src/places.js");
+  assert.deepEqual([scaleOf(volume).intercept, placesOf(volume).unit], [6, "µm"]);
   assert.match(volume.metadata, /^patient:=nobody\\nat all$/m);
   assert.equal(volume.fileBytes, content(path).length);
   assert.deepEqual([volume.brickEdge, volume.lead, volume.volumes], [64, true, 1]);
