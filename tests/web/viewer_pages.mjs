@@ -51,3 +51,16 @@ export const pixelOf = (page, view, place) =>
     view.draw();
     const [x, y] = view.pointOf([place[view.across] + 0.5, place[view.down] + 0.5]);
     return [...view.canvas.getContext("2d").getImageData(Math.floor(x), Math.floor(y), 1, 1).data]; })()`);
+
+/** Which part of the picture in space is lit. */
+export const litPart = (page) =>
+  page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0);
+    const { data } = context.getImageData(0, 0, copy.width, copy.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) count += data[i] > 40;
+    done(count / (data.length / 4));
+  })))`);

@@ -10,7 +10,7 @@ import { startChromium } from "./chromium.mjs";
 import { decoded, folder, made, tagrid } from "./files.mjs";
 import { edgesOf, meshOf } from "./mesh.mjs";
 import { serve } from "./server.mjs";
-import { browser, open, picture, pixelOf, pointOf, readout, server, viewer } from "./viewer_pages.mjs";
+import { browser, litPart, open, picture, pixelOf, pointOf, readout, server, viewer } from "./viewer_pages.mjs";
 
 const dims = [150, 140, 130];
 let scanned;
@@ -214,17 +214,7 @@ test("mouse and keys", async () => {
 test("a picture in space", async () => {
   const page = await open("made/scan.tag");
   await page.until("tagridViewer.spaceView.texture");
-  const lit = () =>
-    page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
-    const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
-    [copy.width, copy.height] = [canvas.width, canvas.height];
-    const context = copy.getContext("2d");
-    context.drawImage(canvas, 0, 0);
-    const { data } = context.getImageData(0, 0, copy.width, copy.height);
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4) count += data[i] > 40;
-    done(count / (data.length / 4));
-  })))`);
+  const lit = () => litPart(page);
   const surface = await lit();
   assert.ok(surface > 0.01 && surface < 0.6, `${surface}`);
   await picture(page, "desktop");

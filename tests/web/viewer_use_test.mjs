@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { folder, tagrid } from "./files.mjs";
 import { edgesOf, meshOf } from "./mesh.mjs";
-import { open, picture, pixelOf, pointOf, readout } from "./viewer_pages.mjs";
+import { litPart, open, picture, pixelOf, pointOf, readout } from "./viewer_pages.mjs";
 
 const typeNames = {
   Int16Array: "int16",
@@ -501,17 +501,7 @@ test("a graphics card that is lost is said, and the picture comes back", async (
     ]),
   );
   await page.until("tagridViewer.spaceView.texture");
-  const lit = () =>
-    page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
-    const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
-    [copy.width, copy.height] = [canvas.width, canvas.height];
-    const context = copy.getContext("2d");
-    context.drawImage(canvas, 0, 0);
-    const { data } = context.getImageData(0, 0, copy.width, copy.height);
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4) count += data[i] > 40;
-    done(count / (data.length / 4));
-  })))`);
+  const lit = () => litPart(page);
   const says = () =>
     page.evaluate(
       `document.querySelector("[data-view=space] .middle").checkVisibility() && document.querySelector("[data-view=space] .middle").innerText`,
