@@ -3,7 +3,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <system_error>
 
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
@@ -48,6 +50,18 @@ bool is_regular_input(const std::string& path) {
   if (is_declared_source(path)) return true;
   const auto status = status_of_stream_or(path, STDIN_FILENO);
   return status && S_ISREG(status->st_mode);
+}
+
+std::optional<std::filesystem::path> without_links(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::path file = std::filesystem::canonical(path, error);
+  if (!error) return file;
+  if (error == std::errc::no_such_file_or_directory) return std::nullopt;
+  throw world_error("cannot look at", path.string(), error.value());
+}
+
+bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }
 
 bool is_folder(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <time.h>
+#include <filesystem>
 
 #include <cstdint>
 #include <optional>
@@ -36,6 +37,11 @@ bool is_regular_input(const std::string& path);
 
 /// True if `path` is a directory; throws if that cannot be known.
 bool is_folder(const std::string& path);
+
+/// The path without links; nothing if there is no file. Throws WorldError.
+std::optional<std::filesystem::path> without_links(const std::filesystem::path& path);
+/// True if the path begins with that of the folder. Compares names alone; see without_links().
+bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 /// True if `path` is a regular file or a directory: something that can be opened again and gives the same.
 bool is_file_or_folder(const std::string& path);

@@ -18,19 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_below(const fs::path& file, const fs::path& folder) {
-  return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
-}
-
-/// The path without links; nothing if there is no file. Throws WorldError.
-std::optional<fs::path> without_links(const fs::path& path) {
-  std::error_code error;
-  fs::path file = fs::canonical(path, error);
-  if (!error) return file;
-  if (error == std::errc::no_such_file_or_directory) return std::nullopt;
-  throw world_error("cannot look at", path.string(), error.value());
-}
-
 /// The folders in which data may lie: that of the header as it is named, and as links lead to it.
 std::vector<fs::path> folders_of(const std::string& header_path) {
   const fs::path header = header_path;

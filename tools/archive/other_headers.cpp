@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/text/text.h"
 #include "tools/archive/named_files.h"
@@ -20,9 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string real_folder_of(const std::string& file) {
-  std::error_code error;
-  const fs::path folder = fs::weakly_canonical(folder_of(file), error);
-  return error ? folder_of(file) : folder.string();
+  const std::string folder = folder_of(file);
+  return without_links(folder).value_or(fs::path(folder)).string();
 }
 
 std::string file_name(const std::string& file) { return fs::path(file).filename().string(); }
