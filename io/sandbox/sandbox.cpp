@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -53,6 +54,8 @@ void add_libraries_of_plugins(std::vector<std::string>& paths) {
     for (int above = 0; above < 2; ++above) {
       std::error_code error;
       folder = fs::weakly_canonical(folder, error).parent_path();
+      if (std::ranges::any_of(of_libraries, [&](const char* known) { return is_below(folder, known); }))
+        break;
       for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         if (name.starts_with("lib") && name.find(".so") != name.npos) paths.push_back(entry->path().string());
