@@ -6,18 +6,11 @@
 
 #include <array>
 #include <cerrno>
-#include <filesystem>
 
 #include "io/files/temporaries.h"
 
 namespace tagrid {
 namespace {
-
-std::string holder_of(const std::string& path) {
-  const std::filesystem::path file = path;
-  return (file.parent_path() / ("." + name_in_temporary_names(file.filename().string()) + ".holder"))
-      .string();
-}
 
 std::string this_process() {
   std::array<char, 256> host = {};
@@ -39,7 +32,7 @@ std::string words_of_holder(const std::string& name) {
 }  // namespace
 
 HeldFile::HeldFile(int descriptor, const std::string& path) {
-  const std::string holder = holder_of(path);
+  const std::string holder = hidden_beside(path, ".holder");
   if (!lock_now(descriptor)) {
     if (errno != EWOULDBLOCK) return;
     throw HeldByAnother(fmt::format("{}: {} is using it; repeat the command when that run has ended", path,

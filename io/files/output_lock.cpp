@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/files/temporaries.h"
@@ -17,7 +16,6 @@ namespace {
 Descriptor opened(const std::string& name) {
   constexpr int flags = O_CLOEXEC | O_NOFOLLOW;
   Descriptor file = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | flags, 0666); });
-  if (file >= 0) fchmod(file, 0666);  // other users wait for it, whatever the umask; fails if it is theirs
   if (file < 0 && errno == EACCES) {
     file = uninterrupted([&] { return open(name.c_str(), O_RDONLY | flags); });
     if (file < 0 && errno == ENOENT) errno = EACCES;  // the directory is not writable
@@ -35,7 +33,8 @@ bool is_locked(int file, const std::string& name) {
 }
 
 /// True if the file has the name: the process that held the lock before removed the one that had it. Opened again,
-/// because a network file system may remember for a while which file had a name.
+/// because a network file system may remember for a while which file had a name. Throws UsageError for a file with
+/// content, which is no lock, and WorldError.
 bool has_name(int file, const std::string& name) {
   const Descriptor named = opened(name);
   struct stat ours = {}, found = {};
@@ -44,15 +43,13 @@ bool has_name(int file, const std::string& name) {
     unlink(name.c_str());  // nothing was created but this
     throw world_error("cannot open the lock", name, error);
   }
+  if (ours.st_size > 0) throw UsageError(name + ": has the name of a lock and is another file; rename it");
   return ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
 }
 
 }  // namespace
 
-std::string lock_of_output(const std::string& path) {
-  const std::filesystem::path file = path;
-  return (file.parent_path() / ("." + name_in_temporary_names(file.filename().string()) + ".lock")).string();
-}
+std::string lock_of_output(const std::string& path) { return hidden_beside(path, ".lock"); }
 
 OutputLock::OutputLock(const std::string& path) : name_(lock_of_output(path)) {
   for (;;) {
@@ -61,11 +58,10 @@ OutputLock::OutputLock(const std::string& path) : name_(lock_of_output(path)) {
       const SignalsWait wait;
       descriptor_ = opened(name_);
       if (descriptor_ < 0) throw world_error("cannot create the lock", name_, errno);
-      struct stat status = {};
-      if (fstat(descriptor_, &status) == 0 && status.st_size > 0)
-        throw UsageError(name_ + ": has the name of a lock and is another file; rename it");
       if (is_locked(descriptor_, name_) && has_name(descriptor_, name_)) {
         slot_ = register_temporary(name_);
+        fchmod(descriptor_,
+               0666);  // other users wait for it, whatever the umask; fails if the file is theirs
         return;
       }
     }

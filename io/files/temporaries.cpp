@@ -60,6 +60,9 @@ int add_to_slots(const std::string& path, const std::string& original, bool fold
   return -1;
 }
 
+/// The beginning of `name`, which may be as long as names can be.
+std::string name_in_temporary_names(const std::string& name) { return name.substr(0, 240); }
+
 std::string hidden_name(const std::string& name, std::string_view mark) {
   return fmt::format(".{}{}{}", name_in_temporary_names(name), mark, random_suffix());
 }
@@ -141,30 +144,29 @@ bool remove_if_abandoned(const std::string& path, bool folders) {
   return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
 }
 
-/// True for the lock of one of the targets; see OutputLock.
-bool is_lock_of(std::string_view name, const std::set<std::string>& targets) {
-  constexpr std::string_view end = ".lock";
-  return name.starts_with('.') && name.ends_with(end) && name.size() > 1 + end.size() &&
-         targets.contains(std::string(name.substr(1, name.size() - 1 - end.size())));
+/// Removes the lock of an output if no process holds it; see OutputLock. A file with content is not one.
+void remove_abandoned_lock(const std::string& output) {
+  const std::string lock = hidden_beside(output, ".lock");
+  if (const auto status = status_of_name(lock); status && S_ISREG(status->st_mode) && status->st_size == 0)
+    remove_if_abandoned(lock, false);
 }
 
 std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folders) {
   std::map<std::string, std::set<std::string>> names;
   for (const std::string& output : outputs)
     names[folder_of(output)].insert(name_in_temporary_names(fs::path(output).filename().string()));
+  if (!folders)
+    for (const std::string& output : outputs) remove_abandoned_lock(output);
   std::size_t removed = 0;
   for (const auto& [folder, targets] : names) {
-    std::vector<std::string> abandoned, locks;
+    std::vector<std::string> abandoned;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
       const std::string name = entry->path().filename().string();
       if (const auto target = target_of_temporary(name); target && targets.contains(std::string(*target)))
         abandoned.push_back(entry->path().string());
-      else if (!folders && is_lock_of(name, targets))
-        locks.push_back(entry->path().string());
     }
     for (const std::string& path : abandoned) removed += remove_if_abandoned(path, folders);
-    for (const std::string& path : locks) remove_if_abandoned(path, false);
   }
   return removed;
 }
@@ -210,7 +212,12 @@ std::string random_suffix() {
 
 std::string temporary_name(const std::string& name) { return hidden_name(name, temporary_mark); }
 std::string older_name(const std::string& name) { return hidden_name(name, older_mark); }
-std::string name_in_temporary_names(const std::string& name) { return name.substr(0, 240); }
+std::string hidden_beside(const std::string& output, std::string_view ending) {
+  const fs::path path = output;
+  return (path.parent_path() /
+          fmt::format(".{}{}", name_in_temporary_names(path.filename().string()), ending))
+      .string();
+}
 
 std::optional<std::string_view> target_of_temporary(std::string_view name) {
   return target_of(name, temporary_mark);

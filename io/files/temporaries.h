@@ -28,7 +28,8 @@ std::string random_suffix();
 /// names can be.
 std::string temporary_name(const std::string& name);
 std::string older_name(const std::string& name);
-std::string name_in_temporary_names(const std::string& name);
+/// The hidden path beside an output, `.NAME` and this ending.
+std::string hidden_beside(const std::string& output, std::string_view ending);
 /// NAME, if temporary_name() may have made the name; otherwise nothing.
 std::optional<std::string_view> target_of_temporary(std::string_view name);
 std::optional<std::string_view> target_of_older(std::string_view name);

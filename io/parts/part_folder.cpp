@@ -44,11 +44,7 @@ bool is_of_run(std::string_view name) {
 
 }  // namespace
 
-std::string part_folder_of(const std::string& output) {
-  const std::filesystem::path target(output);
-  const std::string name = name_in_temporary_names(target.filename().string());
-  return (target.parent_path() / fmt::format(".{}.parts", name)).string();
-}
+std::string part_folder_of(const std::string& output) { return hidden_beside(output, ".parts"); }
 
 std::string PartFolder::part(const std::string& folder, std::int64_t number) {
   return fmt::format("{}/{:06}", folder, number);
