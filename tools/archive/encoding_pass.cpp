@@ -129,12 +129,16 @@ void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSou
         volume.input, change, volume.output);
 }
 
-/// Throws UsageError if another run has removed the original of the output since this one read the records.
+/// True if the records say that the original of an output was removed. A line that is not a record may say so, too.
+bool was_original_removed(const KnownOutputs& known, const std::string& output_name) {
+  const KnownOutput* last = known.find(output_name);
+  return (last && last->state == KnownOutput::State::removed) || !known.possibly_newer(output_name).empty();
+}
+
+/// Throws UsageError if another run may have removed the original of the output since this one read the records.
 void require_no_only_copy(const EncodingPass& pass, const Volume& volume) {
   pass.known.read_more();
-  const KnownOutput* newest = pass.known.find(volume.output_name);
-  const bool was_removed = newest && newest->state == KnownOutput::State::removed;
-  if (was_removed && status_of_name(volume.output))
+  if (was_original_removed(pass.known, volume.output_name) && status_of_name(volume.output))
     throw only_copy(volume, "another run removed it in the meantime");
 }
 
@@ -226,9 +230,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
                 false,
                 nullptr};
   const KnownOutput* last = pass.known.find(line.output);
-  // A line that is not a record may say so, too.
-  const bool was_removed =
-      (last && last->state == KnownOutput::State::removed) || !pass.known.possibly_newer(line.output).empty();
+  const bool was_removed = was_original_removed(pass.known, line.output);
   const KnownOutput* known = options.skip_done ? last : nullptr;
   const bool is_there = known && has_written_size(*known, volume.output);
   if (known && skip_removed(*known, volume.input, volume.output, options.run, record)) return;
