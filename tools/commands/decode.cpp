@@ -76,7 +76,8 @@ struct DecodeCommand {
     RunFigures figures = figures_with(facts, result, chosen);
     figures.volumes = volume ? 1 : result.header.volumes;
     report.write(figures, decoded);
-    const UnchangedFiles written({path, samples_path(path, chosen)});
+    const UnchangedFiles written(remove ? std::vector{path, samples_path(path, chosen)}
+                                        : std::vector<std::string>());
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     if (chosen.has_levels && !run.quiet && facts.at("levels").size() == 1)
       say("tagrid: {}: has the finest level alone; --overviews of encode makes others", path);
