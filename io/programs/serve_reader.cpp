@@ -119,7 +119,8 @@ int serve_volumes(const std::string& name, const OpenServed& open, const FilesBe
     try {
       const OrderedJson request = OrderedJson::parse(line);
       // tagrid starts a program for each source.
-      if (path.empty() && request.contains("path")) confine_to(request.at("path"), beside);
+      if (path.empty() && request.contains("path"))
+        confine_to(request.at("path"), beside, request.value("options", ReaderOptions())["dataset"]);
       path = request.value("path", path);
       answer(request, open, volume);
     } catch (const SeveralVolumes& several) {

@@ -63,11 +63,15 @@ void add_libraries_of_plugins(std::vector<std::string>& paths) {
     }
 }
 
-/// The targets of links in a folder, and of those in the folders that links lead to.
-void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
+/// The targets of links in a folder, and of those in the folders that links lead to. Of the folder, only `part` is
+/// searched, and what lies beside it and the folders above it.
+void add_targets(const fs::path& folder, const fs::path& part, std::vector<std::string>& paths) {
   std::error_code error;
   std::set<fs::path> known = {fs::canonical(folder, error)};  // links may lead in circles
   std::deque<fs::path> folders = {folder};
+  const auto is_searched = [&](const fs::path& entry) {
+    return folders.front() != folder || is_below(part, entry) || is_below(entry, part);
+  };
   std::size_t count = 0;
   for (; !folders.empty(); folders.pop_front()) {
     for (fs::recursive_directory_iterator
@@ -75,7 +79,10 @@ void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
          end;
          !error && entry != end && count < most_entries; entry.increment(error), ++count) {
       std::error_code of_entry;
-      if (!entry->is_symlink(of_entry)) continue;
+      if (!entry->is_symlink(of_entry)) {
+        if (!is_searched(entry->path())) entry.disable_recursion_pending();
+        continue;
+      }
       // The target of a link may be a link, too.
       const fs::path target = fs::canonical(entry->path(), of_entry);
       if (of_entry) continue;
@@ -91,7 +98,7 @@ bool is_harmless(std::string_view name) {
 }
 
 /// The directory of a scan.
-void add_folder(const fs::path& folder, Readable& readable) {
+void add_folder(const fs::path& folder, const fs::path& part, Readable& readable) {
   std::error_code error;
   std::vector<std::string> entries;
   bool has_hidden = false;
@@ -108,7 +115,7 @@ void add_folder(const fs::path& folder, Readable& readable) {
     readable.paths.insert(readable.paths.end(), entries.begin(), entries.end());
     readable.listed.push_back(folder.string());
   }
-  add_targets(folder, readable.paths);
+  add_targets(folder, part, readable.paths);
 }
 
 /// A file, and those of its directory that it may need.
@@ -116,7 +123,7 @@ void add_file(const fs::path& file, const FilesBeside& beside, Readable& readabl
   const fs::path folder = file.parent_path();
   const std::string own = file.filename().string();
   if (beside.names_a_tree && beside.names_a_tree(own)) {
-    add_folder(folder, readable);
+    add_folder(folder, folder, readable);
     return;
   }
   readable.paths.push_back(file.string());
@@ -131,7 +138,7 @@ void add_file(const fs::path& file, const FilesBeside& beside, Readable& readabl
   }
 }
 
-Readable readable_by(const std::string& path, const FilesBeside& beside) {
+Readable readable_by(const std::string& path, const FilesBeside& beside, const std::string& part) {
   Readable readable{{std::begin(of_libraries), std::end(of_libraries)}, {}};
   for (const char* variable : of_users) add_listed(variable, readable.paths);
   add_libraries_of_plugins(readable.paths);
@@ -142,7 +149,9 @@ Readable readable_by(const std::string& path, const FilesBeside& beside) {
   const fs::path given = fs::absolute(path, error);
   if (error) return readable;
   if (fs::is_directory(given, error)) {
-    add_folder(given, readable);
+    fs::path of_part = (given / part).lexically_normal();
+    if (!of_part.has_filename()) of_part = of_part.parent_path();  // of "a/"
+    add_folder(given, fs::is_directory(of_part, error) ? of_part : given, readable);
     return readable;
   }
   add_file(given, beside, readable);
@@ -166,12 +175,12 @@ std::string sandbox_in_words() {
                       : fmt::format("Landlock {}, seccomp", version);
 }
 
-void confine_to(const std::string& path, const FilesBeside& beside) {
+void confine_to(const std::string& path, const FilesBeside& beside, const std::string& part) {
   if (!sandbox_is_on()) return;
   // A core dump of a compromised process is a file, too.
   const rlimit none = {0, 0};
   setrlimit(RLIMIT_CORE, &none);
-  allow_reading_only(readable_by(path, beside));
+  allow_reading_only(readable_by(path, beside, part));
   blame_sandbox_for_permissions();
   allow_calls_of_readers();
 }

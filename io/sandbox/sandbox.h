@@ -29,9 +29,11 @@ struct FilesBeside {
 /// Confines this process for the rest of its life, with all threads that it starts. It can then read only `path` and
 /// what is `beside` it, or all of `path` if that is a directory, the targets of links among these and, of a directory,
 /// of links behind links to directories, and what libraries need. Entries of a directory whose names are hidden are no
-/// part of a scan, except those of Zarr (.zarray). Has no effect if the sandbox is off; without Landlock (Linux 5.13),
-/// files are not protected. Throws WorldError if the system refuses. REQUIRES: this process has one thread.
-void confine_to(const std::string& path, const FilesBeside& beside);
+/// part of a scan, except those of Zarr (.zarray). If only the directory `part` of `path` is read, links in other ones
+/// are not looked for, which would take long where many parts are read one after another. Has no effect if the sandbox
+/// is off; without Landlock (Linux 5.13), files are not protected. Throws WorldError if the system refuses. REQUIRES:
+/// this process has one thread.
+void confine_to(const std::string& path, const FilesBeside& beside, const std::string& part = "");
 
 /// The version of Landlock, which decides what files a process can open
 /// (https://docs.kernel.org/userspace-api/landlock.html); 0 if it has none, or if it is switched off.

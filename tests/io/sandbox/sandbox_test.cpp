@@ -151,6 +151,30 @@ TEST_F(Sandbox, LetsItReadADirectoryWithoutWhatIsHiddenThere) {
   tries("/etc/passwd");
 }
 
+// Of a part of it: what links in the part, above it and beside it lead to.
+TEST_F(Sandbox, LooksForLinksOnlyWhereThePartThatIsReadNeedsThem) {
+  for (const char* folder : {"elsewhere/array", "scans/part/deep", "scans/other"})
+    std::filesystem::create_directories(path(folder));
+  for (const char* name : {"scans/other/b", "elsewhere/c", "elsewhere/d", "elsewhere/e", "elsewhere/array/f"})
+    file(name, "x");
+  std::filesystem::create_symlink(path("elsewhere/c"), path("scans/part/deep/link"));
+  std::filesystem::create_symlink(path("elsewhere/d"), path("scans/link"));
+  std::filesystem::create_symlink(path("elsewhere/e"), path("scans/other/link"));
+  std::filesystem::create_directory_symlink(path("elsewhere/array"), path("scans/linked"));
+  const auto can_read = [&](const std::string& part, const std::string& at) {
+    const auto tries = [&] {
+      confine_to(path("scans"), {}, part);
+      _exit(open(path(at).c_str(), O_RDONLY) < 0 ? 1 : 0);
+    };
+    EXPECT_EXIT(tries(), ::testing::ExitedWithCode(at == "scans/other/link" && part == "part"), "") << at;
+  };
+  for (const char* name :
+       {"scans/part/deep/link", "scans/link", "scans/other/b", "scans/other/link", "scans/linked/f"}) {
+    can_read("part", name);
+    can_read("no such part", name);
+  }
+}
+
 // Landlock has no rules for them.
 TEST_F(Sandbox, TakesFilesOfTheKernelsOwnFileSystems) {
   const int in_memory = memfd_create("slice", MFD_CLOEXEC);
