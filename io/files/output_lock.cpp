@@ -43,7 +43,8 @@ bool has_name(int file, const std::string& name) {
     unlink(name.c_str());  // nothing was created but this
     throw world_error("cannot open the lock", name, error);
   }
-  if (ours.st_size > 0) throw UsageError(name + ": has the name of a lock and is another file; rename it");
+  if (ours.st_size > 0)
+    throw UsageError(name + ": has the name that tagrid needs for a lock, but is another file; rename it");
   return ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
 }
 

@@ -60,8 +60,8 @@ Wrong too_slow(std::size_t bytes, const Patience& patience) {
                         seconds),
             true};
   return {
-      fmt::format("the server does not answer in time: it sends less than {} bytes a second; a "
-                  "TAGRID_HTTP_TIMEOUT of more than {} seconds waits longer",
+      fmt::format("the server does not answer in time: it sends less than {} bytes per second; to wait "
+                  "longer, set TAGRID_HTTP_TIMEOUT to more than {} seconds",
                   patience.bytes / static_cast<std::uint64_t>(seconds), std::max<std::int64_t>(seconds, 30)),
       true};
 }

@@ -63,7 +63,7 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   }
   if (count == 0) return;
   const std::string text =
-      fmt::format("{}: its samples are in {}, outside of its directory", shown_input(header_path), first);
+      fmt::format("{}: its samples are in {}, outside its directory", shown_input(header_path), first);
   if (!outside_ok) throw BrokenInput(text, Problem::data_outside);
   warnings.push_back(count == 1 ? text : fmt::format("{}, and in {} more such files", text, count - 1));
 }

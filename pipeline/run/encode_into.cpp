@@ -298,7 +298,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   } else if (may_be_done) {
     require_earlier_result(run, job, *volume, resources);
     result.warnings.push_back(
-        run.output + ": is there already, and is what this run would write; it was compared with the input");
+        run.output + ": already exists, and is what this run would write; it was compared with the input");
   }
   store->finish(result);
   return {std::move(result),

@@ -109,7 +109,7 @@ struct ConvertCommand {
 
   // If all originals were removed, the list that --find makes of their directory names none.
   void require_records() const {
-    const std::string what = shown_input(manifest) + ": names no volume";
+    const std::string what = shown_input(manifest) + ": contains no volumes";
     if (!status_of(options.output_dir) || KnownOutputs(options.output_dir).files() == 0)
       throw UsageError(
           what +

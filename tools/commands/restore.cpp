@@ -81,8 +81,8 @@ struct RestoreCommand {
         if (!original.error.empty()) throw BrokenInput(original.error);
         // Relative records name it from the outputs, which may have moved without the originals.
         if (output.path.empty() && !is_folder(original.folder))
-          warn(run, "{}: does not exist, and is created for {}; -o DIR names another place", original.folder,
-               original.input);
+          warn(run, "{}: does not exist, and is created for {}; to restore to another directory, use -o DIR",
+               original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
       } catch (const std::exception&) {

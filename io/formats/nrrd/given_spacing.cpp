@@ -142,7 +142,7 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
   const bool is_same = agrees(before, given);
   if (!is_same && !given.overrides)
     throw UsageError(
-        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or give {} to replace what "
+        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or use {} to replace what "
                  "the file states",
                  {volume.name(), in_words(before), Setting{"spacing", "the given spacing"}, text,
                   Setting{"override-spacing", "a spacing that overrides it"}}});
@@ -155,9 +155,9 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
     std::string warning =
         fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
     if (!text_of_key(fields, "slice_positions").empty())
-      warning += "; the positions of its slices, which contradict it, are left out";
+      warning += "; the positions of its slices contradict the new spacing, and are left out";
     if (before.has_origin && !given.unit.empty() && !has_known_units(before))
-      warning += fmt::format("; its origin has no known unit, and is taken for {}", given.unit);
+      warning += fmt::format("; the unit of its origin is unknown, so {} is assumed", given.unit);
     volume.add_warning(std::move(warning));
   }
   std::string lines = lines_with(after, fields, pairs, is_same);

@@ -109,7 +109,7 @@ std::string advice_of_header_beside(const std::string& path) {
       FileBytes file(header);
       const std::string_view beginning = file.peek(most_bytes_of_others);
       if (const OtherFormat* other = other_format_of(beginning, header))
-        return fmt::format("{} beside it {}", header, text_of(about_other_format(*other, beginning, {})));
+        return fmt::format("{} next to it {}", header, text_of(about_other_format(*other, beginning, {})));
       continue;
     }
     try {
@@ -120,7 +120,7 @@ std::string advice_of_header_beside(const std::string& path) {
     } catch (const UsageError&) {
       return header + " describes its samples, of several volumes; give that file";
     } catch (const Error& error) {
-      return fmt::format("{} beside it cannot be read: {}", header, error.what());
+      return fmt::format("{} next to it cannot be read: {}", header, error.what());
     }
   }
   return "";

@@ -88,7 +88,7 @@ std::optional<double> distance_of(const Geometry& geometry, std::size_t axis) {
 void compare(const TextDescription& own, const TextDescription& other, SourceFacts& facts) {
   const auto say = [&](const std::string& one, const std::string& two) {
     facts.not_understood.push_back(
-        fmt::format("{} says {}, but {} says {}; the former counts", own.path, one, other.path, two));
+        fmt::format("{} states {}, but {} states {}; the former is used", own.path, one, other.path, two));
   };
   const auto size = [](const Index3& dims) {
     return fmt::format("{} x {} x {} samples", dims.x, dims.y, dims.z);

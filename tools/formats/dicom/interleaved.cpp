@@ -204,21 +204,19 @@ std::vector<std::string> doubts_of_order(const Slices& slices, const Files& file
     const std::string_view name = name_of_moment(moment);
     if (name == "FrameOfReferenceUID" && has_two_values(moment, slices, files))
       doubts.push_back(
-          "slices have different coordinate systems (FrameOfReferenceUID), so their places may not fit "
+          "slices have different coordinate systems (FrameOfReferenceUID), so their positions may not fit "
           "together");
     if (is_among(name, phase_times) ? may_alternate : !grows_from_slice_to_slice(moment))
       if (const auto parts = interleaved_by(moment, slices, files))
         doubts.push_back(
-            fmt::format("slices {} and {} lie between each other; if they are {}, this is "
-                        "not one volume",
+            fmt::format("slices {} and {} are interleaved; if they are {}, this is not one volume",
                         which_are(parts->front()), which_are(parts->back()),
                         is_among(name, phase_times) ? "phases" : "several acquisitions"));
     if (!may_alternate && is_among(name, times) && has_two_values(moment, slices, files))
       if (const auto parts = parted_by_sweep(moment, slices, files);
           parts && parts->size() > 1 && are_interleaved(*parts, slices, files))
         doubts.push_back(fmt::format(
-            "slices of {} {} and of {} lie between each other; if they are two acquisitions, this is not "
-            "one volume",
+            "slices of {} {} and of {} are interleaved; if they are two acquisitions, this is not one volume",
             name, (*parts)[0].told_by, (*parts)[1].told_by));
   }
   return doubts;

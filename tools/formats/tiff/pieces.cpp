@@ -151,16 +151,14 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
   const FloatOrder order = float_order_of({out, page.bytes()}, page.type);
   if (order == FloatOrder::swapped)
     fail(
-        "the bytes of its samples are swapped: the program that wrote it has the fault of libtiff 4.5, which "
-        "does so in big-endian files with a predictor of floats (Predictor 3); write it again, without that "
-        "predictor or little-endian");
+        "the bytes of its samples are swapped: it was written with a bug of libtiff 4.5 that swaps them in "
+        "big-endian files with a predictor of floats (Predictor 3); write it again, without that predictor "
+        "or little-endian");
   if (order == FloatOrder::unclear)
     remarks_.miss(
-        "the bytes of its samples may be swapped, as libtiff 4.5 does in big-endian files with a predictor "
-        "of "
-        "floats (Predictor 3): in both byte orders, many of its numbers are very large or very small; they "
-        "are "
-        "read as the standard says");
+        "the bytes of its samples may be swapped by a bug of libtiff 4.5 in big-endian files with a "
+        "predictor of floats (Predictor 3): in both byte orders, many of its numbers are very large or very "
+        "small; they are read as the standard states; check the values");
 }
 
 /// Fails because a strip or tile cannot be read.

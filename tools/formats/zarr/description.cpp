@@ -99,7 +99,7 @@ class Describing {
       const double length = unit && other ? converted(scale.spacing[i], *unit, *other) : scale.spacing[i];
       if (std::abs(length - header.spacing[i]) <= rounding * std::abs(length)) continue;
       volume_.warnings.push_back(fmt::format(
-          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI says {}; the header counts",
+          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI states {}; the header is used",
           store_.path(), length, "xyz"[i], header.spacing[i]));
     }
   }
@@ -168,8 +168,8 @@ class Describing {
                          kept.end());  // of equal keys, the last one counts
     if (said.has_directions || !said.space.empty())
       volume_.warnings.push_back(fmt::format(
-          "{}: OME-Zarr: the header that tagrid wrote is of another level or of other places; scale "
-          "and translation count, and its directions and coordinate system are left out",
+          "{}: OME-Zarr: the header that tagrid wrote belongs to another level or to other positions; scale "
+          "and translation are used instead, and its directions and coordinate system are left out",
           store_.path()));
   } catch (const BrokenInput&) {
     // Another program's.
@@ -182,7 +182,7 @@ class Describing {
       volume_.geometry.has_spacing = true;
       if (scale == 0)
         volume_.warnings.push_back(
-            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is not known",
+            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is unknown",
                         store_.path(), "xyz"[i]));
       else
         volume_.geometry.spacing[i] = std::abs(scale);

@@ -72,7 +72,7 @@ std::optional<Json> json_at(const ZarrStore& store, const std::string& key) {
   const std::vector<std::byte> bytes = file->all(most_metadata);
   Json json = parsed_as_python_writes({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
                                       file->bytes->name());
-  if (!json.is_object()) throw BrokenInput(file->bytes->name() + ": is no object of JSON");
+  if (!json.is_object()) throw BrokenInput(file->bytes->name() + ": is not a JSON object");
   return json;
 }
 

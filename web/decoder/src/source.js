@@ -32,14 +32,14 @@ function urlOf(given) {
     throw new TagridError("invalid-argument", `${shown}: addresses begin with http: or https:, not with ${url.protocol}; ${insteadOfFiles}`);
   // No fetch() sends them, and its error would name them.
   if (url.username || url.password)
-    throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must have no name and no password; ` +
-      "give open() the headers { Authorization: ... }");
+    throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must not contain a user name or a password; ` +
+      "pass the headers { Authorization: ... } to open()");
   return url;
 }
 
 const insteadOfFiles = isNode
-  ? "of a file of this machine, give open() the Blob of fs.openAsBlob()"
-  : "of a file of this machine, give open() a File, as from <input type=file>";
+  ? "for a file on this machine, pass the Blob of fs.openAsBlob() to open()"
+  : "for a file on this machine, pass a File to open(), as from <input type=file>";
 
 class BlobSource {
   #blob;
@@ -264,7 +264,7 @@ class Watch {
   inWords() {
     if (!this.#hasBegun) return `the server sent nothing of the file for ${this.timeout} ms`;
     const rate = Math.round((1000 * this.#least) / this.timeout);
-    return `the server sends less than ${rate} bytes a second; a \`timeout\` of more than ${Math.max(this.timeout, usualTimeout)} ms waits longer`;
+    return `the server sends less than ${rate} bytes per second; to wait longer, set \`timeout\` to more than ${Math.max(this.timeout, usualTimeout)} ms`;
   }
   end() {
     clearTimeout(this.#timer);

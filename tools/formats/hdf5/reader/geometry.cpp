@@ -102,10 +102,8 @@ void apply_matrix(const char* name, const std::vector<double>& matrix, Fields& f
       geometry.directions[axis][row] = matrix[3 * row + axis] * spacing_or_1(geometry, axis);
   geometry.has_directions = true;
   if (!geometry.has_spacing)
-    fields.warnings.push_back(
-        fmt::format("{}: {} turns axes, but no spacing that is read comes with it; steps of 1 are "
-                    "taken",
-                    fields.name(), name));
+    fields.warnings.push_back(fmt::format(
+        "{}: {} rotates the axes, but there is no spacing that is read; 1 is assumed", fields.name(), name));
 }
 
 /// What the attributes of the data set say.
@@ -136,14 +134,14 @@ Geometry geometry_of_attributes(Fields& fields) {
     apply_matrix("directions", d.values, fields, geometry);
     is_order_stated = true;
     fields.warnings.push_back(fmt::format(
-        "{}: directions is taken as the rows of a matrix whose columns are the directions of x, y and z",
+        "{}: directions is read as the rows of a matrix whose columns are the directions of x, y and z",
         fields.name()));
   } else if (d.is_number()) {
     if (!is_order_stated && is_rotation(d.values) && !is_symmetric(d.values))
       fields.warnings.push_back(
-          fmt::format("{}: directions is taken as the directions of x, y and z, one after the other; if it "
-                      "has the rows of a "
-                      "matrix whose columns are these directions, the axes are turned the other way",
+          fmt::format("{}: directions is read as the directions of x, y and z, one after the other; if it "
+                      "holds the rows of a matrix whose columns are these directions, the axes are rotated "
+                      "the wrong way",
                       fields.name()));
     is_order_stated = true;
     geometry.directions = three_vectors(d.values);

@@ -36,8 +36,8 @@ void say_order(const std::string& object, const std::vector<std::string>& letter
   if (!found.geometry.has_directions || letters == std::vector<std::string>{"z", "y", "x"}) return;
   found.are_axes_placed = true;
   found.warnings.push_back(fmt::format(
-      "{}: its axes are {}, the slowest one first; samples stay in this order, and directions say where the "
-      "axes lead",
+      "{}: its axes are {}, the slowest one first; samples stay in this order, and the directions describe "
+      "the axes",
       object, fmt::join(letters, ", ")));
 }
 
@@ -80,7 +80,7 @@ std::optional<Convention> openpmd_of(hid_t file, const std::string& path, const 
   Fields of_mesh(mesh, object), of_values(dataset.get(), object);
   const auto give_up = [&](const std::string& why) {
     found.warnings = of_mesh.warnings;
-    found.warnings.push_back(fmt::format("{}: {}; where samples lie is not known", object, why));
+    found.warnings.push_back(fmt::format("{}: {}; the positions of samples are unknown", object, why));
     return found;
   };
   if (const auto slope = of_values.numbers("unitSI", 1, "the values are not known in SI units", are_steps);
@@ -151,14 +151,16 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
     }
     space.units[letter] = text_attribute(of_axis.get(), "units").value_or("");
     if (text_attribute(of_axis.get(), "spacing").value_or("").starts_with("irregular"))
-      found.warnings.push_back(fmt::format(
-          "{}: samples along {} lie at unequal distances; the step is taken for all", object, "xyz"[letter]));
+      found.warnings.push_back(
+          fmt::format("{}: samples along {} lie at unequal distances; step is used for all of them", object,
+                      "xyz"[letter]));
   }
   const auto geometry = geometry_of_letters(letters, space);
   if (!geometry) {
     found.warnings.push_back(
-        fmt::format("{}: dimorder is {}, and {} does not say where samples along such axes lie", object,
-                    tagrid::quoted(order), dimensions));
+        fmt::format("{}: dimorder is {}, and {} does not describe such axes; the positions of samples are "
+                    "unknown",
+                    object, tagrid::quoted(order), dimensions));
     return found;
   }
   found.geometry = *geometry;

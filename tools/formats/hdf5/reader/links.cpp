@@ -52,12 +52,12 @@ std::string why_not_read(hid_t file, const std::string& named) {
   const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
   if (!fs::is_regular_file(target, unknown)) return "";
   if (!fs::equivalent(target.parent_path(), folder, unknown))
-    return "is in another directory, where nothing is read; give that file itself";
+    return "is in another directory, so it is not read; give that file itself";
   const std::string name = target.filename().string();
   if (name.starts_with('.')) return "is hidden, so it is not read; give that file itself";
   if (!may_be_linked_to(fs::path(own).filename().string(), name))
-    return "has not the name of an HDF5 file, so it is not read; give that file itself, or a name that ends "
-           "in .h5";
+    return "does not have the name of an HDF5 file, so it is not read; give that file itself, or let its "
+           "name end in .h5";
   return "";
 }
 

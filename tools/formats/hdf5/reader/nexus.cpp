@@ -131,8 +131,8 @@ void place_by_names(const std::string& object, const std::vector<std::string>& n
   given = *geometry;
   places.are_axes_placed = true;
   places.warnings.push_back(fmt::format(
-      "{}: its axes are {}, the slowest one first; samples stay in this order, and directions say where the "
-      "axes lead",
+      "{}: its axes are {}, the slowest one first; samples stay in this order, and the directions describe "
+      "the axes",
       object, fmt::join(names, ", ")));
 }
 
@@ -186,8 +186,8 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
     if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;
     PlacesOfAxes none;
     none.warnings.push_back(
-        fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the places of "
-                    "samples are not known",
+        fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the positions of "
+                    "samples are unknown",
                     path, group_path, tagrid::quoted(axes), sizes.size()));
     return none;
   }
