@@ -137,7 +137,8 @@ void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, 
   // What was asked for secretly is not answered openly.
   set(CURLOPT_REDIR_PROTOCOLS_STR, is_secure ? "https" : "http,https");
   set(CURLOPT_FOLLOWLOCATION, address.is_object ? 0L : 1L);
-  // Keys are no paths: "a/../b" is an object, and "../x" is none of another bucket. The path that is sent is signed.
+  // Keys are not paths: "a/../b" is the name of an object, and "../x" does not lead to another
+  // bucket. The path is signed as it is sent.
   set(CURLOPT_PATH_AS_IS, address.is_object ? 1L : 0L);
   set(CURLOPT_MAXREDIRS, 8L);
   set(CURLOPT_NOSIGNAL, 1L);

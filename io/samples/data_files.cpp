@@ -29,8 +29,8 @@ std::vector<fs::path> folders_of(const std::string& header_path) {
   return folders;
 }
 
-/// The path of a data file, and where its samples are. Of one that is beside its header by its path, only a link leads
-/// elsewhere.
+/// The path of a data file, and where its samples are. If the path is next to the header, the file
+/// can only be elsewhere because of a link.
 std::string place_in_words(const std::string& path, const fs::path& file,
                            const std::vector<fs::path>& folders) {
   if (file == path) return path;

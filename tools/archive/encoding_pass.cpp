@@ -129,7 +129,8 @@ void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSou
         volume.input, change, volume.output);
 }
 
-/// True if the records say that the original of an output was removed. A line that is not a record may say so, too.
+/// True if the records say that the original of an output was removed, or if a line that cannot be
+/// read may say it.
 bool was_original_removed(const KnownOutputs& known, const std::string& output_name) {
   const KnownOutput* last = known.find(output_name);
   return (last && last->state == KnownOutput::State::removed) || !known.possibly_newer(output_name).empty();

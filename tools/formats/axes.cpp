@@ -12,8 +12,8 @@
 namespace tagrid {
 namespace {
 
-/// Places that are off their even line by less, relative to a step, are on it. Steps alone would not do: small differences
-/// of many steps add up.
+/// Positions count as evenly spaced if they deviate from a straight line by less than this part of
+/// a step. Comparing steps would not be enough, because small differences of many steps add up.
 constexpr double same_place = 0.01;
 /// Longer lists of places are not kept as a pair.
 constexpr std::size_t most_kept = 1 << 14;

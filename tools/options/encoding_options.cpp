@@ -105,8 +105,8 @@ std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const Encode
   return warnings;
 }
 
-// What is missing of the distances between samples, and how to give it; "" if nothing is. The example has what
-// is known, because another spacing than that is refused.
+// Which distances between samples are missing, and how to add them; "" if none is. The example
+// contains the known distances, because --spacing must agree with them.
 std::string doubt_of_voxel_size(const EncodeResult& result) {
   if (result.missing_of_voxel_size.empty()) return "";
   const Geometry geometry = in_one_unit(geometry_of(result.header.nrrd_fields));
@@ -246,7 +246,7 @@ std::vector<std::string> warnings_of_encoding(const std::string& input, const En
   };
   add(doubt_of_voxel_size(result));
   for (const std::string& warning : rounded_bounds(asked, result)) add(warning);
-  // Other files have a grid as well, but few users ask for a mesh: that command warns.
+  // Other files have a grid as well, but few users need a mesh; the commands that make one warn.
   const bool is_chosen = asked.range || asked.range_from_data || asked.field_scale;
   if (result.header.parameters.mode == FileMode::grid && !is_chosen)
     add(doubt_of_range(result.header, result.index.total));

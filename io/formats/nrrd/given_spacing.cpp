@@ -72,7 +72,8 @@ bool has_known_units(const Geometry& geometry) {
          });
 }
 
-/// The geometry in the given unit as far as units are known, with the given distances. The origin keeps its place.
+/// The geometry with the given distances, in the given unit as far as units are known. The origin
+/// stays where it is.
 Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
   const bool is_converted = !given.unit.empty() && has_known_units(before);
   Geometry geometry = is_converted ? in_unit(before, given.unit) : before;
@@ -87,8 +88,8 @@ Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
   return geometry;
 }
 
-/// The lines of this geometry and these pairs, and all others of `nrrd_fields`. Positions of slices stay if
-/// `keeps_positions`.
+/// The lines of this geometry and these pairs, and all other lines of `nrrd_fields`. Positions of
+/// slices are kept if `keeps_positions`.
 std::string lines_with(const Geometry& geometry, std::string_view nrrd_fields, const KeyValues& pairs,
                        bool keeps_positions) {
   std::vector<std::string_view> fields = {"spacings", "units", "axis mins", "axis maxs"}, keys;

@@ -65,8 +65,8 @@ ReaderOptions options_of(const SourceDescription& source) {
   return options;
 }
 
-/// A volume that a program reads: of a format whose files usually come without a voxel size, or from instruments that
-/// should state one.
+/// A volume that a program reads. Its format is one whose files often lack a voxel size, or come
+/// from instruments that should state one.
 std::unique_ptr<VolumeSource> open_way(const Way& way, const std::string& path,
                                        const SourceDescription& source) {
   auto volume = open_with_reader(way.program, path, options_of(source), source.reader_memory);
@@ -266,7 +266,7 @@ BrokenInput no_files_in(const std::string& folder) {
                               {folder, Setting{"find", "a search"}}});
 }
 
-/// A directory whose first files are no slices. `first` is one of them.
+/// The error for a directory whose first files are not slices. `first` is one of them.
 BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
   if (status_of(first)) {
     FileBytes file(first);

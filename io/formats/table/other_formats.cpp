@@ -30,8 +30,8 @@ std::uint32_t big_endian_at(std::string_view b, std::size_t at) {
   return number;
 }
 
-/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
-/// programs leave out, or a number of axes and bits that samples may have.
+/// A header of Analyze 7.5 has no magic number. It is recognized by its size, together with the
+/// letter "r" (regular), which some programs leave out, or with plausible numbers of axes and bits.
 bool begins_analyze(std::string_view b) {
   const bool is_little = b.starts_with("\x5c\1\0\0"sv);
   if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;

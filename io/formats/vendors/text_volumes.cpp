@@ -57,8 +57,8 @@ std::optional<OtherDescription> read_other(const Kind& kind, const std::string& 
   }
 }
 
-/// The description of the other kind of the same samples, in their directory. One that cannot be read belongs
-/// to them if it has their name.
+/// The description of the same samples in the other format, in their directory. One that cannot be
+/// read is assumed to describe them if it has their name.
 std::optional<OtherDescription> other_description(const Kind& kind, const std::string& data_path) {
   const fs::path data = data_path, folder = data.parent_path();
   if (const auto status = status_of(folder.empty() ? "." : folder.string());

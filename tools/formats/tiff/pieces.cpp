@@ -146,7 +146,7 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
     read_strips(page, out);
   // libtiff fills what is missing of a JPEG stream, or of a line of a fax, and only warns.
   if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
-  // What the standard says, and what libtiff reads, is not what libtiff writes.
+  // libtiff reads what the standard states, but writes something else.
   if (!page.may_be_swapped) return;
   const FloatOrder order = float_order_of({out, page.bytes()}, page.type);
   if (order == FloatOrder::swapped)

@@ -90,7 +90,7 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
   return pages;
 }
 
-/// ImageJ saves a stack as channels or frames if nothing told it that these are slices.
+/// ImageJ saves a stack as channels or frames if it was not told that they are slices.
 ImageJ with_slices(ImageJ image_j, TiffRemarks& remarks) {
   constexpr std::int64_t most = 8;  // channels that ImageJ can give a color each
   const auto become_slices = [&](std::int64_t& count, const char* what) {

@@ -64,7 +64,8 @@ class Describing {
   }
 
  private:
-  /// The position by what stands beside the array: OME-Zarr has no directions, which the header of NIfTI has.
+  /// The geometry that is stored next to the array. OME-Zarr has no directions, but the header of
+  /// NIfTI has them.
   void look_beside() {
     std::string why_not;
     const auto nifti = nifti_header_of(store_, image_, volume_.dims, why_not);
@@ -146,8 +147,8 @@ class Describing {
                               : text_at(image_.array.attributes, name);
   }
 
-  /// True if samples are where the header lines that tagrid keeps in its files put them. False for levels that
-  /// are not the finest one, and if somebody changed the places.
+  /// True if the positions of samples are those in the header lines that tagrid keeps in its files.
+  /// False for levels that are not the finest one, and if somebody changed the positions.
   bool has_places_of(const std::string& header) const try {
     if (!image_.is_finest) return false;
     const Geometry said = in_one_unit(volume_info(volume_.dims, volume_.type, header).geometry);
@@ -175,7 +176,8 @@ class Describing {
     // Another program's.
   }
 
-  /// A negative scale mirrors the volume, which directions can say. A scale of 0 says nothing.
+  /// A negative scale mirrors the volume, which directions can express. A scale of 0 is treated as
+  /// unknown.
   void set_spacing() {
     for (std::size_t i = 0; i < 3; ++i) {
       const double scale = space_[i] ? image_.axes[*space_[i]].scale : Geometry::unknown;

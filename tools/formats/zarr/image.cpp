@@ -19,7 +19,7 @@
 namespace tagrid {
 namespace {
 
-/// What a search looks at before it refuses: a hostile store can have any number of folders in each other.
+/// The limits of a search: a hostile store can have any number of nested folders.
 constexpr std::size_t most_nodes = 100'000, deepest = 64;
 constexpr std::size_t most_named = 3;
 
@@ -31,7 +31,7 @@ const Json& multiscales_of(const Json& attributes) {
   return none;
 }
 
-/// The paths of levels, as keys have them; "" for one that is no path in the store.
+/// The paths of levels, in the form of keys; "" for a path that is not in the store.
 std::vector<std::string> levels_of(const Json& multiscale) {
   std::vector<std::string> paths;
   const Json& datasets = member(multiscale, "datasets");

@@ -113,7 +113,7 @@ class ZarrVolume final : public ServedVolume {
     return box;
   }
 
-  /// Says how many chunks are missing: they may be so on purpose, or be lost.
+  /// Reports how many chunks are missing: they may never have been written, or may be lost.
   void count_missing() {
     const ZarrArray& array = image_.array;
     const PieceBox box = pieces_of_volume();

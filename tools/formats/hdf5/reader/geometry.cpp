@@ -94,8 +94,9 @@ bool is_symmetric(const std::vector<double>& matrix) {
   return matrix[1] == matrix[3] && matrix[2] == matrix[6] && matrix[5] == matrix[7];
 }
 
-/// As image libraries have it: the rows of a matrix, whose columns are the directions of axes. tagrid's own attribute
-/// `directions` has the vectors of axes, as long as the spacing, instead.
+/// Applies a matrix as image libraries store it, row by row; its columns are the directions of
+/// axes. tagrid's own attribute `directions` is different: it has the vectors of the axes, which
+/// are as long as the spacing.
 void apply_matrix(const char* name, const std::vector<double>& matrix, Fields& fields, Geometry& geometry) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t row = 0; row < 3; ++row)

@@ -42,8 +42,8 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// Why nothing is read from the file that a link names, although it is there; "" if that is not so. The sandbox hides
-/// what such a file holds, but not that it is there.
+/// Why a file that a link names is not read although it exists; "" if there is no such reason. The
+/// sandbox hides the content of such a file, but not that it exists.
 std::string why_not_read(hid_t file, const std::string& named) {
   if (named.empty()) return "";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
