@@ -30,7 +30,7 @@ function urlOf(given) {
   }
   if (!["http:", "https:", "blob:", "data:"].includes(url.protocol))
     throw new TagridError("invalid-argument", `${shown}: addresses begin with http: or https:, not with ${url.protocol}; ${insteadOfFiles}`);
-  // No fetch() sends them, and its error would name them.
+  // fetch() does not send them, and its error would show them.
   if (url.username || url.password)
     throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must not contain a user name or a password; ` +
       "pass the headers { Authorization: ... } to open()");
@@ -204,14 +204,14 @@ export function within(pieces, offset, length) {
   return piece && piece.bytes.subarray(offset - piece.offset, offset - piece.offset + length);
 }
 
-// A server must send so many bytes a second, on average over the time of `timeout`; with a longer one than usual, fewer.
+// The bytes per second that a server must send, on average over `timeout`. A longer timeout than usual lowers this rate.
 const leastRate = 4096;
 const usualTimeout = 30000;
 
 /**
- * Ends a request that the caller ends, or whose server does not begin to send the file, or sends too little of it, in
- * some time. A limit on silence alone would not end: who sends a byte now and then is never silent. A request without
- * an answer is not late while other ones receive the file: browsers let only some requests to a server pass at a time.
+ * Ends a request if the caller aborts it, or if the server does not begin to send the file in time, or sends it too
+ * slowly. A limit on silence alone would not be enough, because a server that sends a byte now and then is never silent.
+ * A request without an answer is not late while others receive the file: browsers send only some requests at a time.
  */
 class Watch {
   #controller = new AbortController();

@@ -6,7 +6,7 @@ import { arePerpendicular, axesOf } from "./sides.js";
 /**
  * What views need of a geometry: `unit`, the name of the unit of all lengths; `steps`, the distances of samples in it
  * (1 where it is not known); `factors`, which turn lengths of the file along each axis into it; `axes` (see sides.js);
- * `slices`, the positions of unevenly spaced ones; and `notes`, sentences of what pictures do not show.
+ * `slices`, the positions of unevenly spaced ones; and `notes`, sentences about what pictures do not show.
  */
 export function placesOf(volume) {
   const { spacing, directions } = volume.geometry;

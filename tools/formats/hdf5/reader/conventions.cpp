@@ -114,8 +114,8 @@ std::optional<Convention> chimera_of(hid_t file, const std::string& path, const 
   Convention found;
   found.known = {"step", "origin"};
   Fields fields(group.get(), fmt::format("{}: HDF5 file (Chimera): {}", path, name));
-  const auto step = fields.numbers("step", 3, "the spacing is not known", are_steps);
-  const auto origin = fields.numbers("origin", 3, "the origin is not known");
+  const auto step = fields.numbers("step", 3, "the spacing is unknown", are_steps);
+  const auto origin = fields.numbers("origin", 3, "the origin is unknown");
   if (step.is_number()) {
     std::ranges::copy(step.values, found.geometry.spacing.begin());
     found.geometry.has_spacing = true;
@@ -145,7 +145,7 @@ std::optional<Convention> eman_of(hid_t file, const std::string& path, const std
   Fields fields(group.get(), fmt::format("{}: HDF5 file (EMAN): {}", path, name));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string attribute = fmt::format("EMAN.apix_{}", "xyz"[axis]);
-    const auto step = fields.numbers(attribute, 1, "the spacing is not known", are_steps);
+    const auto step = fields.numbers(attribute, 1, "the spacing is unknown", are_steps);
     found.known.push_back(attribute);
     if (!step.is_number()) continue;
     found.geometry.spacing[axis] = step.values[0];
@@ -164,8 +164,8 @@ std::optional<Convention> cremi_of(hid_t file, const std::string& path, const st
   Convention found;
   found.known = {"resolution", "offset"};
   Fields fields(dataset.get(), fmt::format("{}: HDF5 file (CREMI): {}", path, name));
-  const auto size = fields.numbers("resolution", 3, "the spacing is not known", are_steps);
-  const auto offset = fields.numbers("offset", 3, "the origin is not known");
+  const auto size = fields.numbers("resolution", 3, "the spacing is unknown", are_steps);
+  const auto offset = fields.numbers("offset", 3, "the origin is unknown");
   found.warnings = fields.warnings;
   if (!size.is_number()) return found;
   std::ranges::reverse_copy(size.values, found.geometry.spacing.begin());

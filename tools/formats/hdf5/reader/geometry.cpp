@@ -115,7 +115,7 @@ Geometry geometry_of_attributes(Fields& fields) {
       fields.has(hdf5_header_attribute) || fields.has("spacing_units") || fields.has("space");
   const auto spacing = fields.numbers("spacing", 3, no_spacing, are_spacings);
   const auto size = fields.numbers("element_size_um", 3, no_spacing, are_steps);
-  const std::string unit = fields.text("spacing_units", "the unit is not known");
+  const std::string unit = fields.text("spacing_units", "the unit is unknown");
   if (spacing.is_number()) {
     std::ranges::copy(spacing.values, geometry.spacing.begin());
     geometry.units = units_of(unit);
@@ -125,8 +125,8 @@ Geometry geometry_of_attributes(Fields& fields) {
     geometry.has_spacing = true;
     geometry.units.fill("um");
   }
-  const auto matrix = fields.numbers("direction", 9, "the directions are not known", are_directions);
-  const auto d = fields.numbers("directions", 9, "the directions are not known", are_directions);
+  const auto matrix = fields.numbers("direction", 9, "the directions are unknown", are_directions);
+  const auto d = fields.numbers("directions", 9, "the directions are unknown", are_directions);
   const bool has_units_of_length = std::ranges::all_of(spacing.values, [](double one) { return one == 1; });
   if (matrix.is_number()) {
     apply_matrix("direction", matrix.values, fields, geometry);
@@ -158,7 +158,7 @@ Geometry geometry_of_attributes(Fields& fields) {
                         fields.name(), "xyz"[axis], given, length));
     }
   }
-  if (const auto origin = fields.numbers("origin", 3, "the origin is not known"); origin.is_number()) {
+  if (const auto origin = fields.numbers("origin", 3, "the origin is unknown"); origin.is_number()) {
     std::ranges::copy(origin.values, geometry.origin.begin());
     geometry.has_origin = true;
   }
@@ -169,7 +169,7 @@ Geometry geometry_of_attributes(Fields& fields) {
     fields.warnings.push_back(about_assumed_order(fields.name(), "spacing"));
   if (!is_order_stated && geometry.has_origin && geometry.origin[0] != geometry.origin[2])
     fields.warnings.push_back(about_assumed_order(fields.name(), "origin"));
-  geometry.space = fields.text("space", "the coordinate system is not known");
+  geometry.space = fields.text("space", "the coordinate system is unknown");
   return geometry;
 }
 
@@ -208,7 +208,7 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
   if (!is_vtkhdf_array(name) || vtkhdf_type(file) != "ImageData") return std::nullopt;
   const bool at_cells = absolute(name).starts_with(cell_data);
   const Hdf5Handle group = opened_root(file);
-  constexpr const char* unknown = "where samples lie is not known";
+  constexpr const char* unknown = "the positions of samples are unknown";
   const std::string where = fmt::format("{}: VTKHDF file", path);
   Fields fields(group.get(), where);
   const auto extent = fields.numbers("WholeExtent", 6, unknown),
