@@ -424,7 +424,7 @@ class Odd(ReaderTest):
             def write(file):
                 file["link"] = h5py.ExternalLink(name, "/data")
             self.make(write, f"a{number}.h5")
-            self.assert_refused(65, "another directory, where nothing is read; give that file itself", "encode",
+            self.assert_refused(65, "another directory, so it is not read; give that file itself", "encode",
                                 f"a{number}.h5", "--dataset", "link")
         self.encodes(volume(), "far/b.h5", "--dataset", "data")
 

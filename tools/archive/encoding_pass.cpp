@@ -83,7 +83,7 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 UsageError only_copy(const Volume& volume, const std::string& why) {
   return usage_error(
       "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
-      "original ({}); choose another name (output=NAME), or bring the original back with tagrid restore "
+      "original ({}); choose another name (output=NAME), or restore the original with tagrid restore "
       "--records DIR -f, and give the options of its encoding",
       volume.output, volume.input, why);
 }

@@ -23,10 +23,11 @@ CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::s
     option->check(CLI::Validator(
         [](const std::string& given) {
           if (is_unknown_address(given)) return about_unknown_address(given);
-          return is_address(given) ? shown_address(given) +
-                                         ": is an address, but only INPUT can be one; give the path of a "
-                                         "file on this machine"
-                                   : std::string();
+          return is_address(given)
+                     ? shown_address(given) +
+                           ": is an address, but only INPUT can be one; download it first, or give a "
+                           "path on this machine"
+                     : std::string();
         },
         ""));
   return option;
