@@ -94,8 +94,8 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
     if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
         other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
       throw usage_error(
-          "{}: may also belong to {}, which cannot be opened ({}); it is kept; repair that volume, or delete "
-          "it and its line in the list",
+          "{}: may also belong to {}, which cannot be opened ({}); it is kept; repair that volume or, if "
+          "nobody needs it, remove its header and its line in the list",
           file, other.input, other.why);
 }
 
