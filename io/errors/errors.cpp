@@ -22,9 +22,8 @@ std::string_view advice(int error_number) {
     case EACCES:
     case EPERM:
       if (is_confined)
-        return "; check the permissions of the file and its directory; if they are right, the sandbox keeps "
-               "it from "
-               "the reader (TAGRID_SANDBOX=off allows it)";
+        return "; check the permissions of the file and its directory; if they are right, the sandbox of the "
+               "reader blocks it (TAGRID_SANDBOX=off allows it)";
       return "; check the permissions of the file and its directory";
     case EROFS:
       return "; choose another directory, or make this one writable";

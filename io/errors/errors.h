@@ -30,7 +30,7 @@ enum class Problem : std::uint8_t {
   mesh_fills_no_space,  ///< the volume is a slice
   no_source_files,      ///< a .tag file has no envelope
   slices_missing,       ///< by the numbers in the names of files, slices are missing
-  data_outside,         ///< a header names a file outside of its directory
+  data_outside,         ///< a header names a file outside its directory
   program_memory,       ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,            ///< a caller of the library asked to stop
   newer_format,         ///< the file is not damaged, but of a newer version of the format
@@ -177,8 +177,8 @@ class MemoryLimit : public UsageError {
 /// do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
 
-/// From now on, world_error() says that the sandbox may be why a permission is missing. For a process that confines
-/// itself.
+/// For a process that confines itself: from now on, world_error() names the sandbox as a possible
+/// reason for a missing permission.
 void blame_sandbox_for_permissions();
 
 /// What an exception means to the person who started the program.

@@ -39,7 +39,7 @@ class ByteStream {
 class FileSource : public ByteSource {
  public:
   /// Opens a file, or the standard input for "-", from its position on. Throws WorldError, and
-  /// BrokenInput for a link that leads nowhere.
+  /// BrokenInput for a broken symbolic link.
   explicit FileSource(const std::string& path);
 
   std::uint64_t size() const override { return size_; }
@@ -77,7 +77,7 @@ class SourceStream : public ByteStream {
 /// An open file or pipe. Every failure to read is a WorldError that names the file.
 class FileBytes : public ByteStream {
  public:
-  /// Opens a file, or standard input for "-". Throws BrokenInput for a link that leads nowhere.
+  /// Opens a file, or standard input for "-". Throws BrokenInput for a broken symbolic link.
   explicit FileBytes(const std::string& path);
   /// Takes an open regular file and starts at its beginning; `name` is for messages.
   FileBytes(int descriptor, const std::string& name);

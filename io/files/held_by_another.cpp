@@ -18,7 +18,8 @@ std::string this_process() {
   return fmt::format("process {} on {}", getpid(), host.data());
 }
 
-/// "another run", or what the holder wrote of itself. Anybody may have written that, so it is short and in one line.
+/// "another run", or what the holder wrote about itself. Anybody may have written the file, so only
+/// one short line of it is used.
 std::string words_of_holder(const std::string& name) {
   const Descriptor file =
       uninterrupted([&] { return open(name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
@@ -42,7 +43,7 @@ HeldFile::HeldFile(int descriptor, const std::string& path) {
   const Descriptor file = uninterrupted(
       [&] { return open(holder.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644); });
   holder_ = holder;
-  // Without it, others do not learn who holds the file; that is all.
+  // If this fails, the only loss is that others do not learn who holds the file.
   const std::string text = this_process() + "\n";
   if (file >= 0 && write(file, text.data(), text.size()) < 0) errno = 0;
 }

@@ -8,14 +8,16 @@
 
 namespace tagrid {
 
-/// Another run holds a file that this one needs; the same command works when that run has ended. Exit code 75.
+/// Another run holds a file that this run needs. The same command works once that run has ended.
+/// Exit code 75.
 class HeldByAnother : public WorldError {
  public:
   using WorldError::WorldError;
 };
 
-/// A file that one process at a time holds, until the end of this object. Others learn who holds it from a hidden file
-/// `.NAME.holder` beside it, which the destructor removes; a killed process leaves it, but does not hold the file.
+/// A file that only one process at a time can hold, as long as this object exists. Others learn who
+/// holds it from a hidden file `.NAME.holder` beside it, which the destructor removes; a killed
+/// process leaves it, but does not hold the file.
 class HeldFile {
  public:
   HeldFile() = default;

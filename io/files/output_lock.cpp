@@ -12,7 +12,8 @@
 namespace tagrid {
 namespace {
 
-/// If another user left the file, and not the right to write to it, it can still be locked on a local file system.
+/// If another user left the file, and this process may not write to it, it can still be locked on a
+/// local file system.
 Descriptor opened(const std::string& name) {
   constexpr int flags = O_CLOEXEC | O_NOFOLLOW;
   Descriptor file = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | flags, 0666); });
@@ -32,9 +33,10 @@ bool is_locked(int file, const std::string& name) {
   throw world_error("cannot lock", name, errno);
 }
 
-/// True if the file has the name: the process that held the lock before removed the one that had it. Opened again,
-/// because a network file system may remember for a while which file had a name. Throws UsageError for a file with
-/// content, which is no lock, and WorldError.
+/// True if the open file still has this name: the process that held the lock before may have
+/// removed it. The name is opened again, because a network file system may report for a while which
+/// file had it before. Throws UsageError for a file with content, which is not a lock, and
+/// WorldError.
 bool has_name(int file, const std::string& name) {
   const Descriptor named = opened(name);
   struct stat ours = {}, found = {};
@@ -43,7 +45,8 @@ bool has_name(int file, const std::string& name) {
     unlink(name.c_str());  // nothing was created but this
     throw world_error("cannot open the lock", name, error);
   }
-  if (ours.st_size > 0) throw UsageError(name + ": has the name of a lock and is another file; rename it");
+  if (ours.st_size > 0)
+    throw UsageError(name + ": has the name that tagrid needs for a lock, but is another file; rename it");
   return ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
 }
 

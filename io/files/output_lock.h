@@ -1,9 +1,9 @@
-// One process at a time gives a file its name, or removes the only other copy of what it holds.
+// Lets only one process at a time give a file its name, or remove what that file replaces.
 //
-// A run that removes originals proves first that a .tag file replaces them. Another run may give that name to another
-// file in the meantime. So whoever renames or removes one of the two holds the lock of the .tag file, looks once more
-// whether both are what it saw, and acts only then. The lock is held for an instant, never while a file is encoded or
-// verified.
+// A run that removes originals first verifies that a .tag file replaces them. In the meantime,
+// another run may give that name to another file. So whoever renames or removes one of the two
+// locks the .tag file, checks once more that both are the files that were verified, and only then
+// acts. The lock is held for a moment, never while a file is encoded or verified.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace tagrid {
 
-/// The lock of one output: that of the hidden file `.NAME.lock` beside it, because a lock on the output itself would
-/// stay with the older file when a new one gets the name. The destructor removes the file. A killed process leaves it,
-/// but not the lock; the next process that locks the output removes the file. On file systems without locks it holds
-/// nothing.
+/// The lock of one output: that of the hidden file `.NAME.lock` beside it, because a lock on the
+/// output itself would stay with the older file when a new one gets the name. The destructor
+/// removes the file. A killed process leaves it, but not the lock; the next process that locks the
+/// output removes the file. On file systems without locks, it locks nothing.
 class OutputLock {
  public:
   /// Waits until no other process holds the lock of the output `path`. Throws WorldError. REQUIRES: `path` is not a

@@ -41,8 +41,8 @@ bool is_dead_link(const std::string& path) {
 }
 
 BrokenInput dead_link(const std::string& path) {
-  return BrokenInput(
-      path + ": is a link that leads nowhere; its content may have to be fetched first (git annex get)");
+  return BrokenInput(path +
+                     ": is a broken symbolic link; its content may have to be fetched first (git annex get)");
 }
 
 bool lock_now(int descriptor) {

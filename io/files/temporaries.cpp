@@ -144,7 +144,8 @@ bool remove_if_abandoned(const std::string& path, bool folders) {
   return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
 }
 
-/// Removes the lock of an output if no process holds it; see OutputLock. A file with content is not one.
+/// Removes the lock of an output if no process holds it; see OutputLock. A file with content is not
+/// a lock.
 void remove_abandoned_lock(const std::string& output) {
   const std::string lock = hidden_beside(output, ".lock");
   if (const auto status = status_of_name(lock); status && S_ISREG(status->st_mode) && status->st_size == 0)
@@ -301,7 +302,7 @@ bool hold_temporary(int descriptor) {
   return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
 }
 
-/// Also removes the locks of outputs that no process holds; these are empty, and not counted.
+/// Also removes the locks of outputs if no process holds them; these are empty, and not counted.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs) {
   return remove_abandoned(outputs, false);
 }

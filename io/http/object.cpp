@@ -60,8 +60,8 @@ Wrong too_slow(std::size_t bytes, const Patience& patience) {
                         seconds),
             true};
   return {
-      fmt::format("the server does not answer in time: it sends less than {} bytes a second; a "
-                  "TAGRID_HTTP_TIMEOUT of more than {} seconds waits longer",
+      fmt::format("the server does not answer in time: it sends less than {} bytes per second; to wait "
+                  "longer, set TAGRID_HTTP_TIMEOUT to more than {} seconds",
                   patience.bytes / static_cast<std::uint64_t>(seconds), std::max<std::int64_t>(seconds, 30)),
       true};
 }
@@ -137,7 +137,8 @@ void set_options(const CurlLibrary& curl, CURL* handle, const Address& address, 
   // What was asked for secretly is not answered openly.
   set(CURLOPT_REDIR_PROTOCOLS_STR, is_secure ? "https" : "http,https");
   set(CURLOPT_FOLLOWLOCATION, address.is_object ? 0L : 1L);
-  // Keys are no paths: "a/../b" is an object, and "../x" is none of another bucket. The path that is sent is signed.
+  // Keys are not paths: "a/../b" is the name of an object, and "../x" does not lead to another
+  // bucket. The path is signed as it is sent.
   set(CURLOPT_PATH_AS_IS, address.is_object ? 1L : 0L);
   set(CURLOPT_MAXREDIRS, 8L);
   set(CURLOPT_NOSIGNAL, 1L);

@@ -39,8 +39,8 @@ std::string declare_address(const std::string& text) {
     if (const auto [known, is_new] = urls.emplace(address.name, address.url);
         !is_new && known->second != address.url)
       throw UsageError(address.name +
-                       ": two addresses differ only in what is not shown of them, such as what follows a "
-                       "question mark; give one of them at a time");
+                       ": two addresses differ only in parts that are not shown, such as the part after a "
+                       "question mark; give only one of them in a run");
   }
   declare_source(address.name, memory_of_curl + ReadAhead::kept_bytes + first_bytes,
                  [address] { return open_address(address); });

@@ -1,5 +1,5 @@
-// How long a server is waited for. A limit on silence alone would not end: a server that sends a byte now and then is
-// never silent.
+// How long to wait for a server. A limit on silence alone would not be enough, because a server
+// that sends a byte now and then is never silent.
 #pragma once
 
 #include <chrono>
@@ -8,29 +8,32 @@
 
 namespace tagrid {
 
-/// What a server must do: begin to send the file within `seconds`, and then send `bytes` in each such time.
+/// What a server must do: begin to send the file within `seconds`, and then send `bytes` in every
+/// interval of `seconds`.
 struct Patience {
   std::chrono::seconds seconds{30};
   std::uint64_t bytes = 0;
 };
 
-/// TAGRID_HTTP_TIMEOUT seconds, 30 by default, and 4096 bytes for each of them, at most for 30: more seconds allow a
-/// slower server. Throws UsageError.
+/// TAGRID_HTTP_TIMEOUT seconds, 30 by default, and 4096 bytes for each of them, but for at most 30
+/// of them. A longer time therefore allows a slower server. Throws UsageError.
 Patience patience_with_servers();
 
-/// One request. The time of redirections and headers counts, so none of them can be without end.
+/// One request. Time spent on redirections and headers is included, so that neither can go on
+/// forever.
 class Waiting {
  public:
   using Clock = std::chrono::steady_clock;
   Waiting(const Patience& patience, Clock::time_point now) : patience_(patience), begin_(now) {}
 
-  /// `bytes` of the file have arrived. `at_once`: requests that share the connection to this server, each of which
-  /// must send its part of what one must. True if the server is given up.
+  /// `bytes` of the file have arrived. `at_once`: the number of requests that share the connection
+  /// to this server; each must receive its share of the bytes of one. Returns true if the request
+  /// should fail.
   bool is_over(std::size_t bytes, std::size_t at_once, Clock::time_point now);
 
  private:
   Patience patience_;
-  Clock::time_point begin_;  ///< of the request, or of the present time of `seconds`
+  Clock::time_point begin_;  ///< of the request, or of the current interval
   std::size_t before_ = 0;   ///< bytes that had arrived then
   bool has_begun_ = false;   ///< to send the file
   std::size_t most_at_once_ = 1;

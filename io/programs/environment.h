@@ -6,9 +6,10 @@
 
 namespace tagrid {
 
-/// What such programs are started with, each as NAME=VALUE: what they need to start, to find their parts and to write
-/// temporary files, and LC_ALL=C. Other variables of this process, such as keys of clouds and tokens, are no business
-/// of a program that opens untrusted files. docs/readers.md lists them.
+/// The variables with which such programs are started, each as NAME=VALUE: those that they need to
+/// start, to find their parts and to write temporary files, and LC_ALL=C. docs/readers.md lists
+/// them. Other variables of this process, such as cloud keys and tokens, are not passed on, because
+/// these programs open untrusted files.
 std::vector<std::string> environment_of_programs();
 
 }  // namespace tagrid

@@ -29,8 +29,8 @@ std::vector<fs::path> folders_of(const std::string& header_path) {
   return folders;
 }
 
-/// The path of a data file, and where its samples are. Of one that is beside its header by its path, only a link leads
-/// elsewhere.
+/// The path of a data file, and where its samples are. If the path is next to the header, the file
+/// can only be elsewhere because of a link.
 std::string place_in_words(const std::string& path, const fs::path& file,
                            const std::vector<fs::path>& folders) {
   if (file == path) return path;
@@ -63,7 +63,7 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   }
   if (count == 0) return;
   const std::string text =
-      fmt::format("{}: its samples are in {}, outside of its directory", shown_input(header_path), first);
+      fmt::format("{}: its samples are in {}, outside its directory", shown_input(header_path), first);
   if (!outside_ok) throw BrokenInput(text, Problem::data_outside);
   warnings.push_back(count == 1 ? text : fmt::format("{}, and in {} more such files", text, count - 1));
 }

@@ -13,11 +13,11 @@ namespace tagrid {
 /// The path of a file that a header names: relative to the folder of the header ("-": the current folder).
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file);
 
-/// Checks that the files at `data_paths` lie in the folder of the header or below it: otherwise, a header from
-/// somebody else could put any file of this machine into a .tag file. Links are followed, and the folder of
-/// the header is also that of the file to which a link leads. Throws BrokenInput (Problem::data_outside) for
-/// the first file that lies elsewhere; with `outside_ok`, adds a warning that names it instead. Only
-/// regular files are checked; open_data_file() refuses others.
+/// Checks that the files at `data_paths` are in the folder of the header or below it. Otherwise, a
+/// header from somebody else could copy any file of this machine into a .tag file. Links are
+/// followed; if the header is a link, the folder of its target is also accepted. Throws BrokenInput
+/// (Problem::data_outside) for the first file that is elsewhere; with `outside_ok`, adds a warning
+/// that names this file instead. Only regular files are checked; open_data_file() refuses others.
 void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,
                     bool outside_ok, std::vector<std::string>& warnings);
 

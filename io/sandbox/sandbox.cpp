@@ -45,8 +45,9 @@ void add_listed(const char* variable, std::vector<std::string>& paths) {
     if (!path.empty()) paths.emplace_back(path);
 }
 
-/// The shared libraries in the two directories above each directory of plug-ins, which find there what they need
-/// ($ORIGIN/.., as in conda). Not all of these directories: the program's own may be the home of a user.
+/// The shared libraries in the two directories above each directory of plug-ins, which find there
+/// what they need ($ORIGIN/.., as in conda). Other files in these directories stay closed, because
+/// one of them may be the home directory of a user.
 void add_libraries_of_plugins(std::vector<std::string>& paths) {
   std::vector<std::string> folders;
   add_listed("HDF5_PLUGIN_PATH", folders);

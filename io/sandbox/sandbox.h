@@ -15,24 +15,25 @@ bool sandbox_is_on();
 /// The parts of the sandbox on this machine, for users: "Landlock 7, seccomp".
 std::string sandbox_in_words();
 
-/// What a reader may open besides the file that it is given: regular files of the same directory whose names are not
+/// What a reader may open besides its source: regular files in the same directory that are not
 /// hidden.
 struct FilesBeside {
   /// True if the file called `own` may need the one called `other`. None if it is empty.
   std::function<bool(std::string_view own, std::string_view other)> may_need = {};
-  /// The reader looks for them, so it may list the directory.
+  /// True if the reader searches for these files, and must therefore be able to list the directory.
   bool are_listed = false;
   /// True if a file of this name names files anywhere below its directory.
   std::function<bool(std::string_view own)> names_a_tree = {};
 };
 
-/// Confines this process for the rest of its life, with all threads that it starts. It can then read only `path` and
-/// what is `beside` it, or all of `path` if that is a directory, the targets of links among these and, of a directory,
-/// of links behind links to directories, and what libraries need. Entries of a directory whose names are hidden are no
-/// part of a scan, except those of Zarr (.zarray). If only the directory `part` of `path` is read, links in other ones
-/// are not looked for, which would take long where many parts are read one after another. Has no effect if the sandbox
-/// is off; without Landlock (Linux 5.13), files are not protected. Throws WorldError if the system refuses. REQUIRES:
-/// this process has one thread.
+/// Confines this process for the rest of its life, with all threads that it starts. It can then
+/// read only what libraries need, `path`, and what is `beside` it. If `path` is a directory, it can
+/// read everything in it except hidden entries; those of Zarr (.zarray) can be read. If one of
+/// these files is a link, its target can also be read, and in a directory also the links in
+/// directories that its links lead to. If only the directory `part` of `path` is read, links in
+/// other directories are not followed: finding them takes long where many parts are read, each by
+/// its own process. Has no effect if the sandbox is off; without Landlock (Linux 5.13), files are
+/// not protected. Throws WorldError if the system refuses. REQUIRES: this process has one thread.
 void confine_to(const std::string& path, const FilesBeside& beside, const std::string& part = "");
 
 /// The version of Landlock, which decides what files a process can open

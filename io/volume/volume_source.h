@@ -52,8 +52,8 @@ struct SourceFacts {
   /// What the files say about the samples and the reader does not understand, a sentence each. A lossy
   /// encoding cannot replace such files, since a comparison with them would not notice what was misread.
   std::vector<std::string> not_understood = {};
-  /// What the files should state about the size of a voxel and do not, a clause: "its voxel size is not stated";
-  /// "" if nothing is missing, or if the format has no place for it.
+  /// A clause on what the files should state about the voxel size but do not, such as "its voxel
+  /// size is not stated"; "" if nothing is missing, or if the format cannot store it.
   std::string missing_of_voxel_size = "";
   /// A sentence if it is unknown how values follow from samples, because a field that says so cannot be read.
   /// A bound on values cannot be kept then. "" if it is known.
@@ -91,7 +91,8 @@ class VolumeSource {
   const std::vector<std::string>& files() const { return facts_.files; }
   std::string name() const { return facts_.shown_name(); }
   void set_name(const std::string& name) { facts_.name = name; }
-  /// Sets where samples lie: `nrrd_fields` are all lines of VolumeInfo, and `geometry` is what they say.
+  /// Sets the positions of samples: `nrrd_fields` are all lines of VolumeInfo, and `geometry` is
+  /// the geometry that they describe.
   void set_geometry(Geometry geometry, std::string nrrd_fields) {
     facts_.info.geometry = std::move(geometry);
     facts_.info.nrrd_fields = std::move(nrrd_fields);

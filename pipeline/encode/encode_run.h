@@ -79,7 +79,8 @@ class BrickStore {
   virtual Reading reading(const VolumeSource& source) const = 0;
   /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
   virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
-  /// Returns false if an earlier run has made the file: this is certain if the run left a record. Throws UsageError if an earlier run had another job.
+  /// Returns false if an earlier run has made the file: this is certain if that run left a record.
+  /// Throws UsageError if an earlier run had another job.
   virtual bool take(const EncodeJob& job, const VolumeSource& source) = 0;
   /// Encodes all bricks of the volume, or of the first one of several. Adds what that took to `result`: memory, bytes_in, times_read.
   virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;

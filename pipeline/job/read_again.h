@@ -1,4 +1,4 @@
-// Samples that are looked at before they are encoded, from sources that cannot be read in any order.
+// Reads samples before they are encoded, from sources that do not allow random access.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct SampleCopy {
 };
 using TellOfCopy = std::function<void(const SampleCopy& copy)>;
 
-/// How a source must be read before it is encoded.
+/// How a source must be readable before it is encoded.
 enum class Look {
   once,            ///< not at all, or by what the source allows
   again,           ///< from front to back, and then once more
@@ -28,13 +28,15 @@ enum class Look {
   all_rows_often,  ///< rows of bricks, many times
 };
 
-/// True if `look` needs a copy of the samples. Reader programs give any slice again, so that a copy is made only of
-/// a pipe, of a compressed stream, and if the user gives a spool for rows that are read often.
+/// True if `look` needs a copy of the samples. Reader programs can read any slice again. A copy is
+/// therefore made only for a pipe, for a compressed stream, and for rows that are read often if the
+/// user gave a spool.
 bool needs_copy(const SourceTraits& traits, Look look, const Resources& resources);
 
-/// The same volume from a copy of its samples in `folder`: the spool of `resources`, or else the usual one for temporary
-/// files. `tell` is called before. Throws WorldError if that folder lacks the room, and if it is in memory, is not one
-/// that the user named, and the copy with `besides` would exceed the limit on memory.
+/// The same volume from a copy of its samples in `folder`: the spool of `resources`, or else the
+/// usual one for temporary files. `tell` is called before. Throws WorldError if the folder does not
+/// have enough space. Also throws it if the folder is in memory and was not named by the user, and
+/// the copy and `besides` would exceed the memory limit.
 std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const std::string& folder,
                                      const Resources& resources, std::uint64_t besides,
                                      const TellOfCopy& tell);

@@ -335,7 +335,7 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   const double least = trials.of(found.max_error, 0, sampled).bits + besides;
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
   require(least <= bits,
-          {"{}: {} {} cannot be reached; the file takes about {} bits per voxel, a ratio of {}",
+          {"{}: {} {} cannot be reached; the smallest file has about {} bits per voxel, a ratio of {}",
            {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
             fmt::format("{:.4g}", bits_of_sample / least)}});
   return found;

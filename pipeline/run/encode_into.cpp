@@ -176,7 +176,8 @@ std::string about_spare_bits_of(const SourceFiles& files) {
   return "";
 }
 
-/// True if there is an output, and no record of a run: one that was killed after it had given the file its name.
+/// True if there is an output, but no record of a run: the run may have been killed after it had
+/// given the file its name.
 bool is_finished_without_record(const EncodeRun& run) {
   return run.resume && !run.overwrite && is_regular_output(run.output) && status_of(run.output) &&
          !status_of(part_folder_of(run.output) + "/run");
@@ -194,8 +195,9 @@ void require_earlier_result(const EncodeRun& run, const EncodeJob& job, const Vo
   }
 }
 
-/// Gives the file its name if the source is still there, unchanged: a run that removes originals may have verified the
-/// file that has the name now, and removed the source since. Its only copy must not be replaced.
+/// Gives the file its name if the source still exists, unchanged. Otherwise, a run that removes
+/// originals may have verified the file that now has this name, and removed the source. That file
+/// is then the only copy and must not be replaced.
 struct LockedCommit {
   std::shared_ptr<BrickStore> store;
   std::string output;
@@ -298,7 +300,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   } else if (may_be_done) {
     require_earlier_result(run, job, *volume, resources);
     result.warnings.push_back(
-        run.output + ": is there already, and is what this run would write; it was compared with the input");
+        run.output + ": already exists, and is what this run would write; it was compared with the input");
   }
   store->finish(result);
   return {std::move(result),

@@ -37,9 +37,10 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const UnchangedFiles& files, const Resources& resources);
 
-/// Throws BrokenInput unless the output of `run`, which exists, is what its encoding gives, with this job: its header,
-/// members and source files, and every sample within the bound. Parity that `run` does not ask for may have been added.
-/// `original` is the volume of `run`. Also throws WorldError.
+/// Throws BrokenInput unless the existing output of `run` is what encoding with this job would
+/// write: the header, members and source files must be the same, and every sample within the bound.
+/// Parity that `run` does not ask for may have been added. `original` is the volume of `run`. Also
+/// throws WorldError.
 VerifyResult require_result(const EncodeRun& run, const EncodeJob& job, const VolumeSource& original,
                             const Resources& resources);
 

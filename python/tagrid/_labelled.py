@@ -153,7 +153,7 @@ def _keep_space(data: Any, pairs: dict[str, str]) -> None:
 
 def _keep_positions(slices: npt.NDArray[np.float64], pairs: dict[str, str]) -> None:
     pairs["slice_positions"] = "; ".join(" ".join(repr(float(number)) for number in place) for place in slices)
-    _warn("slices lie at unequal distances; the position of each slice is kept, but a mesh has equal steps")
+    _warn("slices lie at unequal distances; the position of each slice is kept, but meshes are built with equal distances")
 
 
 class _Axis:

@@ -25,14 +25,14 @@ def describe(source: Any) -> str:
 
 
 def shown_address(name: str) -> str:
-    """An address without what only its owner may see: the name and the password of a user, and what follows a question
-    mark, which is often a signature. Other names stay as they are."""
+    """An address without its secrets: without a user name and a password, and without what follows a question mark,
+    which is often a signature. Other names stay as they are."""
     address = re.match(r"(\w[\w+.-]*://)(.*)", name, re.DOTALL)
     if not address:
         return name
     scheme, rest = address.groups()
     host = re.split(r"[/?#]", rest, maxsplit=1)[0]
-    # A password with one of these characters ends too early, and must not be shown either.
+    # A password that contains one of these characters seems to end there, but the rest must not be shown either.
     ends = re.search(r"(^[^:]*|:\d*|\])$", host.rpartition("@")[2]) or "@" in host
     if ends:
         rest = host.rpartition("@")[2] + rest[len(host):]

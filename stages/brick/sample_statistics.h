@@ -105,9 +105,10 @@ void measure_samples(std::span<const T> original, std::span<const T> decoded, St
   statistics.add(brick);
 }
 
-/// Throws std::logic_error if the errors of decoded samples, or of the mesh, exceed the bounds of the file: the program
-/// must end before it writes such a brick. Bounds that are absent (negative) allow every error. With a surface_error,
-/// the looser bound is checked, as statistics do not tell active voxels from others.
+/// Throws std::logic_error if the errors of decoded samples, or of the mesh, exceed the bounds of
+/// the file: the program must end before it writes such a brick. A missing (negative) bound allows
+/// every error. With a surface_error, the looser bound is checked, because the statistics do not
+/// distinguish active voxels.
 inline void check_bound(const Statistics& measured, const CodingParameters& parameters) {
   const double bound = std::max(parameters.max_error, parameters.surface_error);
   // Not ">": NaN breaks every bound.

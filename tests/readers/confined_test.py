@@ -121,7 +121,7 @@ class Needed(ReaderTest):
         for name in ("part.h5", "part.nxs", "part.odd", ".part.h5", "more/part.h5"):
             with h5py.File(self.folder / name, "w") as file:
                 file["data"] = volume
-        for name, words in (("part.h5", ""), ("part.nxs", ""), ("part.odd", "has not the name of an HDF5 file, so it is not read"),
+        for name, words in (("part.h5", ""), ("part.nxs", ""), ("part.odd", "does not have the name of an HDF5 file, so it is not read"),
                             (".part.h5", "is hidden, so it is not read"), ("more/part.h5", "is in another directory")):
             with self.subTest(name):
                 with h5py.File(self.folder / "a.h5", "w") as file:
@@ -158,7 +158,7 @@ class Needed(ReaderTest):
             self.skipTest("this kernel has no Landlock")
         write_v3(self.folder / "a.zarr" / ".hidden", numpy.arange(60, dtype="u2").reshape(3, 4, 5), (2, 2, 2))
         (self.folder / "a.zarr" / "zarr.json").write_text('{"zarr_format": 3, "node_type": "group"}')
-        self.assert_refused(74, "the sandbox keeps it from the reader (TAGRID_SANDBOX=off allows it)", "encode", "a.zarr",
+        self.assert_refused(74, "the sandbox of the reader blocks it (TAGRID_SANDBOX=off allows it)", "encode", "a.zarr",
                             "--dataset", ".hidden")
 
 

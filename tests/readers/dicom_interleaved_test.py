@@ -114,9 +114,9 @@ class Interleaved(ReaderTest):
         n = 10
         for folder, attributes, common, said in (
                 ("times", lambda i: {"AcquisitionTime": f"12{i % 2}0{i:02}"}, {},
-                 "slices of AcquisitionTime 120000 to 120008 and of 121001 to 121009 lie between each other"),
+                 "slices of AcquisitionTime 120000 to 120008 and of 121001 to 121009 are interleaved"),
                 ("moments", lambda i: {"TriggerTime": 400 * (i % 2)}, {"Modality": "MR"},
-                 "slices of TriggerTime 0.0 and of TriggerTime 400.0 lie between each other"),
+                 "slices of TriggerTime 0.0 and of TriggerTime 400.0 are interleaved"),
                 ("frames", lambda i: {"FrameOfReferenceUID": f"1.2.{i // 5}"}, {}, "different coordinate systems (FrameOfReferenceUID)")):
             self.write(folder, [[(2 * i, attributes(i)) for i in range(n)]], **common)
             self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=said)
@@ -146,7 +146,7 @@ class Interleaved(ReaderTest):
             order = [2 * i for i in range(10)] + [2 * i + 1 for i in second]
             times = [i + (pause if i > 4 else 0) for i in range(20)]
             self.write(folder, [[(z, {"AcquisitionTime": f"1210{time:02}"}) for z, time in zip(order, times)]])
-            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says="lie between each other")
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says="are interleaved")
 
     def test_frames_of_enhanced_files(self):
         images = volume(shape=(2, 4, 5, 6))

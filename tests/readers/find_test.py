@@ -238,7 +238,7 @@ class Find(ReaderTest):
         self.assertEqual((self.folder / "x.raw").read_bytes(), self.volume(2).tobytes())
         # Under another name, it is no way to files below its directory.
         shutil.copy(self.path("disk/DICOMDIR"), self.path("disk/other.dcm"))
-        self.assert_refused(65, "call it DICOMDIR", "encode", self.path("disk/other.dcm"), "--series", "1.2.3", "-o", "y.tag")
+        self.assert_refused(65, "rename it to DICOMDIR", "encode", self.path("disk/other.dcm"), "--series", "1.2.3", "-o", "y.tag")
         self.path("disk/other.dcm").unlink()
         # An image that cannot be read is said once, too.
         self.dicom("y", "1.2.6", 3, slices=1)

@@ -98,7 +98,7 @@ class Conventions(ReaderTest):
         self.assertEqual(self.openpmd("zyx", gridUnitSI=3.)["units"], ["m"] * 3)
         for labels, more in (("rtz", {}), ("zyx", {"geometry": "cylindrical"}), ("zyx", {"gridSpacing": [1., 2]})):
             self.assertIsNone(self.openpmd(labels, **more)["spacing"])
-            self.assertIn("where samples lie is not known", self.messages)
+            self.assertIn("the positions of samples are unknown", self.messages)
 
     def test_openpmd_components_of_a_vector(self):
         def write(file):
@@ -173,7 +173,7 @@ class Conventions(ReaderTest):
         def without_borders(file):
             self.imaris(file)
             file["DataSetInfo/Image"].attrs["ExtMax1"] = letters("far")
-        self.assertIsNone(self.read(without_borders, says="ExtMin1 and ExtMax1 are no borders")["spacing"])
+        self.assertIsNone(self.read(without_borders, says="ExtMin1 and ExtMax1 are not two borders")["spacing"])
 
     def test_chimera_eman_and_cremi(self):
         def chimera(file, **more):
@@ -184,13 +184,13 @@ class Conventions(ReaderTest):
         self.assert_places(geometry, numpy.diag([.5, .6, 2]), [1, 2, 3])
         self.assertEqual((geometry["units"], self.messages), (["angstrom"] * 3, ""))
         for more in ({"cell_angles": [90., 90, 120]}, {"rotation_angle": 45., "rotation_axis": [0., 0, 1]}):
-            self.read(lambda file: chimera(file, **more), says="turn its axes, which is not applied")
+            self.read(lambda file: chimera(file, **more), says="rotate its axes, which is not applied")
 
         def eman(file):
             group = file.create_group("MDF/images/0")
             group.attrs.update({"EMAN.apix_x": 1.5, "EMAN.apix_y": 1.5, "EMAN.apix_z": 3., "EMAN.origin_x": 5.})
             group["image"] = volume()
-        geometry = self.read(eman, says="EMAN.origin_x (of /MDF/images/0) may say where samples lie")
+        geometry = self.read(eman, says="EMAN.origin_x (of /MDF/images/0) may describe the geometry")
         self.assertEqual((geometry["spacing"], geometry["units"]), ([1.5, 1.5, 3], ["angstrom"] * 3))
 
         def cremi(file):
@@ -261,9 +261,9 @@ class Conventions(ReaderTest):
         self.assertEqual((geometry["spacing"], geometry["origin"]), ([.5] * 3, [2, 3, 2]))
 
     def test_a_spacing_whose_order_nobody_states_is_said(self):
-        for attributes, said in (({"spacing": [2., .6, .5]}, "spacing is taken as x, y, z, because nothing states its order"),
-                                 ({"spacing": [1., 1, 1], "origin": [1., 2, 3]}, "origin is taken as x, y, z"),
-                                 ({"spacing": [2., .6, .5], "axes": "zyx"}, "spacing is taken as x, y, z"),
+        for attributes, said in (({"spacing": [2., .6, .5]}, "spacing is read as x, y, z, because its order is not stated"),
+                                 ({"spacing": [1., 1, 1], "origin": [1., 2, 3]}, "origin is read as x, y, z"),
+                                 ({"spacing": [2., .6, .5], "axes": "zyx"}, "spacing is read as x, y, z"),
                                  ({"spacing": [.5, .5, .5]}, ""), ({"spacing": [.5, .6, .5], "origin": [1., 2, 1]}, ""),
                                  ({"spacing": [2., .6, .5], "spacing_units": "mm"}, "")):
             geometry = self.with_attributes(attributes, says=said)
@@ -286,11 +286,11 @@ class Conventions(ReaderTest):
             for value in (matrix, matrix.ravel()):
                 geometry = self.with_attributes({"origin": [10., 20, 30], "spacing": [.5, .6, 2], name: value})
                 self.assert_places(geometry, vectors, [10, 20, 30])
-                self.assertEqual("directions is taken as the rows of a matrix" in self.messages, name == "directions")
+                self.assertEqual("directions is read as the rows of a matrix" in self.messages, name == "directions")
         # Vectors of the length of the spacing are those of axes, as the manual has it.
         self.assert_places(self.with_attributes({"spacing": [.5, .6, 2], "directions": vectors.ravel()}), vectors, None)
-        self.with_attributes({"spacing": [1., 1, 1], "directions": matrix}, says="the axes are turned the other way")
-        self.with_attributes({"direction": matrix}, says="direction turns axes, but no spacing that is read comes with it")
+        self.with_attributes({"spacing": [1., 1, 1], "directions": matrix}, says="the axes are rotated the wrong way")
+        self.with_attributes({"direction": matrix}, says="direction rotates the axes, but there is no spacing that is read")
         self.with_attributes({"spacing": [.5, .6, 2], "direction": [1., 2, 3]}, says="direction is ")
 
     def test_names_of_axes_as_one_text_count(self):
@@ -303,7 +303,7 @@ class Conventions(ReaderTest):
     def test_what_looks_like_geometry_and_nobody_understands_is_said(self):
         for name in ("voxel_size", "pixelSize", "VoxelSizeX", "resolution", "scale", "offset", "affine", "transform", "step", "PixelSpacing",
                      "Image Position Origin", "orientation", "length_unit", "axes_names", "vs_spacing"):
-            self.with_attributes({name: [1., 2, 3]}, says=f"/data: {name} may say where samples lie, but is not understood")
+            self.with_attributes({name: [1., 2, 3]}, says=f"/data: {name} may describe the geometry, but is not understood")
             self.assertIn(name, self.pairs["not understood"])
         for name in ("original_name", "units", "scale_factor", "stepper", "description", "exposure", "operator", "escalation"):
             self.with_attributes({name: 1.})
@@ -314,7 +314,7 @@ class Conventions(ReaderTest):
             group["data"], group["x_pixel_size"], group["voxel_sizes_of_all"] = volume(), 3., numpy.ones(1000)
             file["scan"].attrs["resolution"] = [1., 2, 3]
             file.attrs["affine"] = numpy.eye(4)
-        self.read(around, says="/scan/first/x_pixel_size, resolution (of /scan), affine (of /) may say where samples lie, but are not understood")
+        self.read(around, says="/scan/first/x_pixel_size, resolution (of /scan), affine (of /) may describe the geometry, but are not understood")
         self.assertNotIn("voxel_sizes_of_all", self.messages)
         bounded = self.tagrid("encode", "a.h5", "-o", "lossy.tag", "--max-error", "1", "--rm")
         self.assertNotEqual(bounded.returncode, 0)
@@ -324,7 +324,7 @@ class Conventions(ReaderTest):
         def write(file):
             file["t00000/s00/0/cells"] = volume(type="i2")
             file["s00/resolutions"] = [[1., 1, 1]]
-        self.read(write, truth=volume(type="i2"), says="BigDataViewer keeps the position of samples in an XML file")
+        self.read(write, truth=volume(type="i2"), says="BigDataViewer keeps the positions of samples in an XML file")
 
     def test_filters_and_attributes_that_lose_precision_are_recorded(self):
         floats = (numpy.random.default_rng(1).standard_normal(SHAPE)).astype("f4")

@@ -40,7 +40,7 @@ class Hdf5Test(ReaderTest):
         before = self.nrrd_of("a.tag")
         run = self.tagrid("encode", name, "-o", "again.tag", "-f", "--range", "auto")
         # spacing_test.py has what is said of volumes without a voxel size or its unit.
-        messages = "".join(line for line in run.stderr.splitlines(keepends=True) if "give it with --spacing" not in line)
+        messages = "".join(line for line in run.stderr.splitlines(keepends=True) if "add it with --spacing" not in line)
         self.assertEqual((run.returncode, messages if not said or said not in messages else said), (0, said), what)
         self.assertEqual(self.nrrd_of("again.tag"), before, what)
 

@@ -41,7 +41,7 @@ class Odd(ReaderTest):
         """What info says of a.h5, without a look at the samples."""
         run = self.ok("encode", "a.h5", "-o", "out.tag", "-f")
         # spacing_test.py has what is said of volumes without a voxel size.
-        self.messages = "".join(line for line in run.stderr.splitlines(keepends=True) if "give it with --spacing" not in line)
+        self.messages = "".join(line for line in run.stderr.splitlines(keepends=True) if "add it with --spacing" not in line)
         return self.info("out.tag")
 
     def bounded(self):
@@ -220,7 +220,7 @@ class Odd(ReaderTest):
         self.assertIn("its axes are called x, y, z (EMD)", self.messages)
         geometry = self.emd([("z", "nm", z[:3]), ("y", "nm", y), ("x", "nm", x)])
         self.assertEqual(geometry["spacing"], [.25, .5, None])
-        self.assertIn("the axis dim1 is no list of 5 places (it has 3)", self.messages)
+        self.assertIn("the axis dim1 is not a list of 5 positions (it has 3)", self.messages)
 
     def test_samples_that_stand_for_missing_ones_are_said(self):
         for name in ("_FillValue", "missing_value"):
@@ -424,7 +424,7 @@ class Odd(ReaderTest):
             def write(file):
                 file["link"] = h5py.ExternalLink(name, "/data")
             self.make(write, f"a{number}.h5")
-            self.assert_refused(65, "another directory, where nothing is read; give that file itself", "encode",
+            self.assert_refused(65, "another directory, so it is not read; give that file itself", "encode",
                                 f"a{number}.h5", "--dataset", "link")
         self.encodes(volume(), "far/b.h5", "--dataset", "data")
 

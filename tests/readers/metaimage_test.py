@@ -195,7 +195,7 @@ class MetaImage(ReaderTest):
         (self.folder / "b.raw").write_bytes(truth.tobytes()[:-1])
         message = self.assert_refused(65, f"{truth.nbytes - 1} are present", "encode", "b.raw", "--dims", "23,19,7", "--type", "int16")
         self.write("b.mhd", truth, "MET_SHORT", file="b.raw")
-        self.assertNotIn("--dims", self.assert_refused(65, f"b.mhd beside it cannot be read: b.raw: {truth.nbytes} bytes", "encode", "b.raw"))
+        self.assertNotIn("--dims", self.assert_refused(65, f"b.mhd next to it cannot be read: b.raw: {truth.nbytes} bytes", "encode", "b.raw"))
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ class Nexus(ReaderTest):
                   numpy.zeros(0)):
             self.write(z=z, y=numpy.arange(20.), x=numpy.arange(31.))
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], str(z))
-            self.assertIn("the axis z is no list of 7 places", self.messages)
+            self.assertIn("the axis z is not a list of 7 positions", self.messages)
         self.write(names=["z", "x"], z=numpy.arange(7.), x=numpy.arange(31.))
         self.assertIsNone(self.geometry()["spacing"])
 
@@ -157,7 +157,7 @@ class Nexus(ReaderTest):
             with h5py.File(self.folder / "a.nxs", "a") as file:
                 file["entry/data"].attrs.update({"z_indices": indices, "y_indices": 1})
             self.assertEqual(self.geometry()["spacing"], [1, 2, None if is_said else 3])
-            self.assertEqual("z_indices is" in self.messages and "the places of samples along z are not known" in self.messages, is_said, indices)
+            self.assertEqual("z_indices is" in self.messages and "the positions of samples along z are unknown" in self.messages, is_said, indices)
 
     def test_axes_in_front_and_slices_alone(self):
         truth = self.write(axes=("time", "z", "y", "x"), shape=(1,) + SHAPE, time=[17.], z=numpy.arange(7.) * 3, y=numpy.arange(20.), x=numpy.arange(31.))
@@ -189,7 +189,7 @@ class Nexus(ReaderTest):
                     layout[:] = h5py.VirtualSource("other/far.h5", "z", (7,))
                     data.create_virtual_dataset("z", layout)
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], kind)
-            self.assertIn("the axis z is no list of 7 places", self.messages)
+            self.assertIn("the axis z is not a list of 7 positions", self.messages)
 
     def test_a_name_is_enough_and_none_is_written(self):
         truth = volume()
@@ -313,10 +313,10 @@ class Nexus(ReaderTest):
     def test_axes_that_are_not_read_are_said_with_the_reason(self):
         even = dict(y=numpy.arange(20.), x=numpy.arange(31.))
         for z, reason in ((numpy.arange(5.), "it has 5"), (numpy.zeros((7, 2)), "it has 2 axes"), (numpy.array([0, 1, numpy.inf, 3, 4, 5, 6]), "number 3 is inf"),
-                          (numpy.array([b"a"] * 7), "it has texts"), (3.0, "it is no list"), (numpy.array([True] * 7), "it has booleans")):
+                          (numpy.array([b"a"] * 7), "it has texts"), (3.0, "it is not a list"), (numpy.array([True] * 7), "it has booleans")):
             self.write(z=z, **even)
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], reason)
-            self.assertIn(f"the axis z is no list of 7 places ({reason})", self.messages)
+            self.assertIn(f"the axis z is not a list of 7 positions ({reason})", self.messages)
         for link, reason in ((None, "there is no /entry/data/z"),
                              (h5py.SoftLink("/gone"), "/entry/data/z is a link to /gone, which does not exist"),
                              (h5py.ExternalLink("gone.h5", "z"),

@@ -82,7 +82,7 @@ class ReaderTest(unittest.TestCase):
 
         # spacing_test.py has what is said of volumes without a voxel size.
         said = self.ok("encode", path, "-o", "out.tag", "-f", *options).stderr.splitlines(keepends=True)
-        self.messages = "".join(line for line in said if "give it with --spacing" not in line)
+        self.messages = "".join(line for line in said if "add it with --spacing" not in line)
         self.assertIn(says, self.messages)
         info = self.info("out.tag")
         self.ok("decode", "out.tag", "-o", "out.raw", "-f", "--samples")

@@ -32,10 +32,10 @@ class Outside(ReaderTest):
     def assert_outside(self, path):
         for command in (("encode", path, "-o", "x.tag"), ("estimate", path)):
             message = self.assert_refused(65, "private/key", *command) if command[0] == "encode" else self.tagrid(*command).stderr
-            self.assertIn("outside of its directory", message)
+            self.assertIn("outside its directory", message)
             self.assertIn("--data-outside", message)
         self.assertFalse((self.folder / "x.tag").exists())
-        samples, _ = self.encoded(path, "--data-outside", says="outside of its directory")
+        samples, _ = self.encoded(path, "--data-outside", says="outside its directory")
         self.assertIn("private/key", self.messages)
         self.assert_same(samples, self.truth, path)
         self.assertEqual(self.tagrid("verify", "out.tag", "--against", path).returncode, 65)

@@ -110,7 +110,7 @@ class Spacing(ReaderTest):
                 self.assertIn("its voxel size is not stated", self.messages)
                 self.geometry(path, *options, "-q", silent=True)
                 if path in ("a.tif", "stack", "a.h5", "bmp"):
-                    self.geometry(path, *options, "--spacing", "7", says="its voxel size has no unit; give it with --spacing, such as --spacing 7,7,7um")
+                    self.geometry(path, *options, "--spacing", "7", says="its voxel size has no unit; add it with --spacing, such as --spacing 7,7,7um")
 
     def write_nrrd(self, lines):
         head = f"NRRD0005\ntype: uint16\ndimension: 3\nsizes: 11 9 4\nencoding: raw\nendian: little\n{lines}\n"
@@ -184,7 +184,7 @@ class Spacing(ReaderTest):
                              metadata=options.pop("metadata", None), **options)
             return "a.tif"
 
-        z = "a.tif: the distance between its slices is not stated; meshes and other programs take it for 1; give it with --spacing"
+        z = "a.tif: the distance between its slices is not stated; meshes and other programs assume 1; add it with --spacing"
         self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), says=z), [0.01, 0.02, None], "mm")
         self.assert_spacing(self.geometry(file(1000, 500, "CENTIMETER"), "--spacing", "10,20,30um", silent=True), [10, 20, 30], "um")
         self.assert_spacing(self.geometry(file(2540, 2540, "INCH"), says=z), [0.01, 0.01, None], "mm")
@@ -193,14 +193,14 @@ class Spacing(ReaderTest):
         self.ok("verify", "out.tag", "--against", "a.tif")
         for dpi in (72, 96, 150, 300, 600, 1200):
             for name, resolution in (("INCH", dpi), ("CENTIMETER", round(dpi / 2.54, 2))):
-                geometry = self.geometry(file(resolution, resolution, name), says="dpi is taken for that of a page")
+                geometry = self.geometry(file(resolution, resolution, name), says="dpi is treated as a print resolution, not as a voxel size")
                 self.assertIsNone(geometry["spacing"])
                 self.assertIn("its voxel size is not stated", self.messages)
         self.assertIsNone(self.geometry(file(1000, 1000, "NONE"), says="has no unit")["spacing"])
         self.assertIsNone(self.geometry(file(1, 1, "INCH"), says="its voxel size is not stated")["spacing"])
         # ImageJ keeps what other programs wrote.
         imagej = dict(imagej=True, metadata={"axes": "ZYX", "unit": "inch", "spacing": 1.0})
-        self.assertIsNone(self.geometry(file(300, 300, "INCH", **imagej), says="300 dpi is taken for that of a page")["spacing"])
+        self.assertIsNone(self.geometry(file(300, 300, "INCH", **imagej), says="300 dpi is treated as a print resolution")["spacing"])
         imagej["metadata"] = {"axes": "ZYX", "spacing": 0.003}
         self.assert_spacing(self.geometry(file(1000, 1000, "CENTIMETER", **imagej), silent=True), [0.01, 0.01, 0.03], "mm")
 
@@ -228,7 +228,7 @@ class Spacing(ReaderTest):
                 description = described[name]
                 with self.subTest(name=name, resolutions=resolutions):
                     geometry = self.geometry("a.tif")
-                    self.assertEqual("a.tif: its slices have different spacings, so none is known" in self.messages, not wanted, self.messages)
+                    self.assertEqual("a.tif: its slices have different spacings, so the spacing is unknown" in self.messages, not wanted, self.messages)
                     self.assertEqual(geometry["spacing"] is not None, wanted)
 
     @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
@@ -248,7 +248,7 @@ class Spacing(ReaderTest):
         log.write_text("[Acquisition]\nImage Pixel Size (um)=9\n[Reconstruction]\nPixel Size (um)=4.5\n")
         self.assert_spacing(self.geometry("s", silent=True), [4.5] * 3, "um")
         log.write_text("[Acquisition]\nImage Pixel Size (um)=9\n[Reconstruction]\nSection to Section Step=2\n")
-        self.assert_spacing(self.geometry("s", says="Image Pixel Size (um) = 9 is taken for it"), [9, 9, 18], "um")
+        self.assert_spacing(self.geometry("s", says="Image Pixel Size (um) = 9 is used instead"), [9, 9, 18], "um")
         self.assert_refused(64, "states the spacing 9 9 18 um", "encode", "s", "--spacing", "9um")
         log.write_text("[Acquisition]\nImage Pixel Size (um)=9\n")
         self.assertIsNone(self.geometry("s", says="its voxel size is not stated")["spacing"])
@@ -295,7 +295,7 @@ class Spacing(ReaderTest):
             return "a.jp2"
 
         self.assert_spacing(self.geometry(with_resolution(b"resc", 500, 1000, 2), says="the distance between"), [0.01, 0.02, None], "mm")
-        self.assertIsNone(self.geometry(with_resolution(b"resc", 11811, 11811, 0), says="300 dpi is taken")["spacing"])
+        self.assertIsNone(self.geometry(with_resolution(b"resc", 11811, 11811, 0), says="300 dpi is treated")["spacing"])
         self.assertIsNone(self.geometry(with_resolution(b"resd", 500, 1000, 2), says="its voxel size is not stated")["spacing"])
         self.assertIsNone(self.geometry("plain.jp2", says="its voxel size is not stated")["spacing"])
 

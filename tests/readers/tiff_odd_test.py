@@ -312,7 +312,7 @@ class OddTiff(ReaderTest):
         self.assertEqual(self.encoded("s")[1]["geometry"]["spacing"], [0.25, 0.5, None])
         self.write([page(truth[2], {282: (RATIONAL, [(4004, 1000)]), 283: (RATIONAL, [(2, 1)])} | image_j("unit=mm\n", 1))], "s/2.tif")
         self.assertIsNone(self.encoded("s")[1]["geometry"]["spacing"])
-        self.assertIn("s: its slices have different spacings, so none is known", self.messages)
+        self.assertIn("s: its slices have different spacings, so the spacing is unknown", self.messages)
 
     def test_stacks_whose_slices_share_a_page_are_refused_by_name(self):
         self.write([page(self.volume()[0], {33629: (RATIONAL, [(1, 1)] * 5)})])

@@ -201,7 +201,7 @@ class Tiff(ReaderTest):
             info = self.encodes(truth, name)
             self.assertEqual((info["dims"], info["volumes"], info["geometry"]["spacing"]), ([11, 9, 20], 1, [0.25, 0.5, 1.5]))
             run = self.tagrid("encode", name, "-o", "said.tag", "-f")
-            self.assertIn(f"ImageJ's description says 20 {what} of one slice; they are read as 20 slices of one volume", run.stderr)
+            self.assertIn(f"ImageJ's description states 20 {what} with one slice each; they are read as 20 slices of one volume", run.stderr)
         # Few of them, or those of several slices, are what they are called.
         self.write("a.tif", truth[:8], imagej=True, metadata={"axes": "CYX"})
         self.assert_refused(64, "holds 8 volumes", "encode", "a.tif")

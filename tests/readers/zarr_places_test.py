@@ -68,9 +68,9 @@ class Coordinates(ReaderTest):
                 continue
             self.write(**even | {"z": (places, attributes)})
             self.encodes(volume(), "a.zarr", says=said)
-            self.assertIn("the axis z is no list of 4 places", self.messages)
+            self.assertIn("the axis z is not a list of 4 positions", self.messages)
         (self.folder / "a.zarr/z/c/1").unlink()
-        self.encodes(volume(), "a.zarr", says="the axis z is no list of 4 places")
+        self.encodes(volume(), "a.zarr", says="the axis z is not a list of 4 positions")
 
     def test_the_scale_of_ome_zarr_counts_before_coordinates(self):
         self.write(x=(numpy.arange(6) * 9., {}))
@@ -115,7 +115,7 @@ class Coordinates(ReaderTest):
     def test_attributes_that_look_like_geometry_and_nobody_understands_are_said(self):
         write_group(self.folder / "a.zarr", {"voxel_size": [1, 2, 3], "original_name": "x", "title": "scale"})
         write_v3(self.folder / "a.zarr/ct", volume(), SHAPE, codecs=(), attributes={"pixelResolution": [1, 2, 3], "kV": 120})
-        info = self.encodes(volume(), "a.zarr", says="pixelResolution, voxel_size (of the root) may say where samples lie, but are not understood")
+        info = self.encodes(volume(), "a.zarr", says="pixelResolution, voxel_size (of the root) may describe the geometry, but are not understood")
         self.assertIn("pixelResolution", info["source"]["pairs"]["not understood"])
         self.assertNotIn("original_name", self.messages)
         self.assertIn("--override-spacing", self.messages)
@@ -148,12 +148,12 @@ class NiftiZarr(ReaderTest):
 
     def test_a_header_that_contradicts_the_scale_is_said(self):
         self.write(numpy.diag([1., 2, 5, 1]))
-        geometry = self.encodes(volume(), "a.nii.zarr", says="the scale of OME-Zarr is 3 along z, but the header of NIfTI says 5")["geometry"]
+        geometry = self.encodes(volume(), "a.nii.zarr", says="the scale of OME-Zarr is 3 along z, but the header of NIfTI states 5")["geometry"]
         self.assertEqual(geometry["spacing"], [1, 2, 5])
 
     def test_a_header_that_cannot_be_read_is_said(self):
-        for header, shape, said in ((b"\0" * 348, SHAPE, "it does not begin with such a header"), (b"\0" * 20, SHAPE, "such a header"),
-                                    (None, (4, 5, 7), "it is of 7 x 5 x 4 samples")):
+        for header, shape, said in ((b"\0" * 348, SHAPE, "it does not begin with a header of NIfTI"), (b"\0" * 20, SHAPE, "a header of NIfTI"),
+                                    (None, (4, 5, 7), "it describes 7 x 5 x 4 samples")):
             self.write(numpy.eye(4), header, shape)
             self.assertEqual(self.encodes(volume(), "a.nii.zarr", says="the header of NIfTI in \"nifti\" is not read")["geometry"]["spacing"], [1, 2, 3])
             self.assertIn(said, self.messages)

@@ -143,7 +143,7 @@ test("errors say where and why", async () => {
     ["file:///home/x.tag", "invalid-argument", /^file:\/\/\/home\/x\.tag: addresses begin with http: or https:, not with file:.*openAsBlob/],
     ["s3://bucket/x.tag", "invalid-argument", /http: or https:, not with s3:/],
     ["x.tag", "invalid-argument", /^x\.tag is not a URL/],
-    ["http://user:pw@host/x.tag", "invalid-argument", /^http:\/\/host\/x\.tag: .*no name and no password.*Authorization/],
+    ["http://user:pw@host/x.tag", "invalid-argument", /^http:\/\/host\/x\.tag: .*must not contain a user name or a password.*Authorization/],
   ]) {
     const error = await failureOf(openSource(url, options));
     assert.equal(error.code, code, url);
@@ -156,7 +156,7 @@ test("a server that trickles is given up, and a slow one is not", async () => {
     const begin = Date.now();
     const error = await failureOf(openSource(root + path, { retries: 0, timeout: 300 }));
     assert.equal(error.code, "io-error");
-    assert.match(error.message, /less than 4096 bytes a second; a `timeout` of more than 30000 ms waits longer/);
+    assert.match(error.message, /less than 4096 bytes per second; to wait longer, set `timeout` to more than 30000 ms/);
     assert.ok(Date.now() - begin < 2000);
   }
   // 32 KiB a second.

@@ -248,7 +248,8 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
         const std::string verified = known.find(line.output)->record;
         // The record comes first: if the run is killed in between, the next one verifies the original once more.
         remove_replaced(*removal, pass.output_path(line), [&] {
-          // No record that another run wrote since may be newer than this one, which says that the output is the only copy.
+          // Read what other runs wrote since: no record may be newer than this one, which says that
+          // the output is the only copy.
           known.read_more();
           if (known.find(line.output)->record != verified || !known.possibly_newer(line.output).empty())
             throw BrokenInput(line.output +

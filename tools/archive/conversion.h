@@ -27,8 +27,9 @@ struct ConversionOptions {
   RunOptions run;                  ///< threads and memory are per rank
 };
 
-/// The numbers of lines with each result, and the bytes of the volumes that were encoded or removed. `compared`: those
-/// among `ok` that were not encoded, because their outputs existed and hold the volumes.
+/// The numbers of lines with each result, and the bytes of the volumes that were encoded or
+/// removed. `compared`: those among `ok` that were not encoded, because their outputs existed and
+/// contain the volumes.
 struct ConversionSums {
   std::uint64_t files = 0, ok = 0, compared = 0, skipped = 0, removed = 0, failed = 0, not_restorable = 0,
                 bytes_in = 0, bytes_out = 0;

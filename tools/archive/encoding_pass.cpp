@@ -83,7 +83,7 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 UsageError only_copy(const Volume& volume, const std::string& why) {
   return usage_error(
       "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
-      "original ({}); choose another name (output=NAME), or bring the original back with tagrid restore "
+      "original ({}); choose another name (output=NAME), or restore the original with tagrid restore "
       "--records DIR -f, and give the options of its encoding",
       volume.output, volume.input, why);
 }
@@ -129,7 +129,8 @@ void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSou
         volume.input, change, volume.output);
 }
 
-/// True if the records say that the original of an output was removed. A line that is not a record may say so, too.
+/// True if the records say that the original of an output was removed, or if a line that cannot be
+/// read may say it.
 bool was_original_removed(const KnownOutputs& known, const std::string& output_name) {
   const KnownOutput* last = known.find(output_name);
   return (last && last->state == KnownOutput::State::removed) || !known.possibly_newer(output_name).empty();

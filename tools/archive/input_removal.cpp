@@ -152,7 +152,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
       if (const std::string why = not_own_name(input, file); !why.empty()) refuse(file, why, advice);
   }
   if (const auto named = headers.first_named(volume->files()))
-    refuse(named->file, named->header + ", which lies beside it, names it, too", advice);
+    refuse(named->file, "another header, " + named->header + ", also names it", advice);
   return volume->files();
 }
 

@@ -19,11 +19,12 @@ namespace tagrid {
 /// go: one in the list of a directory, or of a set of files. The message says the name of that volume.
 void require_lasting_choice(const std::string& input, const SourceDescription& source);
 
-/// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if one is
-/// not a file that can be removed, if others may need it (it has another name than its header, or one of the other
-/// `headers` names it), or if `output` is not a file that stays; `advice` ends the message. Throws
-/// as require_lasting_choice() does, too. What else decides is checked with require_replaceable() and then
-/// with require_files_come_back(), whose reasons are the weaker ones.
+/// The files of a volume that may be removed after it was encoded to `output`. Throws UsageError if
+/// one of them cannot be removed, if another volume may need it (it does not have the name of its
+/// header, or one of the other `headers` names it), or if `output` is not a file that stays;
+/// `advice` ends the message. Throws as require_lasting_choice() does, too. What else decides is
+/// checked with require_replaceable() and then with require_files_come_back(), whose reasons are
+/// the weaker ones.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, OtherHeaders& headers,
                                           const char* advice);
@@ -67,9 +68,10 @@ struct Removal {
   UnchangedFiles originals;
   UnchangedFiles copy;
 };
-/// Removes the files if they and their copy are still those that were verified; no other process can rename or remove
-/// one of them meanwhile. `tag`: that of both which is the .tag file. Calls `record` between the check and the removal.
-/// Throws BrokenInput if one was changed or replaced since, and WorldError.
+/// Removes the files if they and their copy are still those that were verified. Meanwhile, no other
+/// process can rename or remove one of them. `tag` is the .tag file, which is either the original
+/// or the copy. Calls `record` between the check and the removal. Throws BrokenInput if one was
+/// changed or replaced since, and WorldError.
 void remove_replaced(const Removal& removal, const std::string& tag,
                      const std::function<void()>& record = {});
 

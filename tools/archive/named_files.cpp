@@ -107,8 +107,9 @@ std::string unescaped(std::string_view text) {
   return out;
 }
 
-/// Calls use(line, its end) for what is between control characters, up to about byte `limit`, until that returns false.
-/// Of longer parts than a block, names at the end of one are in the next one, too.
+/// Calls use(line, the character after it) for each part between control characters, up to about
+/// byte `limit`, until use() returns false. Parts that are longer than a block are split; the end
+/// of one piece is repeated in the next, so that no name is cut.
 template <class Use>
 void for_each_line(FileBytes& file, std::uint64_t limit, Use use) {
   constexpr std::size_t block = std::size_t{1} << 20;

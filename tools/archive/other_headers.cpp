@@ -42,7 +42,7 @@ std::string not_own_name(const std::string& input, const std::string& file) {
     }
     if (fs::path(stem).extension().empty()) break;
   }
-  return "it lies beside " + header + ", whose name it does not have, so it may be of other volumes, too";
+  return "it does not have the name of " + header + ", so it may also belong to other volumes";
 }
 
 OtherHeaders::Listing OtherHeaders::list(const std::string& folder) {

@@ -1,4 +1,5 @@
-// Headers that name the data files of other headers: removing the volume of one would break the other.
+// Finds headers that name data files of other volumes: removing these files would break the
+// volumes.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +10,30 @@
 
 namespace tagrid {
 
-/// Why a file is not only of the volume at `input`, a file: it lies beside this header and has not its name, as all.raw
-/// beside a.mhd. Returns "" if it is the header itself or has its name, as a.raw and a_001.raw.
+/// Why a file may not belong to the header `input` alone: it does not have its name, such as
+/// all.raw next to a.mhd. Returns "" if it is the header itself or has its name, such as a.raw or
+/// a_001.raw.
 std::string not_own_name(const std::string& input, const std::string& file);
 
-/// The headers of directories, by the files that they name. Each directory is read once. A header is a file of a format
-/// that has data in other files, such as NRRD, MetaImage, VRT, XDMF, HDF5 and references for Zarr. Other texts that mention
-/// a file (lists, logs, BIDS sidecars) do not need it. Headers also count if they lie in the directory above or directly
-/// below, as far as their first 4 MiB go.
+/// The headers of directories, by the files that they name. Each directory is read once. A header
+/// is a file of a format that has data in other files, such as NRRD, MetaImage, VRT, XDMF, HDF5 and
+/// references for Zarr. Other text files that mention a file (lists, logs, BIDS sidecars) do not
+/// need it. Of headers in the directory above and in the directories directly below, the first 4
+/// MiB are searched.
 class OtherHeaders {
  public:
   struct Named {
     std::string file, header;
   };
-  /// The first of the files of a volume that a header names which is not one of them; the path of the header is
-  /// relative to the directory of the file. Throws WorldError if a header beside it cannot be read.
+  /// The first file of a volume that is named by a header outside the volume. The path of the
+  /// header is relative to the directory of the file. Throws WorldError if a header next to the
+  /// file cannot be read.
   std::optional<Named> first_named(const std::vector<std::string>& volume);
 
  private:
   using Headers = std::map<std::string, std::vector<std::string>>;  ///< by the names of files
   const Headers& in_folder(const std::string& folder);
-  /// The names in a directory, by what they are. Throws WorldError.
+  /// The names in a directory, sorted by kind. Throws WorldError.
   struct Listing {
     std::vector<std::string> files, below, headers, links;
   };

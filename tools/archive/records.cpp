@@ -260,8 +260,8 @@ std::string KnownOutputs::possibly_newer(const std::string& output) const {
 
 void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
                                 const RecordTime& time) {
-  // With any other status, nothing was to be encoded, or nothing was tried. Neither was it if the command was refused,
-  // or another run held a file.
+  // With any other status, nothing was to be encoded, or nothing was tried. Nothing was tried
+  // either if the command was refused, or if another run held a file.
   const auto status = record.at("status").get<std::string>();
   const ordered_json code = record.value("code", ordered_json());
   if (status != "failed" && status != "skipped" && status != "ok") return;

@@ -30,9 +30,9 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files);
 /// Throws WorldError if nothing is at the path, and UsageError if it is neither a file nor a directory.
 void require_file_or_folder(const std::string& path);
 
-/// The directory from which the records of a line name files, so that outputs, records and originals can move together:
-/// that of the outputs, `folder`. Returns "" if they name them by absolute paths: the list does, or the two have nothing
-/// in common but the root.
+/// The directory to which paths in the records of a line are relative, so that outputs, records and
+/// originals can move together: `folder`, that of the outputs. Returns "" if these paths are
+/// absolute, because the list has an absolute path or because the two have only the root in common.
 std::string base_of_records(const std::string& folder, const ManifestLine& line);
 /// The name of a file in such records, and the path for such a name.
 std::string name_in_records(const std::string& path, const std::string& base);
@@ -81,8 +81,8 @@ std::string other_volume(const KnownOutput& known, const std::vector<InputFile>&
 /// True if there is a regular file of this size at the path.
 bool is_file_of_size(const std::string& path, std::uint64_t bytes);
 
-/// True if the output at the path has the size that it was written with. Parity that was added to it since
-/// (`tagrid protect`) does not count.
+/// True if the output at the path has the size with which it was written. Parity that was added
+/// since (`tagrid protect`) is ignored.
 bool has_written_size(const KnownOutput& known, const std::string& path);
 /// True if it also has the content. Throws WorldError.
 bool is_as_written(const KnownOutput& known, const std::string& path);
@@ -142,7 +142,8 @@ class KnownOutputs {
   std::string folder_;                ///< absolute
   std::map<std::string, End> files_;  ///< by path
   std::vector<std::string> unreadable_;
-  /// By output: the stretches of unreadable_, one each time a file was read, that come before its last record in that file.
+  /// By output: the parts of unreadable_ that come before its last record in a file; one part for
+  /// each time that a file was read.
   std::map<std::string, std::map<std::size_t, std::size_t>> older_;
   std::map<std::string, KnownOutput> outputs_;
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones

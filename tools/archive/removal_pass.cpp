@@ -94,8 +94,8 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
     if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
         other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
       throw usage_error(
-          "{}: may also be of {}, which cannot be opened ({}); it is kept; repair that one, or take it off "
-          "the list",
+          "{}: may also belong to {}, which cannot be opened ({}); it is kept; repair that volume or, if "
+          "nobody needs it, remove its header and its line in the list",
           file, other.input, other.why);
 }
 
@@ -215,9 +215,8 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
     const std::string version = ordered_json::parse(known.record).value("version", "");
     if (version != TAGRID_VERSION)
       throw broken_input_error(
-          "{}: tagrid {} encoded it and read other metadata of it than {} does; it is kept; to encode it "
-          "again, run "
-          "with -f, without --skip-done, and a list of such volumes alone",
+          "{}: was encoded by tagrid {}, which read its metadata differently than {} does; it is kept; to "
+          "encode it again, run with -f, without --skip-done, and a list of such volumes alone",
           line.input, version, TAGRID_VERSION);
     throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");
   }

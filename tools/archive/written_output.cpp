@@ -1,4 +1,4 @@
-// Outputs as they were written, whatever parity was added to them since.
+// Outputs as they were written, without parity that was added since.
 #include <algorithm>
 #include <cstddef>
 #include <memory>

@@ -107,9 +107,9 @@ struct ConvertCommand {
                                results.name());
   }
 
-  // If all originals were removed, the list that --find makes of their directory names none.
+  // Once all originals are removed, the list that --find makes of their directory is empty.
   void require_records() const {
-    const std::string what = shown_input(manifest) + ": names no volume";
+    const std::string what = shown_input(manifest) + ": contains no volumes";
     if (!status_of(options.output_dir) || KnownOutputs(options.output_dir).files() == 0)
       throw UsageError(
           what +

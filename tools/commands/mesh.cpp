@@ -20,8 +20,9 @@ namespace {
 struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   void execute(const Ranks& ranks) {
     if (is_named_as_one_of(surface_formats(), output.path))
-      throw usage_error("{}: is the name of a surface, and a mesh has tetrahedra; use tagrid surface --iso V",
-                        output.path);
+      throw usage_error(
+          "{}: has the extension of a surface format, but mesh writes tetrahedra; use tagrid surface --iso V",
+          output.path);
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
     const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {

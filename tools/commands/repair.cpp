@@ -237,7 +237,8 @@ struct ProtectCommand {
     const std::uint64_t base = beside ? 0 : file.size();
     const std::uint64_t end = write_parity(file, *asked, base, to_file(output), memory);
     {
-      // Another run may have given the name to another file, which this copy must not replace.
+      // Meanwhile, another run may have given this name to another file, which this copy must not
+      // replace.
       const OutputLock lock(target);
       watched.require();
       output.commit();

@@ -79,10 +79,11 @@ struct RestoreCommand {
       one.records.clear();
       try {
         if (!original.error.empty()) throw BrokenInput(original.error);
-        // Relative records name it from the outputs, which may have moved without the originals.
+        // Relative records name it relative to the outputs, which may have moved without the
+        // originals.
         if (output.path.empty() && !is_folder(original.folder))
-          warn(run, "{}: does not exist, and is created for {}; -o DIR names another place", original.folder,
-               original.input);
+          warn(run, "{}: does not exist, and is created for {}; to restore to another directory, use -o DIR",
+               original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
       } catch (const std::exception&) {

@@ -20,7 +20,7 @@ struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
   void execute(const Ranks& ranks) {
     if (is_named_as_one_of(mesh_formats(), output.path))
       throw usage_error(
-          "{}: is the name of a mesh of tetrahedra, and a surface has triangles; use tagrid mesh",
+          "{}: has the extension of a format for tetrahedra, but surface writes triangles; use tagrid mesh",
           output.path);
     options.area = !run.json.empty();
     const auto add_settings = [this](const SurfaceResult& result, nlohmann::ordered_json& settings) {

@@ -12,8 +12,8 @@
 namespace tagrid {
 namespace {
 
-/// Places that are off their even line by less, relative to a step, are on it. Steps alone would not do: small differences
-/// of many steps add up.
+/// Positions count as evenly spaced if they deviate from a straight line by less than this part of
+/// a step. Comparing steps would not be enough, because small differences of many steps add up.
 constexpr double same_place = 0.01;
 /// Longer lists of places are not kept as a pair.
 constexpr std::size_t most_kept = 1 << 14;
@@ -106,8 +106,8 @@ UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array
   }
   if (!is_one)
     common.remark = fmt::format(
-        "its axes have units that cannot be converted into each other ({}); distances along them are kept as "
-        "they are, and other formats may take them for distances in one unit",
+        "its axes have units that cannot be converted into each other ({}); distances are kept as they are, "
+        "and other formats may take them for distances in one unit",
         list);
   return common;
 }
@@ -134,8 +134,8 @@ void AxesOfVolume::add(std::size_t axis, const std::string& name, Axis places) {
 void AxesOfVolume::add_missing(std::size_t axis, const std::string& name, std::uint64_t samples,
                                const std::string& why) {
   found_.warnings.push_back(fmt::format(
-      "{}: the axis {} is no list of {} places ({}), so the places of samples along {} are not known", path_,
-      name, samples, why, "xyz"[axis]));
+      "{}: the axis {} is not a list of {} positions ({}), so the positions of samples along {} are unknown",
+      path_, name, samples, why, "xyz"[axis]));
 }
 
 PlacesOfAxes AxesOfVolume::finish() {
@@ -184,10 +184,10 @@ void AxesOfVolume::place(std::size_t axis, const std::string& name, Axis places)
 void AxesOfVolume::leave_out(std::size_t axis, const std::string& name, const Axis& places) {
   const bool is_kept = places.places.size() <= most_kept;
   found_.warnings.push_back(
-      fmt::format("{}: samples along {} lie at unequal distances (axis {}), but those of a volume lie at "
-                  "equal ones; the spacing along {} is left out{}",
+      fmt::format("{}: samples along {} lie at unequal distances (axis {}), which is not supported; the "
+                  "spacing along {} is left out{}",
                   path_, "xyz"[axis], name, "xyz"[axis],
-                  is_kept ? fmt::format(", and the pair {}{} keeps their places", prefix_, name) : ""));
+                  is_kept ? fmt::format(", and the pair {}{} keeps the positions", prefix_, name) : ""));
   if (is_kept) found_.pairs.emplace_back(prefix_ + name, fmt::format("{}", fmt::join(places.places, " ")));
 }
 
@@ -205,7 +205,7 @@ void AxesOfVolume::keep_slices() {
   found_.pairs.emplace_back("slice_positions", positions);
   found_.warnings.push_back(
       fmt::format("{}: slices lie at unequal distances, from {} to {}; the position of each slice is kept, "
-                  "but a mesh has equal steps",
+                  "but meshes are built with equal distances",
                   path_, smallest, largest));
 }
 

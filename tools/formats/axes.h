@@ -1,4 +1,5 @@
-// Lists of places along axes, as several formats have them beside the samples, and one unit for all axes of a volume.
+// Lists of positions along axes, which several formats store next to the samples, and one unit for
+// all axes of a volume.
 #pragma once
 
 #include <array>
@@ -17,18 +18,18 @@ namespace tagrid {
 struct Axis {
   std::vector<double> places;  ///< of all samples along the axis
   std::string unit;            ///< "" if unknown
-  double rounding = 0;         ///< places may be wrong by as much, as numbers of their type are
+  double rounding = 0;         ///< how far positions may be off, because of their type
   double width = 0;            ///< of a sample, if the file has the borders of samples
 
   /// The usual distance from one sample to the next; the width of the only one; NaN if that is not known.
   double step() const;
-  /// True if all distances are equal, so that no place is off by more than one hundredth of them.
+  /// True if all distances are equal: no position is off by more than one hundredth of them.
   bool is_even() const;
   /// True if all places differ, and each is after the one before it, or each before it.
   bool is_sorted() const;
 };
 
-/// An axis, or the reason why a data set is none.
+/// An axis, or the reason why a data set is not one.
 struct AxisReading {
   std::optional<Axis> axis;
   std::string why_not;  ///< "it has 5"
@@ -37,13 +38,13 @@ struct AxisReading {
 /// Longer lists of places are not read.
 inline constexpr std::uint64_t most_places_of_axis = std::uint64_t{1} << 22;
 
-/// The axis of `samples` samples that these numbers are; the borders of samples become their centers. With
-/// `may_be_first_two`, two numbers go on at equal distances. No axis if they are not as many, or not finite. `epsilon` is
-/// that of their type, 0 for integers.
+/// Reads `numbers` as the axis of `samples` samples. Borders of samples become their centers. With
+/// `may_be_first_two`, two numbers are continued at equal distances. No axis if there are too few
+/// or too many numbers, or if one is not finite. `epsilon` is that of their type, 0 for integers.
 AxisReading axis_of_numbers(std::vector<double> numbers, std::uint64_t samples, double epsilon,
                             bool may_be_first_two = false);
 
-/// How axes with units of their own become axes of one unit.
+/// How axes with different units become axes with one unit.
 struct UnitOfAxes {
   struct Conversion {
     LengthUnit from, to;
@@ -61,15 +62,16 @@ UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array
 /// Where axes put the samples of a volume.
 struct PlacesOfAxes {
   Geometry geometry;
-  KeyValues pairs;  ///< positions of slices at unequal distances, and axes that a geometry cannot say
+  KeyValues pairs;  ///< positions of uneven slices, and axes that a geometry cannot express
   std::vector<std::string> warnings;
-  bool are_axes_placed = false;  ///< directions say where axes lead that are not z, y, x
+  bool are_axes_placed = false;  ///< the directions describe axes that are not z, y, x
 };
 
-/// Header lines of NRRD. An origin without a spacing stays without one: steps of 1 would be taken for stated ones.
+/// Header lines of NRRD. An origin without a spacing is written without one, because a spacing of 1
+/// would look as if it were stated.
 std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pairs);
 
-/// Gathers where axes put samples, in the order x, y, z.
+/// Collects the positions along the axes x, y and z.
 class AxesOfVolume {
  public:
   /// `path` is that of the file, for messages. Pairs that keep uneven places begin with `prefix`: "hdf5_".

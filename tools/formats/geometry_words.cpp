@@ -62,15 +62,14 @@ bool looks_like_geometry(std::string_view name) {
 
 std::string about_unread_geometry(const std::string& object, const std::vector<std::string>& names) {
   return fmt::format(
-      "{}: {} may say where samples lie, but {} not understood, and not applied; --override-spacing gives "
-      "the spacing",
+      "{}: {} may describe the geometry, but {} not understood and not used; if the spacing is wrong or "
+      "missing, use --override-spacing",
       object, listed(names, most_named), names.size() == 1 ? "is" : "are");
 }
 
 std::string about_assumed_order(const std::string& object, std::string_view attribute) {
   return fmt::format(
-      "{}: {} is taken as x, y, z, because nothing states its order; --override-spacing gives another "
-      "spacing",
+      "{}: {} is read as x, y, z, because its order is not stated; if that is wrong, use --override-spacing",
       object, attribute);
 }
 

@@ -94,13 +94,13 @@ SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters) {
   if (x == 1 && y == 1) return found;
   if (is_resolution_of_paper(x * inch / millimeters) && is_resolution_of_paper(y * inch / millimeters)) {
     found.remark =
-        fmt::format("its resolution of {:.4g} dpi is taken for that of a page, not for a voxel size",
+        fmt::format("its resolution of {:.4g} dpi is treated as a print resolution, not as a voxel size",
                     x * inch / millimeters);
     return found;
   }
   for (const double resolution : {x, y})
     if (!(resolution > 0) || !std::isfinite(millimeters / resolution) || millimeters / resolution == 0) {
-      found.remark = fmt::format("its resolution of {} x {} is not one, so its spacing is unknown", x, y);
+      found.remark = fmt::format("its resolution of {} x {} is not usable, so its spacing is unknown", x, y);
       return found;
     }
   found.geometry.spacing = {millimeters / x, millimeters / y, Geometry::unknown};
@@ -128,7 +128,7 @@ std::optional<SliceLog> read_log(const std::string& path) {
     // Programs may leave out the size of voxels. Unless they are binned, it is that of the pixels.
     size = field("acquisition/image pixel size (um)");
     log.warnings.push_back(fmt::format(
-        "the section Reconstruction has no Pixel Size (um); Image Pixel Size (um) = {} is taken for it",
+        "the section Reconstruction has no Pixel Size (um); Image Pixel Size (um) = {} is used instead",
         size.text));
   }
   if (size.is_absent()) return std::nullopt;

@@ -41,13 +41,13 @@ struct BytesAfter {
 /// Reports that they are not part of the volume, for all files at once.
 void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
 
-/// The spacing within a slice by its resolution: in mm, unknown along z.
+/// The spacing within a slice that follows from its resolution: in mm, unknown along z.
 struct SpacingOfSlice {
   Geometry geometry;
   std::string remark;  ///< a sentence without the name of a file: why there is none; "" if it is clear
 };
-/// `x` and `y`: samples in so many millimeters. Resolutions that programs for pictures write, such as 72 or 300 dpi, say
-/// how large to print an image, and are no voxel size; neither is 1, which stands for nothing.
+/// `x` and `y` are the numbers of samples in `millimeters`. Print resolutions, such as 72 or 300
+/// dpi, are not a voxel size; neither is a resolution of 1, which is a placeholder.
 SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters);
 
 /// What a SkyScan (Bruker) log in the directory of the slices says: the size of a voxel, and all its fields

@@ -31,8 +31,8 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   if (given.empty()) return std::nullopt;
   if (source.dims.empty() || source.type.empty())
     throw usage_error(
-        "{0}: only for samples without a header, together with --dims and --type; files of all other formats "
-        "describe their samples: leave out {0}",
+        "{0}: only for samples without a header, together with --dims and --type; a file of any other format "
+        "describes its samples itself: leave out {0}",
         fmt::join(given, ", "));
   RawDescription raw;
   raw.dims = dims_option(source.dims);
@@ -56,7 +56,7 @@ std::optional<GivenSpacing> spacing_of(const SourceOptions& source) {
   auto given = given_spacing(text);
   if (!given)
     throw usage_error(
-        "--{} {}: must be one number above 0, or three of them (X,Y,Z), perhaps with a unit: 10um, "
+        "--{} {}: must be one number above 0, or three of them (X,Y,Z), optionally with a unit: 10um, "
         "or 0.5,0.5,1.25mm{}",
         overrides ? "override-spacing" : "spacing", text, hint_of_decimal_comma(text, given_spacing));
   given->overrides = overrides;
@@ -105,8 +105,8 @@ std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const Encode
   return warnings;
 }
 
-// What is missing of the distances between samples, and how to give it; "" if nothing is. The example has what
-// is known, because another spacing than that is refused.
+// Which distances between samples are missing, and how to add them; "" if none is. The example
+// contains the known distances, because --spacing must agree with them.
 std::string doubt_of_voxel_size(const EncodeResult& result) {
   if (result.missing_of_voxel_size.empty()) return "";
   const Geometry geometry = in_one_unit(geometry_of(result.header.nrrd_fields));
@@ -121,8 +121,8 @@ std::string doubt_of_voxel_size(const EncodeResult& result) {
   }
   example = example.empty() ? "10um" : example + (unit.name.empty() ? "um" : unit.name);
   const bool lacks_unit = geometry.has_spacing && letters.empty();
-  return fmt::format("{}; {}give it with --spacing, such as --spacing {}{}", result.missing_of_voxel_size,
-                     lacks_unit ? "" : "meshes and other programs take it for 1; ", example,
+  return fmt::format("{}; {}add it with --spacing, such as --spacing {}{}", result.missing_of_voxel_size,
+                     lacks_unit ? "" : "meshes and other programs assume 1; ", example,
                      letters.empty() ? "" : fmt::format(" with a number for {}", letters));
 }
 
@@ -131,8 +131,7 @@ std::string doubt_of_lossy_source(const EncodeResult& result) {
   const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
   return fmt::format(
       "the source was already compressed with loss ({}), and the .tag file is {:.{}f} % larger; keep the "
-      "source "
-      "instead, or give a bound with --max-error",
+      "source instead, or give a bound with --max-error",
       result.lossy_source, 100 * more, more < 0.1 ? 1 : 0);
 }
 
@@ -141,9 +140,8 @@ std::string doubt_of_lossy_source(const EncodeResult& result) {
 TellOfCopy tell_of_copy(const RunOptions& run) {
   if (run.quiet) return {};
   return [](const SampleCopy& copy) {
-    say("tagrid: {}: is read more than once, so its samples ({}) are first copied to {}; --spool DIR names "
-        "another "
-        "directory",
+    say("tagrid: {}: is read more than once, so its samples ({}) are first copied to {}; to use another "
+        "directory, add --spool DIR",
         copy.volume, human_bytes(copy.bytes), copy.folder);
   };
 }
@@ -248,7 +246,7 @@ std::vector<std::string> warnings_of_encoding(const std::string& input, const En
   };
   add(doubt_of_voxel_size(result));
   for (const std::string& warning : rounded_bounds(asked, result)) add(warning);
-  // Other files have a grid as well, but few users ask for a mesh: that command warns.
+  // Other files have a grid as well, but few users need a mesh; the commands that make one warn.
   const bool is_chosen = asked.range || asked.range_from_data || asked.field_scale;
   if (result.header.parameters.mode == FileMode::grid && !is_chosen)
     add(doubt_of_range(result.header, result.index.total));

@@ -67,8 +67,7 @@ void set_max_error(EncodingOptions& o, const std::string& option, const std::str
   else if (text == "noise" || text.ends_with('%'))
     throw usage_error(
         "{}: {}: must be a finite number, such as 0.5, or noise:K for K times the noise; a part of the range "
-        "of the "
-        "samples is --relative-error R",
+        "of the samples is --relative-error R",
         option, text);
   else
     read_number(option, text, o.options.max_error);
@@ -167,7 +166,7 @@ std::vector<OptionRow> all_rows() {
           "Distance between samples along x, y and z, where the input does not state it: 10um, "
           "0.5,0.5,1.25mm",
           to(&S::spacing)),
-      row("override-spacing", voxels, "X[,Y,Z][UNIT]", "The same, instead of what the input states",
+      row("override-spacing", voxels, "X[,Y,Z][UNIT]", "The same, but replaces what the input states",
           to(&S::override_spacing)),
       row("from", other_formats, "FORMAT",
           "Format of the input (default: from its content, then its name); see tagrid formats", to(&S::from)),
@@ -178,8 +177,7 @@ std::vector<OptionRow> all_rows() {
           "Read a directory although slice numbers are missing or DICOM images are unreadable",
           to(&S::gaps_ok)),
       row("data-outside", other_formats, "",
-          "Read samples from files outside of the directory of the header that names them",
-          to(&S::data_outside)),
+          "Read data files outside the directory of the header that names them", to(&S::data_outside)),
       row("vdb-grid", other_formats, "NAME", "Grid of an OpenVDB file that has several", to(&S::vdb_grid)),
   };
 }

@@ -25,7 +25,8 @@ CLI::Option* add_text_option(CLI::App& command, const std::string& names, std::s
           if (is_unknown_address(given)) return about_unknown_address(given);
           return is_address(given)
                      ? shown_address(given) +
-                           ": is an address, and only INPUT can be one; download it first if it is to be read"
+                           ": is an address, but only INPUT can be one; download it first, or give a "
+                           "path on this machine"
                      : std::string();
         },
         ""));
@@ -173,9 +174,8 @@ bool is_unknown_address(const std::string& text, const std::filesystem::path& fo
 
 std::string about_unknown_address(const std::string& text) {
   return shown_address(text) +
-         ": no such directory, and addresses begin with http://, https:// or s3://; a file of this machine "
-         "is named by "
-         "its path";
+         ": there is no such directory, and addresses begin with http://, https:// or s3://; give the path "
+         "of a file on this machine";
 }
 
 void refuse_address(const std::string& input) {

@@ -47,7 +47,8 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// True with -v, unless -q was given, too.
   bool is_verbose() const { return verbosity > 0 && !quiet; }
-  /// True if a run that succeeds says in one line what it wrote: with -v, or to a person at a terminal. Not with -q.
+  /// True if a successful run prints one line about what it wrote: with -v or on a terminal, but
+  /// not with -q.
   bool says_result() const;
   /// True with -v -v, unless -q was given, too: where the processor time went is shown.
   bool shows_times() const { return verbosity > 1 && !quiet; }
@@ -136,8 +137,8 @@ void add_removal_options(CLI::App& command, bool& remove);
 /// --trust-description
 void add_trust_option(CLI::App& command, bool& trust);
 
-/// True if a text is no address that can be read, but has the form of one (gs://, ftp://, http:/), and no directory of
-/// that name ("gs:") is in `folder`, so that it is no path either.
+/// True if a text has the form of an address (gs://, ftp://, http:/) but cannot be read, and is not
+/// a path either, because `folder` has no directory of that name ("gs:").
 bool is_unknown_address(const std::string& text, const std::filesystem::path& folder = ".");
 
 /// What is wrong with such a text, without its secrets.

@@ -84,7 +84,7 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::slices_missing:
       return "; give --gaps-ok if that is intended";
     case Problem::data_outside:
-      return "; give --data-outside if you trust the header, or move the file into the directory";
+      return "; if you trust the header, add --data-outside, or move the file into its directory";
     case Problem::program_memory:
       return fmt::format("; a larger -M raises its limit, up to -M {}M", limit_for_most_first_memory() >> 20);
   }

@@ -37,8 +37,9 @@ template <class... Values>
 void say(fmt::format_string<Values...> text, Values&&... values) {
   say_line(fmt::format(text, std::forward<Values>(values)...));
 }
-/// Shows `text`, in the form of printable(), on the last line of the terminal, until another text replaces it; ""
-/// removes it. It is cut to the width of the terminal. Lines that are said meanwhile appear above it.
+/// Shows `text`, in the form of printable(), on the last line of the terminal, until another text
+/// replaces it; "" removes it. It is cut to the width of the terminal. Lines that are printed
+/// meanwhile appear above it.
 void show_status(std::string_view text);
 /// Of the terminal that standard error is; npos of std::string if it is none.
 std::size_t columns_of_terminal();

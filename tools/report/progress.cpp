@@ -133,7 +133,7 @@ std::string ListMeter::text(double seconds, std::size_t columns) const {
 void ListMeter::draw_until_end() {
   const bool is_bar = style_ == ProgressStyle::bar;
   std::unique_lock lock(mutex_);
-  // Of a line, a column stays free, and the bar takes its own and "[] ".
+  // One column of a line stays free; the bar needs its own width and that of "[] ".
   const std::size_t around = width_of_list + 4;
   while (!end_.wait_for(lock, is_bar ? pause_of_bar : pause_, [this] { return is_over_; })) {
     const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;

@@ -72,8 +72,8 @@ class ListMeter {
   /// those of other volumes.
   void end_volume(std::uint64_t bytes);
 
-  /// "2 of 12 volumes, 1.20 GB, 45.2 MB/s, 3:12 left; 45 % of knee.nrrd", after `seconds`. Of a name that needs more
-  /// than so many columns, the end is shown, or nothing.
+  /// "2 of 12 volumes, 1.20 GB, 45.2 MB/s, 3:12 left; 45 % of knee.nrrd", after `seconds`. If the
+  /// name does not fit into `columns`, only its end is shown, or nothing.
   std::string text(double seconds, std::size_t columns = std::string::npos) const;
 
  private:

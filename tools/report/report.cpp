@@ -27,7 +27,7 @@ std::uint64_t voxels(const TagHeader& header) {
 }  // namespace
 
 std::string doubt_of_range(const TagHeader& header, const Statistics& total) {
-  // A span of less than an eighth of a voxel, such as that of a mask, leaves hardly a mark on the grid.
+  // A span of less than an eighth of a voxel, such as that of a mask, hardly refines the grid.
   constexpr double far_more = 4, far_less = 1.0 / 64;
   constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
   const CodingParameters& p = header.parameters;

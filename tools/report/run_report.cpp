@@ -67,8 +67,8 @@ RunReport::RunReport(const std::string& path, int threads, bool overwrite, const
   if (exists && overwrite && FileBytes(path).peek(1) != "{")
     throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path));
   file_.emplace(path, exists && overwrite);
-  // If this run fails, nobody must take the statistics of an earlier one for its own. Another JSON file stays until
-  // there is a report.
+  // If this run fails, the statistics of an earlier run must not be mistaken for its own. Any other
+  // JSON file stays until there is a report.
   if (exists && FileBytes(path).peek(beginning_of_report.size()) == beginning_of_report &&
       unlink(path.c_str()) != 0)
     throw world_error("cannot remove the older report", path, errno);

@@ -72,7 +72,8 @@ bool has_known_units(const Geometry& geometry) {
          });
 }
 
-/// The geometry in the given unit as far as units are known, with the given distances. The origin keeps its place.
+/// The geometry with the given distances, in the given unit as far as units are known. The origin
+/// stays where it is.
 Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
   const bool is_converted = !given.unit.empty() && has_known_units(before);
   Geometry geometry = is_converted ? in_unit(before, given.unit) : before;
@@ -87,8 +88,8 @@ Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
   return geometry;
 }
 
-/// The lines of this geometry and these pairs, and all others of `nrrd_fields`. Positions of slices stay if
-/// `keeps_positions`.
+/// The lines of this geometry and these pairs, and all other lines of `nrrd_fields`. Positions of
+/// slices are kept if `keeps_positions`.
 std::string lines_with(const Geometry& geometry, std::string_view nrrd_fields, const KeyValues& pairs,
                        bool keeps_positions) {
   std::vector<std::string_view> fields = {"spacings", "units", "axis mins", "axis maxs"}, keys;
@@ -142,7 +143,7 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
   const bool is_same = agrees(before, given);
   if (!is_same && !given.overrides)
     throw UsageError(
-        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or give {} to replace what "
+        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or use {} to replace what "
                  "the file states",
                  {volume.name(), in_words(before), Setting{"spacing", "the given spacing"}, text,
                   Setting{"override-spacing", "a spacing that overrides it"}}});
@@ -155,9 +156,9 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
     std::string warning =
         fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
     if (!text_of_key(fields, "slice_positions").empty())
-      warning += "; the positions of its slices, which contradict it, are left out";
+      warning += "; the positions of its slices contradict the new spacing, and are left out";
     if (before.has_origin && !given.unit.empty() && !has_known_units(before))
-      warning += fmt::format("; its origin has no known unit, and is taken for {}", given.unit);
+      warning += fmt::format("; the unit of its origin is unknown, so {} is assumed", given.unit);
     volume.add_warning(std::move(warning));
   }
   std::string lines = lines_with(after, fields, pairs, is_same);

@@ -13,20 +13,22 @@ namespace tagrid {
 inline constexpr std::string_view given_spacing_key = "given spacing",
                                   overridden_spacing_key = "overridden spacing";
 
-/// Gives `volume` this spacing. What its files state already must agree (six digits), and only what they leave
-/// open is filled in, unless `given` overrides them. Then directions keep their directions and get the new
-/// lengths, the origin stays where it is, positions of slices are dropped, and a warning says so. Key-value
-/// pairs record both, except for samples without a header, which have no other spacing. Throws UsageError if the
-/// files state another spacing.
+/// Sets the spacing of `volume`. What its files state must agree with `given` to six digits, and
+/// only what they do not state is added; throws UsageError if they disagree. If `given` overrides
+/// the files, it replaces their spacing instead, with a warning: directions are scaled to the new
+/// distances, the origin stays where it is, and positions of slices are dropped. Key-value pairs
+/// record the given spacing and the one that was replaced, except for samples without a header,
+/// which have no other spacing.
 void give_spacing(VolumeSource& volume, const GivenSpacing& given);
 
-/// Header lines of an original whose spacing was overridden in a volume with the lines `fields`: those of the
-/// original with the same spacing. The lines of the original as they are, if nothing was overridden, if they
-/// record it themselves, or if the original has another spacing than the one that was overridden.
+/// The header lines of an original, to compare them with the lines `fields` of a volume whose
+/// spacing was overridden: with the spacing of that volume. Returns the lines of the original
+/// unchanged if nothing was overridden, if they record it themselves, or if the original does not
+/// have the spacing that was overridden.
 std::string with_overridden_spacing(std::string_view fields_of_original, std::string_view fields);
 
-/// What header lines should say about the size of a voxel and do not; see SourceFacts::missing_of_voxel_size.
-/// `needs_unit`: files of this format usually state a unit.
+/// What header lines do not state about the voxel size, but should; see
+/// SourceFacts::missing_of_voxel_size. `needs_unit`: files of this format usually state a unit.
 std::string missing_of_voxel_size(const Geometry& geometry, bool needs_unit);
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// Headers of formats that tagrid does not read, as far as they say where samples lie plainly behind them.
+// Headers of formats that tagrid does not read: where their samples begin, if they are
+// uncompressed.
 #pragma once
 
 #include <optional>
@@ -8,8 +9,9 @@
 
 namespace tagrid {
 
-// Each takes the first bytes of a file. Nothing if these are not the whole header, or if it says something
-// that a description of plain samples cannot: other types, a scale, another order of axes. Safe for any bytes.
+// Each function is given the first bytes of a file. It returns nothing if these are not the whole
+// header, or if a description of plain samples cannot express it: other types, a scale, another
+// order of axes. Safe for any bytes.
 
 std::optional<RawDescription> layout_of_npy(std::string_view beginning);
 std::optional<RawDescription> layout_of_mrc(std::string_view beginning);

@@ -65,8 +65,8 @@ ReaderOptions options_of(const SourceDescription& source) {
   return options;
 }
 
-/// A volume that a program reads: of a format whose files usually come without a voxel size, or from instruments that
-/// should state one.
+/// A volume that a program reads. Its format is one whose files often lack a voxel size, or come
+/// from instruments that should state one.
 std::unique_ptr<VolumeSource> open_way(const Way& way, const std::string& path,
                                        const SourceDescription& source) {
   auto volume = open_with_reader(way.program, path, options_of(source), source.reader_memory);
@@ -109,7 +109,7 @@ std::string advice_of_header_beside(const std::string& path) {
       FileBytes file(header);
       const std::string_view beginning = file.peek(most_bytes_of_others);
       if (const OtherFormat* other = other_format_of(beginning, header))
-        return fmt::format("{} beside it {}", header, text_of(about_other_format(*other, beginning, {})));
+        return fmt::format("{} next to it {}", header, text_of(about_other_format(*other, beginning, {})));
       continue;
     }
     try {
@@ -120,7 +120,7 @@ std::string advice_of_header_beside(const std::string& path) {
     } catch (const UsageError&) {
       return header + " describes its samples, of several volumes; give that file";
     } catch (const Error& error) {
-      return fmt::format("{} beside it cannot be read: {}", header, error.what());
+      return fmt::format("{} next to it cannot be read: {}", header, error.what());
     }
   }
   return "";
@@ -266,7 +266,7 @@ BrokenInput no_files_in(const std::string& folder) {
                               {folder, Setting{"find", "a search"}}});
 }
 
-/// A directory whose first files are no slices. `first` is one of them.
+/// The error for a directory whose first files are not slices. `first` is one of them.
 BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
   if (status_of(first)) {
     FileBytes file(first);

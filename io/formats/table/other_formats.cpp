@@ -30,8 +30,8 @@ std::uint32_t big_endian_at(std::string_view b, std::size_t at) {
   return number;
 }
 
-/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
-/// programs leave out, or a number of axes and bits that samples may have.
+/// A header of Analyze 7.5 has no magic number. It is recognized by its size, together with the
+/// letter "r" (regular), which some programs leave out, or with plausible numbers of axes and bits.
 bool begins_analyze(std::string_view b) {
   const bool is_little = b.starts_with("\x5c\1\0\0"sv);
   if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;
@@ -114,12 +114,12 @@ std::vector<OtherFormat> rows_of_volumes() {
        .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}},
        .extensions = {".txm", ".txrm", ".xrm"}},
       {.name = "OLE2",
-       .what = "is an OLE2 file, as Zeiss TXM and TXRM scans and Olympus OIB images are",
+       .what = "is an OLE2 file, such as a Zeiss TXM or TXRM scan or an Olympus OIB image",
        .advice = "export it as TIFF in the scanner's program, or convert it with txrm2tiff or bfconvert",
        .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}},
       {.name = "Amira",
        .what = "is an Amira or Avizo file",
-       .advice = "save it there as NRRD or TIFF",
+       .advice = "save it in that program as NRRD or TIFF",
        .magic = {{"# AmiraMesh"}, {"# Avizo"}, {"# HyperSurface"}}},
       {.name = "MRC",
        .what = "is an MRC map",
@@ -195,15 +195,15 @@ std::vector<OtherFormat> rows_of_volumes() {
        .magic = {{"##TITLE="}}},
       {.name = "NetCDF",
        .what = "is a NetCDF 3 or MINC 1 file",
-       .advice = "make HDF5 of it (NetCDF-4) with nccopy or, of MINC, with mincconvert",
+       .advice = "convert it to HDF5: NetCDF with nccopy, MINC with mincconvert",
        .magic = {{"CDF\1"}, {"CDF\2"}, {"CDF\5"}}},
       {.name = "HDF4",
        .what = "is an HDF4 file",
-       .advice = "make HDF5 of it with h4toh5convert",
+       .advice = "convert it to HDF5 with h4toh5convert",
        .magic = {{"\x0e\x03\x13\x01"}}},
       {.name = "MATLAB",
        .what = "is a MATLAB file of version 5 to 7",
-       .advice = "save it in MATLAB as version 7.3, which is HDF5",
+       .advice = "save it in MATLAB as version 7.3, which tagrid reads",
        .magic = {{"MATLAB 5.0"}}},
       {.name = "Analyze",
        .what = "is the header of an Analyze 7.5 volume, which does not record its orientation",
@@ -268,12 +268,12 @@ std::vector<OtherFormat> rows_of_images_and_archives() {
       archive("RAR", "is a RAR archive", {"Rar!\x1a\x07"}),
       // By their names alone.
       {.name = "VGL",
-       .what = "is a project of VGStudio, which has no samples",
+       .what = "is a VGStudio project, which contains no samples",
        .advice = "give the .vgi file of the volume, or export the volume as TIFF or DICOM",
        .extensions = {".vgl"}},
       {.name = "REK",
-       .what = "is named as volumes of Fraunhofer's programs are (.rek)",
-       .advice = "export it as TIFF there, or describe its samples if you know their layout",
+       .what = "has the extension of volumes of Fraunhofer's programs (.rek)",
+       .advice = "export it as TIFF in that program, or describe its samples if you know their layout",
        .extensions = {".rek"}},
       {.name = "PCR",
        .what = "is a description of phoenix datos|x",

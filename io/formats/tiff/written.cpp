@@ -72,8 +72,8 @@ bool fits_line(const std::string& text) {
   return text.find_first_of("\r\n") == text.npos && text.find('\0') == text.npos;
 }
 
-/// A clause if TIFF cannot hold a spacing; "" if it can. ImageJ takes resolutions without a unit for those of paper. A
-/// unit is the rest of its line.
+/// A clause that explains why TIFF cannot store this spacing; "" if it can. ImageJ treats
+/// resolutions without a unit as print resolutions. A unit is the rest of its line.
 std::string why_no_spacing(const Geometry& geometry) {
   const std::string& unit = geometry.units[0];
   for (const std::size_t axis : {0U, 1U}) {

@@ -161,7 +161,7 @@ TextDescription describe_vgi(FileBytes& file, const std::string& path) {
   if (const auto scale = found(sections, "geometry/scale");
       scale && std::ranges::any_of(words_of(*scale), [](auto word) { return number_of(word) != 1; }))
     result.warnings.push_back(fmt::format(
-        "{}: scale is {}; it is not applied, the resolution alone gives the spacing", name, quoted(*scale)));
+        "{}: scale is {}, which is not applied; the resolution alone is the spacing", name, quoted(*scale)));
   std::string data_file = required(sections, "file1/name", name);
   // Programs for Windows write whole paths.
   if (const std::size_t slash = data_file.rfind('\\'); slash != data_file.npos) data_file.erase(0, slash + 1);

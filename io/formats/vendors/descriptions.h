@@ -1,4 +1,4 @@
-// VGStudio and Nikon: a text describes samples that lie in another file.
+// VGStudio and Nikon: a text file describes samples that are in another file.
 #pragma once
 
 #include <cstdint>

@@ -57,8 +57,8 @@ std::optional<OtherDescription> read_other(const Kind& kind, const std::string& 
   }
 }
 
-/// The description of the other kind of the same samples, in their directory. One that cannot be read belongs
-/// to them if it has their name.
+/// The description of the same samples in the other format, in their directory. One that cannot be
+/// read is assumed to describe them if it has their name.
 std::optional<OtherDescription> other_description(const Kind& kind, const std::string& data_path) {
   const fs::path data = data_path, folder = data.parent_path();
   if (const auto status = status_of(folder.empty() ? "." : folder.string());
@@ -88,7 +88,7 @@ std::optional<double> distance_of(const Geometry& geometry, std::size_t axis) {
 void compare(const TextDescription& own, const TextDescription& other, SourceFacts& facts) {
   const auto say = [&](const std::string& one, const std::string& two) {
     facts.not_understood.push_back(
-        fmt::format("{} says {}, but {} says {}; the former counts", own.path, one, other.path, two));
+        fmt::format("{} states {}, but {} states {}; the former is used", own.path, one, other.path, two));
   };
   const auto size = [](const Index3& dims) {
     return fmt::format("{} x {} x {} samples", dims.x, dims.y, dims.z);

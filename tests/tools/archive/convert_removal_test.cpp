@@ -390,14 +390,14 @@ TEST_F(ConvertRemoval, FilesThatAFailedLineMayNeedAreKept) {
     const Json record = records()[records().size() - 3];
     EXPECT_EQ(record["status"], "kept");
     EXPECT_TRUE(has(record["error"].get<std::string>(),
-                    "a.raw: cannot be removed: " + other + ", which lies beside it, names it, too"))
+                    "a.raw: cannot be removed: another header, " + other + ", also names it"))
         << record;
     EXPECT_FALSE(exists("c.nrrd")) << "it needs nobody, and nobody it";
     if (other != "b.nhdr") std::filesystem::remove(path(other));
   }
   // The header is still there, although it is not listed.
   file("list.tsv", "a.nhdr\n");
-  expect_kept("a.raw", "kept", "b.nhdr, which lies beside it, names it, too");
+  expect_kept("a.raw", "kept", "another header, b.nhdr, also names it");
   std::filesystem::remove(path("b.nhdr"));
   expect_ok(remove());
   EXPECT_FALSE(exists("a.nhdr") || exists("a.raw"));

@@ -99,7 +99,7 @@ TEST_F(MpiConvert, WhatCannotBeIsRefusedOnceBeforeAnythingIsDone) {
   file("list.tsv", "");
   const Ending nothing = convert_by(2);
   EXPECT_EQ(nothing.code, 0);
-  EXPECT_TRUE(has(nothing.err, "list.tsv: names no volume; nothing is left to do")) << nothing.err;
+  EXPECT_TRUE(has(nothing.err, "list.tsv: contains no volumes; nothing is left to do")) << nothing.err;
 }
 
 TEST_F(MpiConvert, FoldersAndNamesOfOutputsAreThoseOfOneProcess) {

@@ -226,10 +226,10 @@ TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandD
   for (const std::string list : {"", "\n", "# a.nrrd\n \t\r\n"}) {
     file("list.tsv", list);
     for (const char* option : {"--skip-done", "--remove-verified", "--shard=0/2"})
-      expect_error(convert({option}), usage, "list.tsv: names no volume");
+      expect_error(convert({option}), usage, "list.tsv: contains no volumes");
   }
   expect_error(script(": | $TAGRID convert --manifest - --output-dir out"), usage,
-               "standard input: names no volume");
+               "standard input: contains no volumes");
   EXPECT_FALSE(exists("out"));
   // Where volumes were converted before, nothing may be left of them to list.
   expect_ok(script("$TAGRID convert --find . -q > list.tsv"));
@@ -239,7 +239,7 @@ TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandD
   for (const char* option : {"--skip-done", "--remove-verified"}) {
     const Ending nothing = convert({option});
     EXPECT_EQ(nothing.code, 0) << option;
-    EXPECT_EQ(nothing.err, "tagrid: warning: list.tsv: names no volume; nothing is left to do\n");
+    EXPECT_EQ(nothing.err, "tagrid: warning: list.tsv: contains no volumes; nothing is left to do\n");
   }
   expect_ok(script("rm -r out"));
   volumes(1);

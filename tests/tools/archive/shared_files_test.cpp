@@ -47,12 +47,12 @@ class SharedFiles : public Conversions<CommandLine> {
 TEST_F(SharedFiles, WithoutTheNameOfTheHeaderAreKept) {
   header("a.mhd", "all.raw");
   samples("all.raw");
-  expect_kept("all.raw: cannot be removed: it lies beside a.mhd, whose name it does not have");
+  expect_kept("all.raw: cannot be removed: it does not have the name of a.mhd");
   // Names that only begin alike.
   for (const std::string name : {"ab.raw", "a_b.raw"}) {
     header("a.mhd", name);
     samples(name);
-    expect_kept(name + ": cannot be removed: it lies beside a.mhd");
+    expect_kept(name + ": cannot be removed: it does not have the name of a.mhd");
   }
 }
 
@@ -93,12 +93,12 @@ TEST_F(SharedFiles, ThatAnotherHeaderNamesAreKept) {
   for (const auto& [name, text] : others) {
     SCOPED_TRACE(name + ": " + text.substr(0, 200));
     file(name, text);
-    expect_kept("a.raw: cannot be removed: " + name + ", which lies beside it, names it, too");
+    expect_kept("a.raw: cannot be removed: another header, " + name + ", also names it");
     std::filesystem::remove(path(name));
   }
   // The header itself, too.
   file("b.xdmf", "<DataItem>a.mhd</DataItem>");
-  expect_kept("a.mhd: cannot be removed: b.xdmf, which lies beside it, names it, too");
+  expect_kept("a.mhd: cannot be removed: another header, b.xdmf, also names it");
 }
 
 TEST_F(SharedFiles, WhoseNamesAreWrittenOtherwiseAreKept) {
@@ -106,18 +106,19 @@ TEST_F(SharedFiles, WhoseNamesAreWrittenOtherwiseAreKept) {
   header("a&b.mhd", "a&b.raw");
   samples("a&b.raw");
   file("b.vrt", "<SourceFilename>a&amp;b.raw</SourceFilename>");
-  expect_error(tagrid({"encode", "a&b.mhd", "--rm", "-o", "x.tag"}), usage, "b.vrt, which lies beside it");
+  expect_error(tagrid({"encode", "a&b.mhd", "--rm", "-o", "x.tag"}), usage,
+               "another header, b.vrt, also names it");
   header("\u00e4.mhd", "\u00e4.raw");
   samples("\u00e4.raw");
   file("b.json", R"({"refs": {"v/0": ["\u00e4.raw", 0, 630]}})");
   expect_error(tagrid({"encode", "\u00e4.mhd", "--rm", "-o", "x.tag"}), usage,
-               "b.json, which lies beside it");
+               "another header, b.json, also names it");
   // By a symbolic link.
   header("a.mhd", "a.raw");
   samples("a.raw");
   header("b.mhd", "link.raw");
   std::filesystem::create_symlink("a.raw", path("link.raw"));
-  expect_kept("a.raw: cannot be removed: b.mhd, which lies beside it, names it, too");
+  expect_kept("a.raw: cannot be removed: another header, b.mhd, also names it");
 }
 
 TEST_F(SharedFiles, ThatHeadersInDirectoriesAboveAndBelowNameAreKept) {
@@ -148,7 +149,7 @@ TEST_F(SharedFiles, OfNumberedSlicesAreThoseOfBothHeaders) {
   samples("a_1.raw");
   file("b.nhdr",
        "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 9 7 5\nencoding: raw\ndata file: a_%d.raw 1 5 1 2\n");
-  expect_kept("a_1.raw: cannot be removed: b.nhdr, which lies beside it, names it, too");
+  expect_kept("a_1.raw: cannot be removed: another header, b.nhdr, also names it");
 }
 
 TEST_F(SharedFiles, ThatNobodyElseNamesAreRemoved) {

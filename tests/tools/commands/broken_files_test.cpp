@@ -26,7 +26,7 @@ TEST_F(BrokenFiles, AMissingInputIsAFailureOfTheWorld) {
 TEST_F(BrokenFiles, ALinkThatLeadsNowhereIsNoInput) {
   expect_ok(script("mkdir folder && ln -s nowhere folder/a.dcm && ln -s nowhere link"));
   const std::string says =
-      ": is a link that leads nowhere; its content may have to be fetched first (git annex get)";
+      ": is a broken symbolic link; its content may have to be fetched first (git annex get)";
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command, "link"}), broken_input, "link" + says);
   expect_error(tagrid({"encode", "folder"}), broken_input, "folder/a.dcm" + says);

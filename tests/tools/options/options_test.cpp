@@ -88,7 +88,7 @@ TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
 
 TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
   phantom("volume.nrrd");
-  const std::string why = "files of all other formats describe their samples: leave out --";
+  const std::string why = "a file of any other format describes its samples itself: leave out --";
   for (const std::string option : {"dims=52,40,36", "type=int16", "endian=little", "offset=0"})
     expect_error(tagrid({"encode", "volume.nrrd", "--" + option}), usage,
                  why + option.substr(0, option.find('=')));
@@ -96,7 +96,7 @@ TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 2\nencoding: raw\n\n12345678");
   const Arguments raw = {"--dims", "2,2,2", "--type", "uint8", "--spacing", "1,1,3"};
   expect_error(tagrid(with({"encode", "spaced.nrrd"}, raw)), usage,
-               "states the spacing 1 1 2, but --spacing is 1 1 3; leave it out, or give --override-spacing");
+               "states the spacing 1 1 2, but --spacing is 1 1 3; leave it out, or use --override-spacing");
   file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
   expect_ok(tagrid(with({"encode", "bare.nrrd"}, raw)));
   EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "bare.tag", "--json"}).out)["geometry"]["spacing"],
@@ -234,7 +234,7 @@ TEST_F(Options, ADecimalCommaIsToldToBeAPoint) {
   expect_error(tagrid({"encode", "a.nrrd", "--range", "0,5:3"}), usage, "must be lo:hi or auto" + hint);
   expect_error(tagrid({"preview", "a.tag", "--window", "0:2,5"}), usage, "must be lo:hi with lo < hi" + hint);
   expect_error(tagrid({"encode", "a", "--dims", "1,1,1", "--type", "int8", "--spacing", "0,5,0,5,1"}), usage,
-               "must be one number above 0, or three of them (X,Y,Z), perhaps with a unit: 10um, or "
+               "must be one number above 0, or three of them (X,Y,Z), optionally with a unit: 10um, or "
                "0.5,0.5,1.25mm\n");
   expect_error(tagrid({"encode", "a.nrrd", "--spacing", "0,5mm"}), usage, "0.5,0.5,1.25mm" + hint);
   // Others are not.

@@ -219,8 +219,8 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
   if (result.bad()) throw BrokenInput(fmt::format("{}: DICOM directory: {}", path, result.text()));
   if (!is_name_of_dicomdir(fs::path(path).filename().string()))
     throw BrokenInput(
-        fmt::format("{}: is a DICOM directory under another name, so the files that it names are not read; "
-                    "call it DICOMDIR",
+        fmt::format("{}: is a DICOM directory with another name, so the files that it names are not read; "
+                    "rename it to DICOMDIR",
                     path));
   std::vector<std::string> files;
   DcmSequenceOfItems* records = nullptr;

@@ -132,8 +132,9 @@ class BrokenDicomFile : public BrokenInput {
 /// image, such as a report. Throws BrokenDicomFile and WorldError.
 std::optional<DicomFile> read_dicom_file(const std::string& path);
 
-/// True for the name that DICOM gives to such directories, whatever its extension is. The reader may open what lies
-/// below one; a scan that is none does not open more by saying that it is one.
+/// True for the name that DICOM gives to such directories, with any extension. The reader may open
+/// everything below one. The name alone decides, so that no other file gets this access by claiming
+/// to be one.
 bool is_name_of_dicomdir(std::string_view name);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.

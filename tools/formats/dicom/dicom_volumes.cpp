@@ -224,7 +224,8 @@ const std::string& uid_of(const DicomSeries& series, const Files& images) {
   return images[series.slices.front().file].series;
 }
 
-/// The volume of a name that no series has now, among the images of the series; nothing if several have it.
+/// The volume that had this name while other volumes kept it apart from the rest of its series;
+/// nothing if several volumes match.
 std::optional<DicomSeries> volume_that_was_apart(const std::string& name,
                                                  const std::vector<DicomSeries>& series,
                                                  const Files& images) {

@@ -82,7 +82,7 @@ ImageFiles images_of(const std::vector<std::string>& paths, std::vector<std::str
 
 UnreadableImage no_dicom(const std::string& path) {
   std::error_code unknown;
-  if (!status_of(path)) return {path, "is a link that leads nowhere", ""};
+  if (!status_of(path)) return {path, "is a broken symbolic link", ""};
   return {path, fs::file_size(path, unknown) == 0 ? "is empty" : "is not a DICOM file", ""};
 }
 

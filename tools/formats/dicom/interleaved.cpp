@@ -19,11 +19,12 @@ using Files = std::vector<DicomFile>;
 using Slices = std::vector<DicomSlice>;
 using Parts = std::vector<DicomPart>;
 
-/// A step of more than this times the usual one leaves room for slices of others.
+/// A step that is larger than the usual one by this factor leaves room for slices of another
+/// acquisition.
 constexpr double hole = 1.5;
 /// Steps that differ by less, relative to the usual one, are equal.
 constexpr double even_enough = 0.05;
-/// Numbers that differ by less, relatively, are one; so are tilts, in degrees.
+/// Numbers with a smaller relative difference are equal; for tilts, the difference is in degrees.
 constexpr double same_value = 1e-3, same_tilt = 0.05;
 
 /// Times of phases. MR scanners may also acquire the slices of one volume at alternating ones.
@@ -32,7 +33,8 @@ constexpr std::array<std::string_view, 2> phase_times = {"TriggerTime", "Nominal
 constexpr std::array<std::string_view, 3> times = {"AcquisitionDateTime", "AcquisitionTime",
                                                    "FrameAcquisitionDateTime"};
 
-/// What differs between the passes in which MR scanners acquire every second slice, or packages, of one volume.
+/// Attributes that differ between the passes in which MR scanners acquire one volume, such as every
+/// second slice.
 constexpr std::array<std::string_view, 3> passes = {"AcquisitionNumber", "FrameAcquisitionNumber",
                                                     "InversionTime"};
 
@@ -75,7 +77,8 @@ bool are_interleaved(const Parts& parts, const Slices& slices, const Files& file
   return false;
 }
 
-/// True if two values are one that was rounded. Whole numbers are often counts, so they differ by 1.
+/// True if two values differ only by rounding. Whole numbers are often counts, so numbers that
+/// differ by 1 are different.
 bool are_close(std::size_t moment, const DicomValue& a, const DicomValue& b) {
   if (!a.is_number() || !b.is_number()) return !(a < b || b < a);
   const double apart = std::abs(a.number - b.number);
@@ -125,8 +128,9 @@ std::optional<double> even_step(const Slices& slices, const Files& files) {
   return usual;
 }
 
-/// True if interleaved parts are rather one volume: all slices together are even, and what tells the parts
-/// apart is no acquisition of its own. Several acquisitions each have even slices of one step.
+/// True if interleaved parts are probably one volume: all slices together have equal steps, and the
+/// attribute does not identify an acquisition. If they were several acquisitions, each would have
+/// equal steps of the same size.
 bool are_rather_one(std::size_t moment, const Parts& parts, const Slices& slices, const Files& files) {
   if (!even_step(slices, files)) return false;
   const std::string_view name = name_of_moment(moment);
@@ -149,8 +153,8 @@ bool all_have_places(const Slices& slices, const Files& files) {
   return std::ranges::all_of(slices, [&](const auto& slice) { return has_place(frame_of(files, slice)); });
 }
 
-/// The slices in the order of their times, cut where the scan is back at places where it has been: one part
-/// for each sweep. Nothing if times are not numbers.
+/// The slices in the order of their times, split where the scan returns to positions that it has
+/// passed: one part for each sweep. Nothing if times are not numbers.
 std::optional<Parts> parted_by_sweep(std::size_t moment, const Slices& slices, const Files& files) {
   std::map<DicomValue, std::vector<std::size_t>> by_time;
   for (std::size_t i = 0; i < slices.size(); ++i) {
@@ -204,21 +208,19 @@ std::vector<std::string> doubts_of_order(const Slices& slices, const Files& file
     const std::string_view name = name_of_moment(moment);
     if (name == "FrameOfReferenceUID" && has_two_values(moment, slices, files))
       doubts.push_back(
-          "slices have different coordinate systems (FrameOfReferenceUID), so their places may not fit "
+          "slices have different coordinate systems (FrameOfReferenceUID), so their positions may not fit "
           "together");
     if (is_among(name, phase_times) ? may_alternate : !grows_from_slice_to_slice(moment))
       if (const auto parts = interleaved_by(moment, slices, files))
         doubts.push_back(
-            fmt::format("slices {} and {} lie between each other; if they are {}, this is "
-                        "not one volume",
+            fmt::format("slices {} and {} are interleaved; if they are {}, this is not one volume",
                         which_are(parts->front()), which_are(parts->back()),
                         is_among(name, phase_times) ? "phases" : "several acquisitions"));
     if (!may_alternate && is_among(name, times) && has_two_values(moment, slices, files))
       if (const auto parts = parted_by_sweep(moment, slices, files);
           parts && parts->size() > 1 && are_interleaved(*parts, slices, files))
         doubts.push_back(fmt::format(
-            "slices of {} {} and of {} lie between each other; if they are two acquisitions, this is not "
-            "one volume",
+            "slices of {} {} and of {} are interleaved; if they are two acquisitions, this is not one volume",
             name, (*parts)[0].told_by, (*parts)[1].told_by));
   }
   return doubts;

@@ -1,4 +1,5 @@
-// Acquisitions whose slices lie between each other: together, they would look like one volume of smaller steps.
+// Acquisitions whose slices are interleaved: together, they would look like one volume with smaller
+// steps.
 #pragma once
 
 #include <string>
@@ -8,17 +9,18 @@
 
 namespace tagrid {
 
-/// Splits sorted slices, no two at one place, by attributes in which acquisitions differ (AcquisitionNumber,
-/// EchoTime, TriggerTime ...), if slices of one value lie between those of another. Both values must have two
-/// slices or more, and the ones must not just fill a hole that the others leave: acquisitions one after the
-/// other are one volume, and so are slices with a value each. If all slices together are even but those of a
-/// value are not, or have no value, or are a pass of MR, they stay one volume; see doubts_of_order(). In one
-/// part if there is nothing to split.
+/// Splits slices by attributes in which acquisitions differ (AcquisitionNumber, EchoTime,
+/// TriggerTime ...), if slices with one value lie between those with another. Both values must have
+/// at least two slices, and the slices with one value must not just fill a gap between the others.
+/// Acquisitions that follow one another are therefore one volume, and so are slices that each have
+/// their own value. If all slices together have equal steps, but those with one value do not, have
+/// no value, or are a pass of MR, they stay one volume; see doubts_of_order(). Returns one part if
+/// there is nothing to split. REQUIRES: slices are sorted, and no two have the same position.
 std::vector<DicomPart> parted_where_interleaved(const DicomPart& part, const std::vector<DicomFile>& files);
 
-/// Sentences on sorted slices of one volume that may be several acquisitions: slices of other times or
-/// values alternate, which may also be how a volume was acquired, or their coordinate systems differ. REQUIRES: all slices have
-/// places.
+/// Sentences about the sorted slices of one volume that may be several acquisitions: their times or
+/// values alternate, which may also be how one volume was acquired, or their coordinate systems
+/// differ. REQUIRES: all slices have positions.
 std::vector<std::string> doubts_of_order(const std::vector<DicomSlice>& slices,
                                          const std::vector<DicomFile>& files);
 

@@ -21,11 +21,11 @@ std::size_t count_of_moments();
 std::string_view name_of_moment(std::size_t number);
 /// True for times and numbers that may differ from slice to slice of one volume.
 bool grows_from_slice_to_slice(std::size_t number);
-/// True for those of which the lasting name of a volume always tells. Names are stored in lists and records,
-/// so they may not change when more attributes are known.
+/// True for the attributes that are always part of the lasting name of a volume. Names are stored
+/// in lists and records, so they must not change when more attributes become known.
 bool is_in_names(std::size_t number);
 
-/// Sets those that the item has; with `only_setup`, those that are not in names.
+/// Sets the attributes that the item has; with `only_setup`, only those that are not part of names.
 void read_moments(DcmItem& item, Moments& moments, bool only_setup = false);
 
 /// The values that a file with many frames lists for them in vectors, such as EnergyWindowVector: of frame

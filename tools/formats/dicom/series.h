@@ -58,7 +58,8 @@ std::string differences(const DicomSlice& a, const DicomSlice& b, const std::vec
 struct DicomSeries {
   Choice choice;
   std::vector<DicomSlice> slices;
-  /// The short name of all images of which these are a part: it means no part. "" if these are all.
+  /// The short name of all images of which these are a part; it does not select this part. "" if
+  /// these are all images.
   std::string name_of_all = {};
 };
 

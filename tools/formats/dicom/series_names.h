@@ -10,19 +10,20 @@
 
 namespace tagrid {
 
-/// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes apart:
-/// size, type of samples, orientation, spacing, and the attributes of moments.h. It depends on these slices
-/// alone. Volumes of one series that differ in any of these have different names; those that differ only in
-/// attributes that are not in names have different ones with `all`. REQUIRES: sorted slices, at least one.
+/// "1.2.840.113619.2.5-3f2a9c1b": the UID of the series, and a checksum of what tells its volumes
+/// apart: size, type of samples, orientation, spacing, and the attributes of moments.h. It depends
+/// on these slices alone. Volumes of one series that differ in any of these have different names;
+/// those that differ only in attributes that are not part of names have different names only with
+/// `all`. REQUIRES: sorted slices, at least one.
 std::string lasting_name_of(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files,
                             bool all = false);
 
 /// The UID in a name that lasting_name_of() gave; "" if it cannot be one.
 std::string_view uid_in(std::string_view name);
 
-/// The slices among `slices` that have this name, by splitting them once or twice by an attribute; several if
-/// the name does not tell them apart. Images of two volumes are one volume while nothing lies where both have
-/// images, so a volume that is gone may have kept them apart.
+/// The slices among `slices` that have this name, by splitting them once or twice by an attribute;
+/// several if the name does not tell them apart. Images of two volumes look like one volume as long
+/// as they share no position, so the volume that kept them apart may be gone.
 std::vector<std::vector<DicomSlice>> slices_called(const std::string& name,
                                                    const std::vector<DicomSlice>& slices,
                                                    const std::vector<DicomFile>& files);

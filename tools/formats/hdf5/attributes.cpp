@@ -230,8 +230,8 @@ AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::siz
 
 std::vector<std::string> attribute_names(hid_t object) {
   std::vector<std::string> names;
-  // HDF5 crashes where it lists attributes one of which it cannot read. A search that finds none reads all of them, and
-  // fails in order.
+  // HDF5 crashes when it lists attributes of which it cannot read one. A search for a name that
+  // does not exist reads all of them, and fails properly.
   if (H5Aexists(object, "\x01") < 0) return names;
   const auto add = [](hid_t, const char* name, const H5A_info_t*, void* user) -> herr_t {
     static_cast<std::vector<std::string>*>(user)->emplace_back(name);

@@ -104,7 +104,7 @@ class Walk {
     return end;
   }
 
-  /// Of the capture. That of the display says how large to show an image.
+  /// The capture resolution. The display resolution only tells how large to show an image.
   void read_resolution(std::uint64_t at, std::uint64_t end) {
     const auto along = [&](std::uint64_t ratio, std::uint64_t exponent) {
       const auto above = number(file_, at + ratio, 2, end), below = number(file_, at + ratio + 2, 2, end),

@@ -163,7 +163,7 @@ Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& r
     between.value = -between.value;
     remarks.warn(fmt::format("ImageJ's spacing is {}; it is read as {}", between.text, between.value));
   }
-  // Of pictures with a resolution of paper, ImageJ also keeps that: as inches.
+  // ImageJ also keeps print resolutions, in inches.
   if (const auto known = length_unit(unit); unit.empty() || (known && known->name == "inch")) {
     TiffPage page = first;
     if (known) page.resolution_unit = 2;

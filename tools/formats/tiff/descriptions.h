@@ -43,9 +43,9 @@ std::optional<ImageJ> image_j_of(std::string_view description);
 /// they are those of the page.
 Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& remarks);
 
-/// The spacing within a slice by its resolution in inches or centimeters, in mm; unknown along z. Nothing if the
-/// resolution has no unit, or if it is one of paper, such as 300 dpi, which programs write for any image: then a
-/// remark says so.
+/// The spacing within a slice by its resolution in inches or centimeters, in mm; unknown along z.
+/// Nothing if the resolution has no unit, or if it is a print resolution, such as 300 dpi, which
+/// programs write into any image; a remark then reports this.
 Geometry spacing_of(const TiffPage& page, TiffRemarks& remarks);
 
 /// Analyze > Calibrate: a value is a function of a number of at least 0.

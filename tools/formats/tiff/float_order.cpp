@@ -9,7 +9,8 @@
 namespace tagrid {
 namespace {
 
-/// Numbers of other sizes occur in few volumes, and every second swapped float is one.
+/// Few volumes have numbers of other magnitudes, but every second float has one once its bytes are
+/// swapped.
 bool is_unusual(double value) {
   const double size = std::abs(value);
   return std::isfinite(value) && size != 0 && (size < 1e-20 || size > 1e20);

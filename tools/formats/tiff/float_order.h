@@ -10,8 +10,9 @@ namespace tagrid {
 
 enum class FloatOrder { usual, swapped, unclear };
 
-/// What the sizes of floats say of their byte order. `usual`: that of memory, in which `samples` are; `swapped`: the
-/// other one; `unclear`: in both, many are larger or smaller than most programs have them. `type` is float32 or float64.
+/// The byte order of floats, judged by their magnitudes. `usual`: they have the byte order of
+/// memory; `swapped`: they have the other one; `unclear`: in both orders, many are unusually large
+/// or small. `type` is float32 or float64.
 FloatOrder float_order_of(std::span<const std::byte> samples, SampleType type);
 
 }  // namespace tagrid

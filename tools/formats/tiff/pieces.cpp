@@ -146,21 +146,19 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
     read_strips(page, out);
   // libtiff fills what is missing of a JPEG stream, or of a line of a fax, and only warns.
   if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
-  // What the standard says, and what libtiff reads, is not what libtiff writes.
+  // libtiff reads what the standard states, but writes something else.
   if (!page.may_be_swapped) return;
   const FloatOrder order = float_order_of({out, page.bytes()}, page.type);
   if (order == FloatOrder::swapped)
     fail(
-        "the bytes of its samples are swapped: the program that wrote it has the fault of libtiff 4.5, which "
-        "does so in big-endian files with a predictor of floats (Predictor 3); write it again, without that "
-        "predictor or little-endian");
+        "the bytes of its samples are swapped: it was written with a bug of libtiff 4.5 that swaps them in "
+        "big-endian files with a predictor of floats (Predictor 3); write it again, without that predictor "
+        "or little-endian");
   if (order == FloatOrder::unclear)
     remarks_.miss(
-        "the bytes of its samples may be swapped, as libtiff 4.5 does in big-endian files with a predictor "
-        "of "
-        "floats (Predictor 3): in both byte orders, many of its numbers are very large or very small; they "
-        "are "
-        "read as the standard says");
+        "the bytes of its samples may be swapped by a bug of libtiff 4.5 in big-endian files with a "
+        "predictor of floats (Predictor 3): in both byte orders, many of its numbers are very large or very "
+        "small; they are read as the standard states; check the values");
 }
 
 /// Fails because a strip or tile cannot be read.

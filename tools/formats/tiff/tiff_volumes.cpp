@@ -35,7 +35,7 @@ Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time,
 
 namespace {
 
-constexpr const char* different_spacings = "its slices have different spacings, so none is known";
+constexpr const char* different_spacings = "its slices have different spacings, so the spacing is unknown";
 
 /// Files round their resolutions; programs may round that of each slice anew.
 bool are_same(const Geometry& a, const Geometry& b) {
@@ -90,12 +90,13 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
   return pages;
 }
 
-/// ImageJ saves a stack as channels or frames if nothing told it that these are slices.
+/// ImageJ saves a stack as channels or frames if it was not told that they are slices.
 ImageJ with_slices(ImageJ image_j, TiffRemarks& remarks) {
   constexpr std::int64_t most = 8;  // channels that ImageJ can give a color each
   const auto become_slices = [&](std::int64_t& count, const char* what) {
     remarks.miss(
-        fmt::format("ImageJ's description says {} {} of one slice; they are read as {} slices of one volume",
+        fmt::format("ImageJ's description states {} {} with one slice each; they are read as {} slices of "
+                    "one volume",
                     count, what, count));
     std::swap(image_j.slices, count);
   };

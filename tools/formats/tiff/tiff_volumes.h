@@ -63,10 +63,9 @@ inline Geometry spacing_of_resolutions(const TiffPage& page, TiffRemarks& remark
   return spacing_of(page, remarks);
 }
 
-/// The spacing that the pages of a volume state by `spacing_of_page`; unknown, with a warning, if they state
-/// different ones. Pages without a resolution, or with that of 1 x 1, state none: programs may give it to the first
-/// one only.
-/// REQUIRES: there are planes.
+/// The spacing that the pages of a volume state by `spacing_of_page`; unknown, with a warning, if
+/// they state different ones. Pages without a resolution, or with 1 x 1, do not state a spacing:
+/// programs may write it into the first page only. REQUIRES: there are planes.
 Geometry common_spacing(const std::vector<TiffPlane>& planes, TiffRemarks& remarks,
                         const SpacingOfPage& spacing_of_page);
 

@@ -64,7 +64,8 @@ class Describing {
   }
 
  private:
-  /// The position by what stands beside the array: OME-Zarr has no directions, which the header of NIfTI has.
+  /// The geometry that is stored next to the array. OME-Zarr has no directions, but the header of
+  /// NIfTI has them.
   void look_beside() {
     std::string why_not;
     const auto nifti = nifti_header_of(store_, image_, volume_.dims, why_not);
@@ -99,7 +100,7 @@ class Describing {
       const double length = unit && other ? converted(scale.spacing[i], *unit, *other) : scale.spacing[i];
       if (std::abs(length - header.spacing[i]) <= rounding * std::abs(length)) continue;
       volume_.warnings.push_back(fmt::format(
-          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI says {}; the header counts",
+          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI states {}; the header is used",
           store_.path(), length, "xyz"[i], header.spacing[i]));
     }
   }
@@ -146,8 +147,8 @@ class Describing {
                               : text_at(image_.array.attributes, name);
   }
 
-  /// True if samples are where the header lines that tagrid keeps in its files put them. False for levels that
-  /// are not the finest one, and if somebody changed the places.
+  /// True if the positions of samples are those in the header lines that tagrid keeps in its files.
+  /// False for levels that are not the finest one, and if somebody changed the positions.
   bool has_places_of(const std::string& header) const try {
     if (!image_.is_finest) return false;
     const Geometry said = in_one_unit(volume_info(volume_.dims, volume_.type, header).geometry);
@@ -168,21 +169,22 @@ class Describing {
                          kept.end());  // of equal keys, the last one counts
     if (said.has_directions || !said.space.empty())
       volume_.warnings.push_back(fmt::format(
-          "{}: OME-Zarr: the header that tagrid wrote is of another level or of other places; scale "
-          "and translation count, and its directions and coordinate system are left out",
+          "{}: OME-Zarr: the header that tagrid wrote belongs to another level or to other positions; scale "
+          "and translation are used instead, and its directions and coordinate system are left out",
           store_.path()));
   } catch (const BrokenInput&) {
     // Another program's.
   }
 
-  /// A negative scale mirrors the volume, which directions can say. A scale of 0 says nothing.
+  /// A negative scale mirrors the volume, which directions can express. A scale of 0 is treated as
+  /// unknown.
   void set_spacing() {
     for (std::size_t i = 0; i < 3; ++i) {
       const double scale = space_[i] ? image_.axes[*space_[i]].scale : Geometry::unknown;
       volume_.geometry.has_spacing = true;
       if (scale == 0)
         volume_.warnings.push_back(
-            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is not known",
+            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is unknown",
                         store_.path(), "xyz"[i]));
       else
         volume_.geometry.spacing[i] = std::abs(scale);

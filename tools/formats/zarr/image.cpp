@@ -19,7 +19,7 @@
 namespace tagrid {
 namespace {
 
-/// What a search looks at before it refuses: a hostile store can have any number of folders in each other.
+/// The limits of a search: a hostile store can have any number of nested folders.
 constexpr std::size_t most_nodes = 100'000, deepest = 64;
 constexpr std::size_t most_named = 3;
 
@@ -31,7 +31,7 @@ const Json& multiscales_of(const Json& attributes) {
   return none;
 }
 
-/// The paths of levels, as keys have them; "" for one that is no path in the store.
+/// The paths of levels, in the form of keys; "" for a path that is not in the store.
 std::vector<std::string> levels_of(const Json& multiscale) {
   std::vector<std::string> paths;
   const Json& datasets = member(multiscale, "datasets");
@@ -137,8 +137,8 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
     }
     if (const Json& all = multiscales_of(group->attributes); !all.empty() && image.remarks.empty())
       image.remarks.push_back(fmt::format(
-          "{}: OME-Zarr: the description of levels in {} does not name {}; where its samples lie is not "
-          "known",
+          "{}: OME-Zarr: the description of levels in {} does not name {}; the positions of its samples are "
+          "unknown",
           store.path(), group->path.empty() ? "its root" : tagrid::quoted(group->path), tagrid::quoted(own)));
   }
   return image;
@@ -172,10 +172,10 @@ class Candidates {
   void search(const std::string& path, std::size_t depth) {
     // Links may lead to a folder in many ways, and in circles.
     if (!seen_.insert(store_.identity(path)).second) return;
-    if (depth == deepest) refuse(fmt::format("has more than {} folders in each other", deepest));
+    if (depth == deepest) refuse(fmt::format("has directories that are nested more than {} deep", deepest));
     for (const std::string& name : folders_in(path)) {
       if (++count_ > most_nodes)
-        refuse(fmt::format("has more than {} groups, arrays and folders", most_nodes));
+        refuse(fmt::format("has more than {} groups, arrays and directories", most_nodes));
       say_working();
       const std::string below = joined(path, name);
       const auto node = zarr_node(store_, below);
@@ -218,7 +218,7 @@ class Candidates {
       if (levels.front().empty())
         throw broken_zarr(
             store_.path(),
-            fmt::format("the path of the finest level is {}, which is none inside the group",
+            fmt::format("the path of the finest level is {}, which is not inside the group",
                         tagrid::quoted(text_at(member(multiscale, "datasets").front(), "path"))));
       const std::string path = joined(group.path, levels.front());
       const auto node = levels.front().empty() ? std::nullopt : zarr_node(store_, path);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint64_t most_metadata = std::uint64_t{16} << 20;
 constexpr int most_nested = 64;
 
-/// Words of Python that are no JSON become texts, but for those that stand in texts.
+/// Puts quotes around words that Python writes but JSON does not have. Strings stay as they are.
 std::string without_words_of_python(std::string_view json) {
   static constexpr std::array<std::string_view, 3> words = {"-Infinity", "Infinity", "NaN"};
   std::string plain;
@@ -72,7 +72,7 @@ std::optional<Json> json_at(const ZarrStore& store, const std::string& key) {
   const std::vector<std::byte> bytes = file->all(most_metadata);
   Json json = parsed_as_python_writes({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
                                       file->bytes->name());
-  if (!json.is_object()) throw BrokenInput(file->bytes->name() + ": is no object of JSON");
+  if (!json.is_object()) throw BrokenInput(file->bytes->name() + ": is not a JSON object");
   return json;
 }
 

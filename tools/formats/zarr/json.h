@@ -21,8 +21,8 @@ std::string shown(const Json& json);
 /// The text at a member, or "".
 std::string text_at(const Json& object, const char* name);
 
-/// The number that eight bytes in base64 are, little endian, as xarray writes fill values of floats; nothing if the text
-/// is not such a number.
+/// The number in eight base64-encoded bytes, little endian, as xarray writes fill values of floats;
+/// nothing if the text is not such a number.
 std::optional<double> number_of_base64(const std::string& text);
 
 }  // namespace tagrid

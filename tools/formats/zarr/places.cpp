@@ -27,7 +27,7 @@ struct NumberList {
 /// Throws BrokenInput if the array is not a short list, or has chunks that are missing.
 NumberList list_in(const ZarrStore& store, const ZarrArray& array, std::size_t size) {
   const auto refuse = [&](const char* why) { throw BrokenInput(why); };
-  if (array.shape.size() != 1) refuse("it is no list");
+  if (array.shape.size() != 1) refuse("it is not a list");
   const std::int64_t length = array.shape[0], piece = array.piece[0];
   if (length > static_cast<std::int64_t>(most_places_of_axis) ||
       piece > static_cast<std::int64_t>(most_places_of_axis))
@@ -50,7 +50,8 @@ std::vector<double> numbers_in(const ZarrStore& store, ZarrArray array, double& 
   if (!array.type && !is_long) throw BrokenInput(fmt::format("it has {} numbers", array.type_name));
   for (const char* packed : {"scale_factor", "add_offset"})
     if (!member(array.attributes, packed).is_null())
-      throw BrokenInput(fmt::format("it has the attribute {}, and packed places are not supported", packed));
+      throw BrokenInput(
+          fmt::format("it has the attribute {}, and packed positions are not supported", packed));
   if (is_long) array.type = SampleType::float64;  // of the same size
   const NumberList list = list_in(store, array, size_of(*array.type));
   std::vector<double> numbers;
@@ -119,11 +120,12 @@ std::optional<NiftiHeader> nifti_header_of(const ZarrStore& store, const ZarrIma
     if (array.type != SampleType::uint8) throw BrokenInput(fmt::format("it has {} samples", array.type_name));
     const NumberList list = list_in(store, array, 1);
     const std::string_view bytes(reinterpret_cast<const char*>(list.bytes.data()), list.bytes.size());
-    if (bytes.size() < 348 || !begins_nifti(bytes)) throw BrokenInput("it does not begin with such a header");
+    if (bytes.size() < 348 || !begins_nifti(bytes))
+      throw BrokenInput("it does not begin with a header of NIfTI");
     NiftiHeader header = parse_nifti_header(bytes.substr(0, max_nifti_header_bytes));
     if (header.info.dims != dims)
-      throw BrokenInput(fmt::format("it is of {} x {} x {} samples", header.info.dims.x, header.info.dims.y,
-                                    header.info.dims.z));
+      throw BrokenInput(fmt::format("it describes {} x {} x {} samples", header.info.dims.x,
+                                    header.info.dims.y, header.info.dims.z));
     return header;
   } catch (const BrokenInput& why) {
     why_not = fmt::format("{}: the header of NIfTI in {} is not read: {}", store.path(), tagrid::quoted(path),

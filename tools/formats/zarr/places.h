@@ -1,4 +1,4 @@
-// Where samples lie, by arrays and attributes beside them that are not those of OME-Zarr.
+// Positions of samples from arrays and attributes next to them, other than those of OME-Zarr.
 #pragma once
 
 #include <array>

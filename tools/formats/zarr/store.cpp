@@ -40,7 +40,7 @@ class FolderStore final : public ZarrStore {
     for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       std::error_code unknown;
       const bool is_folder = entry->is_directory(unknown);
-      // A link that leads nowhere stands for a file that was lost: whoever opens it is told.
+      // A broken link stands for a file whose content is missing: opening it reports this.
       if (is_folder || entry->is_regular_file(unknown) || is_dead_link(entry->path().string()))
         look(entry->path().filename().string(), is_folder);
     }
@@ -54,7 +54,8 @@ class FolderStore final : public ZarrStore {
   std::string path_of(const std::string& key) const override { return joined(path(), key); }
 
  private:
-  /// A chunk that was never written has no name, so a link that leads nowhere is not one, nor is its folder.
+  /// A chunk that was never written has no name at all. A chunk that is a broken link, or is in a
+  /// folder that is one, is therefore an error.
   void require_no_dead_link(const std::string& key) const {
     for (std::size_t end = key.find('/');; end = key.find('/', end + 1)) {
       const std::string part = path_of(key.substr(0, end));

@@ -24,9 +24,9 @@ struct ZarrFile {
   std::vector<std::byte> all(std::uint64_t limit) const;
 };
 
-/// Files by their keys, such as "0/c/1/0/2": names with slashes between them, and none at the beginning. All
-/// functions throw WorldError, and BrokenInput if the store is damaged, or if a
-/// link in it leads nowhere. Safe for any content and any keys.
+/// Files by their keys, such as "0/c/1/0/2": names with slashes between them, and none at the
+/// beginning. All functions throw WorldError, and BrokenInput if the store is damaged or contains a
+/// broken symbolic link. Safe for any content and any keys.
 class ZarrStore {
  public:
   virtual ~ZarrStore() = default;
@@ -37,7 +37,7 @@ class ZarrStore {
   /// Calls `look` with the name of each file and folder in a folder, in any order. None if there is no such folder.
   virtual void list(const std::string& folder,
                     const std::function<void(const std::string& name, bool is_folder)>& look) const = 0;
-  /// What is the same for all paths that links make of one folder.
+  /// A string that is the same for all paths that lead to one folder through links.
   virtual std::string identity(const std::string& folder) const = 0;
   /// The path of a file of the source: the zip file itself, or a file of the folder.
   virtual std::string path_of(const std::string& key) const = 0;

@@ -113,7 +113,7 @@ class ZarrVolume final : public ServedVolume {
     return box;
   }
 
-  /// Says how many chunks are missing: they may be so on purpose, or be lost.
+  /// Reports how many chunks are missing: they may never have been written, or may be lost.
   void count_missing() {
     const ZarrArray& array = image_.array;
     const PieceBox box = pieces_of_volume();
@@ -126,8 +126,8 @@ class ZarrVolume final : public ServedVolume {
     if (!presence.other_key.empty())
       throw broken_zarr(
           store_->path(),
-          fmt::format("{}: {}, but there is the file {}, where the metadata says {}; the separator of "
-                      "its keys or their beginning may be stated wrongly in {}",
+          fmt::format("{}: {}, but there is a file {}, where the metadata leads to {}; {} may state the "
+                      "wrong separator or beginning of chunk keys",
                       shown_path(image_), missing, tagrid::quoted(presence.other_key),
                       tagrid::quoted(presence.expected_key), tagrid::quoted(image_.metadata_key)));
     const std::string sentence = fmt::format("{}: Zarr: {}: {}", store_->path(), shown_path(image_), missing);

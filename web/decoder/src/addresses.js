@@ -1,4 +1,4 @@
-// Addresses in messages and errors: without what only their owner may see.
+// Addresses in messages and errors, without their secrets.
 import { isNode } from "./platform.js";
 
 /**
@@ -9,14 +9,14 @@ export function shownAddress(given) {
   const [, scheme, rest] = /^((?:[a-z][a-z0-9+.-]*:)?\/\/)?(.*)$/is.exec(String(given));
   if (/^(data|blob|javascript):/i.test(rest)) return `${rest.slice(0, rest.indexOf(":"))}:…`;
   if (scheme === undefined) return rest.replace(/[?#].*$/s, "");
-  // A password with one of these characters ends too early, and must not be shown either.
+  // A password that contains one of these characters seems to end there, but the rest must not be shown either.
   const host = rest.replace(/[/?#].*$/s, "");
   const hasPort = /(^[^:]*|:\d*|\])$/.test(host.slice(host.lastIndexOf("@") + 1));
   const at = hasPort || host.includes("@") ? host.lastIndexOf("@") : rest.lastIndexOf("@");
   return scheme + rest.slice(at + 1).replace(/[?#].*$/s, "");
 }
 
-/** What of an address, and of the headers of requests, no message may have: longer texts first. */
+/** The parts of an address, and of the headers of requests, that no message may contain; longer ones first. */
 function secretsOf(url, headers) {
   const parts = [url.href, url.search, url.hash, url.username, url.password, ...[...url.searchParams.values()].filter(isLong)];
   for (const value of headersOf(headers)) parts.push(value, ...value.split(/\s+/).filter(isLong));
@@ -30,7 +30,7 @@ function secretsOf(url, headers) {
   return [...new Set([...parts, ...decoded])].filter((part) => part.length > 1).sort((a, b) => b.length - a.length);
 }
 
-// Shorter ones are words that any message may have.
+// Shorter ones may be ordinary words of a message.
 const isLong = (text) => text.length >= 8;
 
 function headersOf(headers) {
@@ -65,12 +65,12 @@ export function withoutSecrets(url, headers) {
 export function wordsOf(error) {
   const words = [];
   for (let one = error, depth = 0; one && depth < 5; one = one.cause, ++depth)
-    // Of several attempts, such as with IPv4 and IPv6, only the code is said.
+    // If several attempts failed, such as with IPv4 and IPv6, only the code is reported.
     words.push(one.message || one.code || one.name);
   return words.filter(Boolean).filter((word, i) => !words.slice(0, i).some((before) => before?.includes?.(word))).join(": ");
 }
 
-/** What may be the cause of an error of fetch() that browsers do not tell, so that pages cannot explore a network. */
+/** The likely cause of an error of fetch(). Browsers do not reveal it, so that pages cannot explore a network. */
 export function perhaps(url, error) {
   const page = globalThis.location;
   if (isNode || !page || !(error instanceof TypeError) || url.origin === page.origin || url.protocol === "blob:") return "";

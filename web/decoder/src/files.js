@@ -45,7 +45,7 @@ function baseOfCopy() {
 const whatToDo = (base) =>
   base
     ? `base, ${shownAddress(base)}, must be the folder with the files of @tagrid/decoder, with "/" at its end`
-    : "a bundler may have moved @tagrid/decoder without its files: its README says what to do; `base` says where they are";
+    : "a bundler may have moved @tagrid/decoder without its files: copy them, and pass their folder as `base` (see its README)";
 
 const notLoaded = (what, why, base) => new TagridError("not-supported", `cannot load ${what}: ${why.replace(/\.$/, "")}; ${whatToDo(base)}`);
 
@@ -83,7 +83,7 @@ async function compileFrom(url, base) {
   } catch (error) {
     throw notLoaded(shown, wordsOf(error).replaceAll(url.href, shown) + perhaps(url, error), base);
   }
-  // Some servers do not know the type of the file, and some send a page in place of what is missing.
+  // Some servers do not know the type of the file, and some send a page instead of a file that is missing.
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== "\0asm")
     throw notLoaded(shown, `it is not WebAssembly${type ? ` (the server says ${type})` : ""}`, base);
   try {
@@ -100,7 +100,7 @@ export async function startWorker(base, on) {
   return startWebWorker(() => (url ? new Worker(url, { type: "module" }) : webWorker()), on);
 }
 
-/** What to say of a worker that failed before it worked. Browsers do not tell why. */
+/** The error for a worker that failed before it worked. Browsers do not tell why. */
 export async function workerNotLoaded(base, error) {
   const url = base && new URL("worker.js", base);
   return notLoaded(url ? shownAddress(url) : "worker.js", error.message || (await whyNot(url)), base);
@@ -112,9 +112,9 @@ async function whyNot(url) {
     await answer.body?.cancel();
     if (!answer.ok) return `the server answered ${answer.status}`;
     const type = answer.headers.get("Content-Type") ?? "";
-    if (!/javascript|ecmascript/i.test(type)) return `the server says that it is ${type || "of no type"}, not text/javascript`;
+    if (!/javascript|ecmascript/i.test(type)) return `the server says that its type is ${type || "unknown"}, not text/javascript`;
   } catch {
-    // It is elsewhere, or forbidden.
+    // It has another origin, or is forbidden.
   }
-  return "it is missing, of another origin, or not allowed by the policy of the page (worker-src)";
+  return "it is missing, has another origin than the page, or is not allowed by the page's policy (worker-src)";
 }

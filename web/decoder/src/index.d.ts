@@ -135,16 +135,16 @@ export interface OpenOptions {
   /** Workers that decode. The default is one fewer than the cores of the machine; 0: decode on the calling thread. */
   workers?: number;
   /**
-   * Ranges that are fetched at once: 1 to 64. The default is 6: over HTTP/1.1, browsers let no more requests to a server
-   * pass at a time. More can be faster over HTTP/2 and HTTP/3.
+   * Ranges that are fetched at once: 1 to 64. The default is 6, because over HTTP/1.1 browsers send at most six requests
+   * to a server at a time. More can be faster over HTTP/2 and HTTP/3.
    */
   connections?: number;
   /** How often a request is repeated after a failure that may pass. The default is 3. */
   retries?: number;
   /**
-   * Milliseconds after which a request counts as failed if the server has sent nothing of the file, nor to other
-   * requests of this source, and then whenever it
-   * sent less than 4096 bytes a second on average. The default is 30000; with a longer time, fewer bytes are enough.
+   * A request fails if the server sends nothing of the file for so many milliseconds, neither to this request nor to
+   * others of this source. It also fails if the server then sends less than 4096 bytes per second on average over this
+   * time. The default is 30000; a longer time lowers the rate.
    */
   timeout?: number;
   /** Bytes of compressed bricks that are kept. The default is 64 MB. */
@@ -167,8 +167,8 @@ export interface OpenOptions {
   ifMatch?: boolean;
 
   /**
-   * Where the files of this package are, if a bundler has left them elsewhere than index.js says: the URL of a folder,
-   * with "/" at its end, relative to the page. The README says which bundlers need it.
+   * Where the files of this package are, if a bundler does not keep them where index.js expects them: the URL of a
+   * folder, with "/" at its end, relative to the page. The README lists the bundlers that need it.
    */
   base?: string | URL;
   /** False: do not use vector instructions, to compare. */
@@ -177,7 +177,7 @@ export interface OpenOptions {
 
 /**
  * Opens a .tag file: two requests, of 320 KiB, or of up to 832 KiB for a large file. The result is volume 0 of the file.
- * A URL begins with http: or https:, and has no name and no password; see `headers`.
+ * A URL begins with http: or https:, and must not contain a user name or a password; see `headers`.
  */
 export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
 

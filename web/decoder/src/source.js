@@ -30,16 +30,16 @@ function urlOf(given) {
   }
   if (!["http:", "https:", "blob:", "data:"].includes(url.protocol))
     throw new TagridError("invalid-argument", `${shown}: addresses begin with http: or https:, not with ${url.protocol}; ${insteadOfFiles}`);
-  // No fetch() sends them, and its error would name them.
+  // fetch() does not send them, and its error would show them.
   if (url.username || url.password)
-    throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must have no name and no password; ` +
-      "give open() the headers { Authorization: ... }");
+    throw new TagridError("invalid-argument", `${shownAddress(url.href)}: an address must not contain a user name or a password; ` +
+      "pass the headers { Authorization: ... } to open()");
   return url;
 }
 
 const insteadOfFiles = isNode
-  ? "of a file of this machine, give open() the Blob of fs.openAsBlob()"
-  : "of a file of this machine, give open() a File, as from <input type=file>";
+  ? "for a file on this machine, pass the Blob of fs.openAsBlob() to open()"
+  : "for a file on this machine, pass a File to open(), as from <input type=file>";
 
 class BlobSource {
   #blob;
@@ -204,14 +204,14 @@ export function within(pieces, offset, length) {
   return piece && piece.bytes.subarray(offset - piece.offset, offset - piece.offset + length);
 }
 
-// A server must send so many bytes a second, on average over the time of `timeout`; with a longer one than usual, fewer.
+// The bytes per second that a server must send, on average over `timeout`. A longer timeout than usual lowers this rate.
 const leastRate = 4096;
 const usualTimeout = 30000;
 
 /**
- * Ends a request that the caller ends, or whose server does not begin to send the file, or sends too little of it, in
- * some time. A limit on silence alone would not end: who sends a byte now and then is never silent. A request without
- * an answer is not late while other ones receive the file: browsers let only some requests to a server pass at a time.
+ * Ends a request if the caller aborts it, or if the server does not begin to send the file in time, or sends it too
+ * slowly. A limit on silence alone would not be enough, because a server that sends a byte now and then is never silent.
+ * A request without an answer is not late while others receive the file: browsers send only some requests at a time.
  */
 class Watch {
   #controller = new AbortController();
@@ -264,7 +264,7 @@ class Watch {
   inWords() {
     if (!this.#hasBegun) return `the server sent nothing of the file for ${this.timeout} ms`;
     const rate = Math.round((1000 * this.#least) / this.timeout);
-    return `the server sends less than ${rate} bytes a second; a \`timeout\` of more than ${Math.max(this.timeout, usualTimeout)} ms waits longer`;
+    return `the server sends less than ${rate} bytes per second; to wait longer, set \`timeout\` to more than ${Math.max(this.timeout, usualTimeout)} ms`;
   }
   end() {
     clearTimeout(this.#timer);

@@ -17,7 +17,7 @@ export function scaleOf(volume) {
     const ofSlice = (z) => ({ slope: slopes[z], intercept: intercepts?.[z] ?? 0 });
     const isWhole =
       slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
-    const note = "stored samples: each slice has a slope of its own, so equal greys are not equal values";
+    const note = "stored samples: each slice has its own slope, so equal grays are not equal values";
     return { slope: 1, intercept: 0, unit: "", note, ofSlice: isWhole ? ofSlice : undefined };
   }
   const slope = Number(volume.pair("rescale_slope") ?? 1);
@@ -55,7 +55,7 @@ export function boundRows({ bounds }, { slope, unit }) {
 /** The bound of the samples that are shown, in few words; "" if they are exact. */
 export function lossText({ bounds }, { slope, unit }) {
   if (bounds.maxError === 0) return "";
-  if (bounds.maxError === null) return "lossy: no bound of errors";
+  if (bounds.maxError === null) return "lossy: errors have no bound";
   return `lossy: errors up to ${numberText(bounds.maxError * Math.abs(slope))} ${unit}`.trim();
 }
 

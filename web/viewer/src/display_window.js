@@ -30,7 +30,7 @@ export class DisplayWindow {
 
   /**
    * For the volume that is shown now: the window of its header, or one that holds all samples until chooseOnce() has
-   * looked at slices. Another volume of the same file keeps the window `before`, so that equal greys are equal values.
+   * looked at slices. Another volume of the same file keeps the window `before`, so that equal grays are equal values.
    */
   start(before) {
     const { volume, scale } = this.#state;

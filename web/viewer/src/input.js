@@ -20,7 +20,7 @@ export function handlePointers(view, state, actions) {
     swiped += dy;
     const slices = Math.trunc(swiped / swipePixels);
     swiped -= slices * swipePixels;
-    // As a page scrolls: up is on.
+    // As a page scrolls: swiping up goes to the next slice.
     if (slices !== 0) actions.step(view.normal, -slices);
   };
 

@@ -91,7 +91,7 @@ function drawSides({ sides }, write, width, height) {
   write(sides.bottom, width / 2, height - 11, "center", font);
 }
 
-/** Hatches boxes [x, y, width, height], so that they are not taken for air. */
+/** Hatches boxes [x, y, width, height], so that they are not mistaken for air. */
 export function drawUnreadable(context, boxes) {
   for (const [x, y, width, height] of boxes) {
     context.save();
@@ -104,7 +104,7 @@ export function drawUnreadable(context, boxes) {
     context.lineWidth = 1;
     context.beginPath();
     const [right, bottom] = [Math.min(x + width, context.canvas.width), Math.min(y + height, context.canvas.height)];
-    // All hatches of neighbours meet: they lie where x + y is a multiple of 12.
+    // The hatches of neighbors meet: they are where x + y is a multiple of 12.
     const [left, top] = [Math.max(x, 0), Math.max(y, 0)];
     for (let sum = Math.floor((left + top) / 12) * 12; sum < right + bottom; sum += 12) {
       context.moveTo(sum - top, top);

@@ -6,7 +6,7 @@ import { arePerpendicular, axesOf } from "./sides.js";
 /**
  * What views need of a geometry: `unit`, the name of the unit of all lengths; `steps`, the distances of samples in it
  * (1 where it is not known); `factors`, which turn lengths of the file along each axis into it; `axes` (see sides.js);
- * `slices`, the positions of unevenly spaced ones; and `notes`, sentences of what pictures do not show.
+ * `slices`, the positions of unevenly spaced ones; and `notes`, sentences about what pictures do not show.
  */
 export function placesOf(volume) {
   const { spacing, directions } = volume.geometry;
@@ -19,9 +19,9 @@ export function placesOf(volume) {
   });
   const axes = axesOf(volume);
   const notes = [];
-  if (!axes) notes.push("directions unknown: it is not known which side of the patient is where");
-  else if (!arePerpendicular(axes)) notes.push("axes are not perpendicular, but drawn so: angles are not true");
-  if (!spacing) notes.push("distances of samples unknown: drawn as if equal");
+  if (!axes) notes.push("directions unknown: the file does not state which side of the patient is where");
+  else if (!arePerpendicular(axes)) notes.push("axes are not perpendicular, but are drawn as if they were: angles are distorted");
+  if (!spacing) notes.push("spacing unknown: drawn as if equal along all axes");
   else if (spacing.some((step) => !Math.abs(step)))
     notes.push(
       `distance along ${[..."xyz"].filter((_, axis) => !Math.abs(spacing[axis])).join(", ")} unknown: drawn as 1 ${unit}`,

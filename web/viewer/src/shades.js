@@ -45,7 +45,7 @@ export class Shades {
   }
 }
 
-// What has no value is not taken for air: violet, red 110, green 0, blue 140.
+// NaN must not be mistaken for air: violet, red 110, green 0, blue 140.
 const noValue = 0xff8c006e;
 
 function greyPixel(grey) {

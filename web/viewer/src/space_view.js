@@ -89,12 +89,12 @@ export class SpaceView {
   }
 
   /**
-   * The graphics card may drop all that it was given: when the machine wakes, for other pages, after a crash. What was
-   * shown is gone until the browser gives the canvas another context; then it is made once more.
+   * The graphics card may lose all data: when the machine wakes, because of other pages, or after a crash. The picture
+   * is gone until the browser gives the canvas another context; then it is drawn anew.
    */
   #handleLoss() {
     this.canvas.addEventListener("webglcontextlost", (event) => {
-      // Without this, there would be no other one.
+      // Otherwise, the browser would not restore the context.
       event.preventDefault();
       this.#isLost = true;
       const level = this.#picture?.level ?? this.#level;
@@ -104,8 +104,8 @@ export class SpaceView {
       this.texture = undefined;
       const { middle, text, button } = this.elements;
       text.textContent =
-        "The graphics card lost the picture in 3D. It comes back when the browser has the card again; " +
-        "if it does not, load the page again.";
+        "The 3D picture was lost, because the browser lost the graphics card. It returns when the card is back; " +
+        "if it does not, reload the page.";
       button.hidden = true;
       middle.hidden = false;
     });
@@ -255,7 +255,7 @@ export class SpaceView {
     if (this.#gl) return;
     const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("this browser has no WebGL 2, which pictures in 3D need");
-    if (gl.isContextLost()) throw new Error("the graphics card was lost; load the page again");
+    if (gl.isContextLost()) throw new Error("the graphics card was lost; reload the page");
     const program = gl.createProgram();
     for (const [kind, code] of [
       [gl.VERTEX_SHADER, vertexCode],

@@ -18,7 +18,7 @@ export class Tiles {
   #bytes = 0;
   #flying = new Set();
   #failed = new Set();
-  // Of a row of tiles that could not be read at once, each is read alone: one damaged brick takes no other one along.
+  // If a row of tiles cannot be read at once, each tile is read alone, so that a damaged brick affects no other one.
   #alone = new Set();
   #wanted = new Set();
   #volume;

@@ -22,7 +22,7 @@ std::string why_not_own_numbers(hid_t dataset, const std::string& path) {
     if (H5Aexists(dataset, packed) > 0)
       return fmt::format("its attribute {} is {}, and packed places are not supported", packed,
                          tagrid::quoted(attribute_in_words(dataset, packed)));
-  if (dims.size() != 1) return dims.empty() ? "it is no list" : fmt::format("it has {} axes", dims.size());
+  if (dims.size() != 1) return dims.empty() ? "it is not a list" : fmt::format("it has {} axes", dims.size());
   return dims[0] > most_places_of_axis ? "it is too long" : "";
 }
 

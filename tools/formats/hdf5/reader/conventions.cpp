@@ -52,8 +52,8 @@ std::optional<Convention> itk_of(hid_t file, const std::string& path, const std:
              directions = numbers_at(file, path, group + "/Directions", 9);
   if (spacing.empty() || origin.empty() || directions.empty() || !are_steps(spacing)) {
     found.warnings.push_back(fmt::format(
-        "{}: HDF5 file (ITK): Origin, Spacing and Directions of {} are not those of a volume; where samples "
-        "lie is not known",
+        "{}: HDF5 file (ITK): Origin, Spacing and Directions of {} are not those of a volume; the positions "
+        "of samples are unknown",
         path, group));
     return found;
   }
@@ -83,15 +83,15 @@ std::optional<Convention> imaris_of(hid_t file, const std::string& path, const s
   if (!is_size_said)
     found.warnings.push_back(fmt::format(
         "{}: HDF5 file (Imaris): {} does not state its size (ImageSizeX, ImageSizeY, ImageSizeZ); if it is "
-        "padded to "
-        "whole chunks, samples that are no part of the image are read, and its spacing is too small",
+        "padded to whole chunks, the padding is read as well, and the spacing is too small",
         path, name));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const ForeignNumber low = number_of_letters(image.get(), fmt::format("ExtMin{}", axis)),
                         high = number_of_letters(image.get(), fmt::format("ExtMax{}", axis));
     if (!low.is_number() || !high.is_number() || low.value == high.value) {
       found.warnings.push_back(fmt::format(
-          "{}: HDF5 file (Imaris): ExtMin{} and ExtMax{} are no borders; where samples lie is not known",
+          "{}: HDF5 file (Imaris): ExtMin{} and ExtMax{} are not two borders; the positions of samples are "
+          "unknown",
           path, axis, axis));
       found.geometry = {};
       return found;
@@ -114,8 +114,8 @@ std::optional<Convention> chimera_of(hid_t file, const std::string& path, const 
   Convention found;
   found.known = {"step", "origin"};
   Fields fields(group.get(), fmt::format("{}: HDF5 file (Chimera): {}", path, name));
-  const auto step = fields.numbers("step", 3, "the spacing is not known", are_steps);
-  const auto origin = fields.numbers("origin", 3, "the origin is not known");
+  const auto step = fields.numbers("step", 3, "the spacing is unknown", are_steps);
+  const auto origin = fields.numbers("origin", 3, "the origin is unknown");
   if (step.is_number()) {
     std::ranges::copy(step.values, found.geometry.spacing.begin());
     found.geometry.has_spacing = true;
@@ -130,8 +130,9 @@ std::optional<Convention> chimera_of(hid_t file, const std::string& path, const 
       number_attribute(group.get(), "rotation_angle").size() +
               number_attribute(group.get(), "rotation_axis").size() >
           0)
-    fields.warnings.push_back(fmt::format(
-        "{}: cell_angles or rotation_angle of its group turn its axes, which is not applied", fields.name()));
+    fields.warnings.push_back(
+        fmt::format("{}: cell_angles or rotation_angle of its group rotate its axes, which is not applied",
+                    fields.name()));
   found.warnings = fields.warnings;
   return found;
 }
@@ -144,7 +145,7 @@ std::optional<Convention> eman_of(hid_t file, const std::string& path, const std
   Fields fields(group.get(), fmt::format("{}: HDF5 file (EMAN): {}", path, name));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string attribute = fmt::format("EMAN.apix_{}", "xyz"[axis]);
-    const auto step = fields.numbers(attribute, 1, "the spacing is not known", are_steps);
+    const auto step = fields.numbers(attribute, 1, "the spacing is unknown", are_steps);
     found.known.push_back(attribute);
     if (!step.is_number()) continue;
     found.geometry.spacing[axis] = step.values[0];
@@ -163,8 +164,8 @@ std::optional<Convention> cremi_of(hid_t file, const std::string& path, const st
   Convention found;
   found.known = {"resolution", "offset"};
   Fields fields(dataset.get(), fmt::format("{}: HDF5 file (CREMI): {}", path, name));
-  const auto size = fields.numbers("resolution", 3, "the spacing is not known", are_steps);
-  const auto offset = fields.numbers("offset", 3, "the origin is not known");
+  const auto size = fields.numbers("resolution", 3, "the spacing is unknown", are_steps);
+  const auto offset = fields.numbers("offset", 3, "the origin is unknown");
   found.warnings = fields.warnings;
   if (!size.is_number()) return found;
   std::ranges::reverse_copy(size.values, found.geometry.spacing.begin());

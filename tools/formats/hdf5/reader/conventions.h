@@ -1,5 +1,5 @@
-// Where samples lie in files of programs that say so beside the samples: ITK, openPMD, MINC 2, Imaris, Chimera, EMAN and
-// CREMI.
+// Positions of samples in files of programs that store them next to the samples: ITK, openPMD, MINC
+// 2, Imaris, Chimera, EMAN and CREMI.
 #pragma once
 
 #include <hdf5.h>
@@ -18,12 +18,13 @@ namespace tagrid {
 struct Convention {
   Geometry geometry;
   double slope = 1;                          ///< of the values
-  bool are_axes_placed = false;              ///< directions say where axes lead that are not z, y, x
+  bool are_axes_placed = false;              ///< the directions describe axes that are not z, y, x
   std::vector<std::string> warnings, known;  ///< `known`: the names of attributes and fields that were read
 };
 
-/// That of the data set at the absolute path `name`, of these dimensions, of the file at `path`. Nothing if it follows none
-/// of these conventions. What cannot be read gives no position, and a warning.
+/// The geometry of the data set at the absolute path `name`, with these dimensions, in the file at
+/// `path`. Nothing if it follows none of these conventions. If something cannot be read, the
+/// positions are unknown, with a warning.
 std::optional<Convention> convention_of(hid_t file, const std::string& path, const std::string& name,
                                         const Index3& dims);
 
@@ -33,8 +34,8 @@ ForeignNumber number_of_letters(hid_t object, const std::string& name);
 /// True if the file is one of Imaris, whose volumes are those of "/DataSet/ResolutionLevel 0".
 bool is_imaris(hid_t file);
 inline constexpr const char* finest_of_imaris = "/DataSet/ResolutionLevel 0/";
-/// The size of the image in a data set of Imaris, which pads it to whole chunks; nothing if it is as large, or the file is
-/// not one of Imaris.
+/// The size of the image in a data set of Imaris, which pads images to whole chunks. Nothing if
+/// there is no padding, or if the file is not one of Imaris.
 std::optional<Index3> imaris_size(hid_t file, const std::string& name, const Index3& dims);
 
 }  // namespace tagrid

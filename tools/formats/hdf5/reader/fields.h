@@ -28,7 +28,7 @@ class Fields {
   const std::string& name() const { return name_; }
   bool has(const std::string& attribute) const { return H5Aexists(object_, attribute.c_str()) > 0; }
   /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that
-  /// means: "the spacing is not known".
+  /// means: "the spacing is unknown".
   AttributeNumbers numbers(const std::string& attribute, std::size_t count, const char* consequence,
                            const IsGood& is_good = are_finite);
   /// A text; "" if there is none.

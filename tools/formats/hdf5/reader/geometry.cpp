@@ -94,18 +94,17 @@ bool is_symmetric(const std::vector<double>& matrix) {
   return matrix[1] == matrix[3] && matrix[2] == matrix[6] && matrix[5] == matrix[7];
 }
 
-/// As image libraries have it: the rows of a matrix, whose columns are the directions of axes. tagrid's own attribute
-/// `directions` has the vectors of axes, as long as the spacing, instead.
+/// Applies a matrix as image libraries store it, row by row; its columns are the directions of
+/// axes. tagrid's own attribute `directions` is different: it has the vectors of the axes, which
+/// are as long as the spacing.
 void apply_matrix(const char* name, const std::vector<double>& matrix, Fields& fields, Geometry& geometry) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t row = 0; row < 3; ++row)
       geometry.directions[axis][row] = matrix[3 * row + axis] * spacing_or_1(geometry, axis);
   geometry.has_directions = true;
   if (!geometry.has_spacing)
-    fields.warnings.push_back(
-        fmt::format("{}: {} turns axes, but no spacing that is read comes with it; steps of 1 are "
-                    "taken",
-                    fields.name(), name));
+    fields.warnings.push_back(fmt::format(
+        "{}: {} rotates the axes, but there is no spacing that is read; 1 is assumed", fields.name(), name));
 }
 
 /// What the attributes of the data set say.
@@ -116,7 +115,7 @@ Geometry geometry_of_attributes(Fields& fields) {
       fields.has(hdf5_header_attribute) || fields.has("spacing_units") || fields.has("space");
   const auto spacing = fields.numbers("spacing", 3, no_spacing, are_spacings);
   const auto size = fields.numbers("element_size_um", 3, no_spacing, are_steps);
-  const std::string unit = fields.text("spacing_units", "the unit is not known");
+  const std::string unit = fields.text("spacing_units", "the unit is unknown");
   if (spacing.is_number()) {
     std::ranges::copy(spacing.values, geometry.spacing.begin());
     geometry.units = units_of(unit);
@@ -126,8 +125,8 @@ Geometry geometry_of_attributes(Fields& fields) {
     geometry.has_spacing = true;
     geometry.units.fill("um");
   }
-  const auto matrix = fields.numbers("direction", 9, "the directions are not known", are_directions);
-  const auto d = fields.numbers("directions", 9, "the directions are not known", are_directions);
+  const auto matrix = fields.numbers("direction", 9, "the directions are unknown", are_directions);
+  const auto d = fields.numbers("directions", 9, "the directions are unknown", are_directions);
   const bool has_units_of_length = std::ranges::all_of(spacing.values, [](double one) { return one == 1; });
   if (matrix.is_number()) {
     apply_matrix("direction", matrix.values, fields, geometry);
@@ -136,14 +135,14 @@ Geometry geometry_of_attributes(Fields& fields) {
     apply_matrix("directions", d.values, fields, geometry);
     is_order_stated = true;
     fields.warnings.push_back(fmt::format(
-        "{}: directions is taken as the rows of a matrix whose columns are the directions of x, y and z",
+        "{}: directions is read as the rows of a matrix whose columns are the directions of x, y and z",
         fields.name()));
   } else if (d.is_number()) {
     if (!is_order_stated && is_rotation(d.values) && !is_symmetric(d.values))
       fields.warnings.push_back(
-          fmt::format("{}: directions is taken as the directions of x, y and z, one after the other; if it "
-                      "has the rows of a "
-                      "matrix whose columns are these directions, the axes are turned the other way",
+          fmt::format("{}: directions is read as the directions of x, y and z, one after the other; if it "
+                      "holds the rows of a matrix whose columns are these directions, the axes are rotated "
+                      "the wrong way",
                       fields.name()));
     is_order_stated = true;
     geometry.directions = three_vectors(d.values);
@@ -159,7 +158,7 @@ Geometry geometry_of_attributes(Fields& fields) {
                         fields.name(), "xyz"[axis], given, length));
     }
   }
-  if (const auto origin = fields.numbers("origin", 3, "the origin is not known"); origin.is_number()) {
+  if (const auto origin = fields.numbers("origin", 3, "the origin is unknown"); origin.is_number()) {
     std::ranges::copy(origin.values, geometry.origin.begin());
     geometry.has_origin = true;
   }
@@ -170,7 +169,7 @@ Geometry geometry_of_attributes(Fields& fields) {
     fields.warnings.push_back(about_assumed_order(fields.name(), "spacing"));
   if (!is_order_stated && geometry.has_origin && geometry.origin[0] != geometry.origin[2])
     fields.warnings.push_back(about_assumed_order(fields.name(), "origin"));
-  geometry.space = fields.text("space", "the coordinate system is not known");
+  geometry.space = fields.text("space", "the coordinate system is unknown");
   return geometry;
 }
 
@@ -209,7 +208,7 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
   if (!is_vtkhdf_array(name) || vtkhdf_type(file) != "ImageData") return std::nullopt;
   const bool at_cells = absolute(name).starts_with(cell_data);
   const Hdf5Handle group = opened_root(file);
-  constexpr const char* unknown = "where samples lie is not known";
+  constexpr const char* unknown = "the positions of samples are unknown";
   const std::string where = fmt::format("{}: VTKHDF file", path);
   Fields fields(group.get(), where);
   const auto extent = fields.numbers("WholeExtent", 6, unknown),

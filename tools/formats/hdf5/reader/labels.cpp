@@ -36,8 +36,8 @@ void say_order(const std::string& object, const std::vector<std::string>& letter
   if (!found.geometry.has_directions || letters == std::vector<std::string>{"z", "y", "x"}) return;
   found.are_axes_placed = true;
   found.warnings.push_back(fmt::format(
-      "{}: its axes are {}, the slowest one first; samples stay in this order, and directions say where the "
-      "axes lead",
+      "{}: its axes are {}, the slowest one first; samples stay in this order, and the directions describe "
+      "the axes",
       object, fmt::join(letters, ", ")));
 }
 
@@ -80,18 +80,18 @@ std::optional<Convention> openpmd_of(hid_t file, const std::string& path, const 
   Fields of_mesh(mesh, object), of_values(dataset.get(), object);
   const auto give_up = [&](const std::string& why) {
     found.warnings = of_mesh.warnings;
-    found.warnings.push_back(fmt::format("{}: {}; where samples lie is not known", object, why));
+    found.warnings.push_back(fmt::format("{}: {}; the positions of samples are unknown", object, why));
     return found;
   };
-  if (const auto slope = of_values.numbers("unitSI", 1, "the values are not known in SI units", are_steps);
+  if (const auto slope = of_values.numbers("unitSI", 1, "the values in SI units are unknown", are_steps);
       slope.is_number())
     found.slope = slope.values[0];
   std::vector<std::string> labels = text_list_attribute(mesh, "axisLabels");
   if (labels.size() != 3) return give_up(fmt::format("it has {} axisLabels, not three", labels.size()));
-  const auto steps = of_mesh.numbers("gridSpacing", 3, "the spacing is not known", are_steps);
-  const auto offsets = of_mesh.numbers("gridGlobalOffset", 3, "the origin is not known");
-  const auto inside_cell = of_values.numbers("position", 3, "positions in cells are not known");
-  auto meters = of_mesh.numbers("gridUnitSI", 1, "the unit is not known", are_steps);
+  const auto steps = of_mesh.numbers("gridSpacing", 3, "the spacing is unknown", are_steps);
+  const auto offsets = of_mesh.numbers("gridGlobalOffset", 3, "the origin is unknown");
+  const auto inside_cell = of_values.numbers("position", 3, "positions in cells are unknown");
+  auto meters = of_mesh.numbers("gridUnitSI", 1, "the unit is unknown", are_steps);
   if (const std::string kind = text_attribute(mesh, "geometry").value_or("cartesian"); kind != "cartesian")
     return give_up(fmt::format("geometry is {}, not cartesian", tagrid::quoted(kind)));
   if (!steps.is_number()) return give_up("gridSpacing cannot be read");
@@ -137,9 +137,9 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
     const Hdf5Handle of_axis(H5Oopen(file, axis.c_str(), H5P_DEFAULT), H5Oclose);
     if (!of_axis) continue;
     Fields fields(of_axis.get(), fmt::format("{}: HDF5 file (MINC): {}", path, axis));
-    const auto step = fields.numbers("step", 1, "the spacing is not known", are_steps);
-    const auto start = fields.numbers("start", 1, "the origin is not known");
-    const auto cosines = fields.numbers("direction_cosines", 3, "the direction is not known");
+    const auto step = fields.numbers("step", 1, "the spacing is unknown", are_steps);
+    const auto start = fields.numbers("start", 1, "the origin is unknown");
+    const auto cosines = fields.numbers("direction_cosines", 3, "the direction is unknown");
     found.warnings.insert(found.warnings.end(), fields.warnings.begin(), fields.warnings.end());
     std::array<double, 3> direction = {};
     direction[letter] = 1;
@@ -151,14 +151,16 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
     }
     space.units[letter] = text_attribute(of_axis.get(), "units").value_or("");
     if (text_attribute(of_axis.get(), "spacing").value_or("").starts_with("irregular"))
-      found.warnings.push_back(fmt::format(
-          "{}: samples along {} lie at unequal distances; the step is taken for all", object, "xyz"[letter]));
+      found.warnings.push_back(
+          fmt::format("{}: samples along {} lie at unequal distances; step is used for all of them", object,
+                      "xyz"[letter]));
   }
   const auto geometry = geometry_of_letters(letters, space);
   if (!geometry) {
     found.warnings.push_back(
-        fmt::format("{}: dimorder is {}, and {} does not say where samples along such axes lie", object,
-                    tagrid::quoted(order), dimensions));
+        fmt::format("{}: dimorder is {}, and {} does not describe such axes; the positions of samples are "
+                    "unknown",
+                    object, tagrid::quoted(order), dimensions));
     return found;
   }
   found.geometry = *geometry;

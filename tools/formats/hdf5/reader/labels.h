@@ -1,4 +1,4 @@
-// Axes of a data set by their letters.
+// Geometry of data sets whose axes are named by letters.
 #pragma once
 
 #include <array>
@@ -11,15 +11,15 @@
 
 namespace tagrid {
 
-/// Where x, y and z of a convention lead, by their letters.
+/// The vectors and the origin of a convention, for the letters x, y and z.
 struct SpaceOfLetters {
   std::array<std::array<double, 3>, 3> steps = {};  ///< the vector from a sample to the next one
   std::optional<std::array<double, 3>> origin;
   std::array<std::string, 3> units;
 };
 
-/// Puts samples where the letters of their axes, the slowest axis first, lead: "zyx", or another order. Nothing if they
-/// are not x, y and z.
+/// The geometry of samples whose axes have these letters, the slowest axis first: "zyx", or another
+/// order. Nothing if the letters are not x, y and z.
 std::optional<Geometry> geometry_of_letters(const std::vector<std::string>& letters,
                                             const SpaceOfLetters& space);
 

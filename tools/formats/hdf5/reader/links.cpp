@@ -42,8 +42,8 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// Why nothing is read from the file that a link names, although it is there; "" if that is not so. The sandbox hides
-/// what such a file holds, but not that it is there.
+/// Why a file that a link names is not read although it exists; "" if there is no such reason. The
+/// sandbox hides the content of such a file, but not that it exists.
 std::string why_not_read(hid_t file, const std::string& named) {
   if (named.empty()) return "";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
@@ -52,12 +52,12 @@ std::string why_not_read(hid_t file, const std::string& named) {
   const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
   if (!fs::is_regular_file(target, unknown)) return "";
   if (!fs::equivalent(target.parent_path(), folder, unknown))
-    return "is in another directory, where nothing is read; give that file itself";
+    return "is in another directory, so it is not read; give that file itself";
   const std::string name = target.filename().string();
   if (name.starts_with('.')) return "is hidden, so it is not read; give that file itself";
   if (!may_be_linked_to(fs::path(own).filename().string(), name))
-    return "has not the name of an HDF5 file, so it is not read; give that file itself, or a name that ends "
-           "in .h5";
+    return "does not have the name of an HDF5 file, so it is not read; give that file itself, or let its "
+           "name end in .h5";
   return "";
 }
 

@@ -35,8 +35,9 @@ void visit_objects(hid_t file, const Visitor& visitor);
 /// leads nowhere, or to a file in another folder, from which nothing is read; "" if there is one.
 std::string why_missing(hid_t file, const std::string& path);
 
-/// True if a link may lead to this file of the directory of a file called `own`: its extension is the same, or one of
-/// HDF5. The reader is confined to such files, so that a scan beside other things is no way to them.
+/// True if links of a file called `own` may lead to a file called `other` in the same directory: it
+/// has the same extension, or one of HDF5. The reader is confined to such files, so that a scan
+/// gives no access to other files next to it.
 bool may_be_linked_to(std::string_view own, std::string_view other);
 
 /// The group in which the object at this path is, "/" if the path has none, and its own name.

@@ -130,9 +130,8 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
                       tagrid::quoted(attribute_in_words(dataset.get(), scale))));
   // "/t00000/s00/0/cells"
   if (path.starts_with("/t") && path.ends_with("/cells"))
-    say("BigDataViewer keeps the position of samples in an XML file, which is not read; --override-spacing "
-        "gives the "
-        "spacing");
+    say("BigDataViewer keeps the positions of samples in an XML file, which is not read; set the spacing "
+        "with --override-spacing");
   if (path.starts_with("/t") && path.ends_with("/cells") && H5Tequal(type.get(), H5T_STD_I16LE) > 0)
     say("BigDataViewer takes these numbers for unsigned ones; they are read as signed ones, as they are "
         "stored");

@@ -10,11 +10,11 @@
 
 namespace tagrid {
 
-/// What a data set says about its samples and tagrid does not apply, a sentence each: names of axes in
-/// another order than z, y, x, numbers of colors, white as zero, other names of a scale, unsigned numbers that
-/// are stored as signed ones (BigDataViewer), or a smaller image than the data set (Imaris). `object` is for
-/// messages. Throws BrokenInput if samples are parts of colors.
-/// `are_axes_placed`: axes in another order have directions that say so.
+/// What a data set says about its samples and tagrid does not apply, a sentence each: names of axes
+/// in another order than z, y, x, numbers of colors, white as zero, other names of a scale,
+/// unsigned numbers that are stored as signed ones (BigDataViewer), or a smaller image than the
+/// data set (Imaris). `object` is for messages. Throws BrokenInput if samples are parts of colors.
+/// `are_axes_placed`: if axes have another order, the directions describe them.
 std::vector<std::string> other_meanings(hid_t file, const std::string& name, const std::string& object,
                                         Index3 dims, bool are_axes_placed);
 

@@ -107,12 +107,13 @@ std::string own_name_of(hid_t object) {
   return group_and_name(name).second;
 }
 
-/// Netcdf gives axes without places a scale that has no numbers.
+/// NetCDF gives axes without positions a scale that has no numbers.
 bool has_places(const Hdf5Handle& scale) {
   return scale && !attribute_in_words(scale.get(), "NAME").starts_with("This is a netCDF dimension but not");
 }
 
-/// Lets directions say where axes lead that are called x, y and z in another order. `names` has the slowest one first.
+/// Describes axes that are called x, y and z in another order by directions. `names` has the
+/// slowest axis first.
 void place_by_names(const std::string& object, const std::vector<std::string>& names, PlacesOfAxes& places) {
   Geometry& given = places.geometry;
   if (names.size() != 3 || !given.has_spacing || has_unknown_spacing(given) || !places.pairs.empty()) return;
@@ -131,12 +132,12 @@ void place_by_names(const std::string& object, const std::vector<std::string>& n
   given = *geometry;
   places.are_axes_placed = true;
   places.warnings.push_back(fmt::format(
-      "{}: its axes are {}, the slowest one first; samples stay in this order, and directions say where the "
-      "axes lead",
+      "{}: its axes are {}, the slowest one first; samples stay in this order, and the directions describe "
+      "the axes",
       object, fmt::join(names, ", ")));
 }
 
-/// Scales of dimensions, as netCDF 4 and h5py write them. Nothing if no axis has places.
+/// Dimension scales, as netCDF 4 and h5py write them. Nothing if no axis has positions.
 std::optional<PlacesOfAxes> places_of_scales(hid_t dataset, const std::string& path,
                                              const std::vector<hsize_t>& sizes) {
   const std::vector<Hdf5Handle> scales = scales_of(dataset, sizes.size());
@@ -186,8 +187,8 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
     if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;
     PlacesOfAxes none;
     none.warnings.push_back(
-        fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the places of "
-                    "samples are not known",
+        fmt::format("{}: the attribute axes of {} is {}, which does not name {} axes; the positions of "
+                    "samples are unknown",
                     path, group_path, tagrid::quoted(axes), sizes.size()));
     return none;
   }

@@ -34,8 +34,8 @@ std::vector<std::string> nexus_companions(hid_t file, const std::string& path, c
 /// The names of the axes of a data set, the slowest one first, which the group or the data set gives.
 std::vector<std::string> names_of_nexus_axes(hid_t group, hid_t dataset);
 
-/// The names of the scales that a data set has for its dimensions, the slowest one first; "" for one without. Empty if
-/// there is none.
+/// The names of the dimension scales of a data set, for the slowest axis first; "" for an axis
+/// without a scale. Empty if no axis has one.
 std::vector<std::string> names_of_scales(hid_t dataset);
 
 }  // namespace tagrid

@@ -38,7 +38,8 @@ constexpr KnownFilter known_filters[] = {
     {32026, "Blosc2", "Python's package hdf5plugin has it"},
 };
 
-/// Filters that lose precision. Those of ZFP and SZ have modes that do not, but no file says so plainly.
+/// Filters that lose precision. ZFP and SZ also have modes without loss, but files do not state the
+/// mode clearly.
 constexpr KnownFilter lossy_filters[] = {{32013, "ZFP (unless reversible)", ""},
                                          {32017, "SZ", ""},
                                          {32022, "BitGroom", ""},

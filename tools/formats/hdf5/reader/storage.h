@@ -19,8 +19,9 @@ void require_filters(hid_t properties, const std::string& path);
 /// Throws BrokenInput if samples lie in other files.
 void require_own_samples(hid_t properties, const std::string& path, const std::string& name);
 
-/// How samples lost precision when they were stored, as far as filters and the attributes of netCDF say: "HDF5,
-/// scaleoffset"; "" if nothing says that. What a filter that can also keep all bits did is not looked at.
+/// How samples lost precision when they were stored, according to filters and the attributes of
+/// netCDF: "HDF5, scaleoffset"; "" if nothing indicates a loss. For filters that can also be
+/// lossless, the samples are not examined.
 std::string loss_of(hid_t dataset, hid_t properties);
 
 /// Samples that were never written.

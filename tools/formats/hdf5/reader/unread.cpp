@@ -12,7 +12,7 @@
 namespace tagrid {
 namespace {
 
-/// A group deeper in a file says little about what lies far below it.
+/// Attributes of a group say little about data sets far below it.
 constexpr int most_groups = 8;
 constexpr hssize_t most_numbers = 16;
 constexpr std::size_t most_beside = 1000;
