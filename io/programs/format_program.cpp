@@ -307,13 +307,16 @@ std::string FormatProgram::in_words(const Ending& ending) {
 
 void FormatProgram::fail_as_ended() {
   const Ending how = ending();
-  // A library that trusts what it reads.
-  const bool crashed = how.kind == Ending::Kind::signal && !file_.empty() && is_reader_;
-  fail(fmt::format("{} before it answered{}", in_words(how), crashed ? "; the file may be damaged" : ""),
-       true);
+  // Of a library that trusts what it reads. Others may send any other signal.
+  constexpr std::array of_crashes = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+  const bool is_reading = !file_.empty() && is_reader_, is_signal = how.kind == Ending::Kind::signal;
+  const bool crashed = is_signal && std::ranges::find(of_crashes, how.number) != of_crashes.end();
+  fail(fmt::format("{} before it answered{}", in_words(how),
+                   is_reading && is_signal ? "; the file may be damaged" : ""),
+       true, is_reading && crashed);
 }
 
-void FormatProgram::fail(std::string_view what, bool may_lack_memory) {
+void FormatProgram::fail(std::string_view what, bool may_lack_memory, bool by_input) {
   for (int i = 0; i < 64 && errors_ >= 0; ++i) {
     pollfd ready = {errors_, POLLIN, 0};
     if (poll(&ready, 1, 0) <= 0) break;
@@ -327,6 +330,7 @@ void FormatProgram::fail(std::string_view what, bool may_lack_memory) {
     message += fmt::format("; it may have exceeded its limit of {} MiB", limits_.memory >> 20);
     detail.problem = Problem::program_memory;
   }
+  if (by_input) throw BrokenInput(message, detail);
   throw WorldError(message, detail);
 }
 

@@ -69,7 +69,8 @@ class FormatProgram {
   [[noreturn]] void fail_for_memory(const std::string& message) const;
 
  private:
-  [[noreturn]] void fail(std::string_view what, bool may_lack_memory);
+  /// A BrokenInput, if the input is what made it fail.
+  [[noreturn]] void fail(std::string_view what, bool may_lack_memory, bool by_input = false);
   void start();
   enum class For { output, input, either };
   /// Waits until the program says something or ends (its output), or takes bytes (its input). True if its

@@ -311,6 +311,11 @@ test("the window is that of the header or chosen once, and only the user changes
   );
   assert.deepEqual(await windowOf(named), [-160, 240]);
   await named.close();
+  const pairs = ["dicom_WindowCenter:=40\\\\300", "dicom_WindowWidth:=400\\\\1500", "dicom_PhotometricInterpretation:=MONOCHROME1"];
+  const ofDicom = await open(write("dicom", [64, 64, 40], Int16Array, (x, y, z) => x + y + z, pairs));
+  assert.deepEqual(await windowOf(ofDicom), [-160, 240]);
+  assert.match(await ofDicom.evaluate(`document.body.textContent`), /low values mean white in the source/);
+  await ofDicom.close();
   // The slices in the middle are air.
   const empty = await open(write("empty", [40, 40, 40], Int16Array, (x, y, z) => (Math.max(x, y, z) < 15 ? 900 : 100)));
   assert.deepEqual(await windowOf(empty), [100, 900]);

@@ -8,6 +8,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/text/text.h"
@@ -58,6 +59,8 @@ struct EncodeCommand {
     if (remove) removed_after = files_to_remove(asked, path);
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn(run, doubt_of_description(input, *asked.source.raw));
+    if (format_with_extension(path) != nullptr)
+      warn(run, "{}: will be a .tag file in spite of its name; tagrid decode writes other formats", path);
 
     const bool has_parity_beside =
         output.overwrite && is_regular_output(path) && is_regular_input(parity_beside(path));

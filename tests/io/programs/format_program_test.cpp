@@ -111,6 +111,18 @@ TEST_F(FormatProgramTest, OneThatDiesIsQuoted) {
               HasSubstr("exited with code 1"));
 }
 
+TEST_F(FormatProgramTest, AReaderThatCrashesHasABrokenInput) {
+  const auto dies_by = [&](const char* signal) {
+    FormatProgram& program = start(fmt::format("kill -{} $$", signal));
+    program.reads("scan.h5");
+    program.hear();
+  };
+  EXPECT_THROW(dies_by("SEGV"), BrokenInput);
+  EXPECT_THROW(dies_by("FPE"), BrokenInput);
+  // The system lacks memory, or somebody ended it.
+  EXPECT_THROW(dies_by("KILL"), WorldError);
+}
+
 TEST_F(FormatProgramTest, OneThatIsSilentIsEnded) {
   const auto start_time = std::chrono::steady_clock::now();
   EXPECT_THAT(failure([&] { start("sleep 1000", {.silence = 300ms}).hear(); }),

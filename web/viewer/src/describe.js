@@ -73,6 +73,8 @@ export function factRows(volume, scale, { unit, steps, axes, notes }) {
   if (space) rows.push(["space of positions", space]);
   if (axes) rows.push(["x, y, z run toward", axes.map(lettersOf).join(", ")]);
   for (const note of notes) rows.push(["note", note]);
+  if (volume.pair("dicom_PhotometricInterpretation")?.trim() === "MONOCHROME1")
+    rows.push(["note", "low values mean white in the source (MONOCHROME1), but are drawn black"]);
   if (geometry.origin) rows.push(["origin", geometry.origin.map((o) => numberText(o)).join(", ")]);
   if (range) {
     const ends = [range.low, range.high].sort((a, b) => scale.slope * (a - b));

@@ -36,7 +36,10 @@ export class DisplayWindow {
     const { volume, scale } = this.#state;
     const valueOf = (sample) => scale.slope * sample + scale.intercept;
     const ends = volume.range && [valueOf(volume.range.low), valueOf(volume.range.high)].sort((a, b) => a - b);
-    const [center, width] = ["window_center", "window_width"].map((key) => Number.parseFloat(volume.pair(key)));
+    // DICOM may list several windows; the first one is meant for all.
+    const [center, width] = ["Center", "Width"].map((end) =>
+      Number.parseFloat(volume.pair(`window_${end.toLowerCase()}`) ?? volume.pair(`dicom_Window${end}`)),
+    );
     const isSeen = before && ends && ends[0] <= before.high && ends[1] >= before.low;
     this.#isChosen = true;
     if (isSeen) this.#put(before.low, before.high);
