@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/rescale.h"
@@ -46,12 +48,36 @@ std::optional<SampleType> type_for(const Interval& values, std::initializer_list
 
 bool is_whole(double number) { return number == std::floor(number) && std::abs(number) < 0x1p53; }
 
-SampleType float_type_for(const Rescale& rescale, const Interval& samples, SampleType from) {
-  const double largest = std::max(std::abs(rescale.slope * samples.low + rescale.intercept),
-                                  std::abs(rescale.slope * samples.high + rescale.intercept));
-  const bool is_wide =
-      from == SampleType::float64 || !(largest <= static_cast<double>(std::numeric_limits<float>::max()));
-  return is_wide ? SampleType::float64 : SampleType::float32;
+/// The values of an interval of samples.
+Interval values_of(const Interval& samples, double slope, double intercept) {
+  const double a = slope * samples.low + intercept, b = slope * samples.high + intercept;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+/// True if integer samples have values that are integers, and float64 computes them exactly.
+bool is_exact(const Interval& samples, double slope, double intercept) {
+  const Interval products = values_of(samples, slope, 0);
+  return is_whole(slope) && is_whole(intercept) &&
+         (slope == 1 || std::max(std::abs(products.low), std::abs(products.high)) < 0x1p53);
+}
+
+/// The rule for values: their type is the first one of integers that holds all of them exactly, otherwise a float.
+ValueRule rule_of_values(SampleType from, const Interval& samples, std::vector<double> slopes,
+                         std::vector<double> intercepts) {
+  bool are_whole = !is_float_type(from);
+  Interval all = values_of(samples, slopes[0], intercepts[0]);
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const Interval values = values_of(samples, slopes[i], intercepts[i]);
+    all = {std::min(all.low, values.low), std::max(all.high, values.high)};
+    are_whole = are_whole && is_exact(samples, slopes[i], intercepts[i]);
+  }
+  constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
+  const bool is_wide = from == SampleType::float64 || !(all.low >= -largest && all.high <= largest);
+  SampleType to = is_wide ? SampleType::float64 : SampleType::float32;
+  if (are_whole)
+    to = type_for(all, {SampleType::int16, SampleType::uint16, SampleType::int32, SampleType::uint32})
+             .value_or(to);
+  return {from, to, std::move(slopes), std::move(intercepts)};
 }
 
 ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
@@ -62,12 +88,7 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
         Sentence{"slices have individual slopes (slice_slopes), but not one for each of {} slices, so values "
                  "are unknown; leave out {}",
                  {p.dims.z, Setting{"values", "that values are wanted"}}});
-  ValueRule rule{p.type, SampleType::float32, slices->slopes, slices->intercepts};
-  for (std::size_t z = 0; z < slices->slopes.size(); ++z)
-    if (float_type_for({slices->slopes[z], slices->intercepts[z], ""}, samples, p.type) ==
-        SampleType::float64)
-      rule.to = SampleType::float64;
-  return rule;
+  return rule_of_values(p.type, samples, slices->slopes, slices->intercepts);
 }
 
 }  // namespace
@@ -122,31 +143,18 @@ WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHe
     return numbers;
   }
   const Rescale rescale = rescale_of(header.nrrd_fields);
-  const ValueRule shifted{type, type, {1}, {rescale.intercept}};
-  const bool is_shift = rescale.slope == 1 && is_whole(rescale.intercept) && !is_float_type(type);
-  const Interval values = {samples.low + rescale.intercept, samples.high + rescale.intercept};
-  const auto narrow = {SampleType::int16, SampleType::uint16};
-  if (wanted == Numbers::automatic) {
-    if (!is_shift) return numbers;
-    auto to = type_for(values, narrow);
-    if (!to && !has_range && !is_wide_type(type)) {
-      // Nearly all volumes fit. If this one does not, that is found before it is complete.
-      to = rescale.intercept < 0 ? SampleType::int16 : SampleType::uint16;
-      numbers.is_range_known = false;
-    }
-    if (to) {
-      numbers.rule = shifted;
-      numbers.rule.to = *to;
-    }
+  if (wanted == Numbers::values) {
+    numbers.rule = rule_of_values(type, samples, {rescale.slope}, {rescale.intercept});
     return numbers;
   }
-  const auto whole = {SampleType::int16, SampleType::uint16, SampleType::int32, SampleType::uint32};
-  if (const auto to = is_shift ? type_for(values, whole) : std::nullopt) {
-    numbers.rule = shifted;
-    numbers.rule.to = *to;
-  } else {
-    numbers.rule = {type, float_type_for(rescale, samples, type), {rescale.slope}, {rescale.intercept}};
+  if (rescale.slope != 1 || !is_whole(rescale.intercept) || is_float_type(type)) return numbers;
+  auto to = type_for(values_of(samples, 1, rescale.intercept), {SampleType::int16, SampleType::uint16});
+  if (!to && !has_range && !is_wide_type(type)) {
+    // Nearly all volumes fit. If this one does not, that is found before it is complete.
+    to = rescale.intercept < 0 ? SampleType::int16 : SampleType::uint16;
+    numbers.is_range_known = false;
   }
+  if (to) numbers.rule = {type, *to, {1}, {rescale.intercept}};
   return numbers;
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Callable, Iterator, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
@@ -40,8 +39,8 @@ class Rescaled:
     returns it. A slice reads and decodes only the bricks that it intersects.
 
     Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If the
-    slope is not 1, the intercept has a fraction, or samples are floats, values are float32. If samples are
-    float64, values are float64. Without a slope and an intercept, values equal samples.
+    slope or the intercept has a fraction, if samples are floats, or if none of these types holds all values,
+    values are float32. They are float64 if samples are float64. Without a slope and an intercept, values equal samples.
     """
 
     ndim = 3
@@ -134,7 +133,7 @@ class Rescaled:
             return samples
         found = np.asarray(samples)
         if rule.dtype.kind != "f":
-            return self._shifted(found)
+            return self._integers(found, key)
         slope, intercept = rule.slope, rule.intercept
         if rule.is_of_slices:
             slope, intercept = (np.broadcast_to(number, self.shape)[key] for number in (slope, intercept))
@@ -148,13 +147,17 @@ class Rescaled:
             values[part] = factor * found[part].astype(np.float64) + offset
         return values
 
-    def _shifted(self, samples: npt.NDArray[Any]) -> Any:
-        """Integers, exactly: intermediate results may overflow, but the sum fits the type."""
+    def _integers(self, samples: npt.NDArray[Any], key: Any) -> Any:
+        """Integers, exactly: intermediate results may overflow, but the value fits the type."""
         rule = self._rule
         if samples.size and not (rule.low <= samples.min() and samples.max() <= rule.high):
             raise DamagedError(f"{self.volume!r}: a sample exceeds the range in the index")
+        slope, intercept = (np.asarray(number).astype(np.int64).astype(rule.dtype) for number in (rule.slope, rule.intercept))
+        if rule.is_of_slices:
+            slope, intercept = (np.broadcast_to(number, self.shape)[key] for number in (slope, intercept))
         values = samples.astype(rule.dtype)
-        values += np.array(int(rule.intercept), np.int64).astype(rule.dtype)
+        values *= slope
+        values += intercept
         return values if values.ndim else values[()]
 
 
@@ -162,19 +165,16 @@ def _rule_of(volume: Volume) -> _Rule:
     """ArgumentError: there are slopes for slices, but not one for each slice."""
     dtype, metadata = volume.dtype, volume.metadata
     low, high = _range_of(volume)
+    slope: Any
+    intercept: Any
     if "slice_slopes" in metadata:
-        slopes, intercepts = (_numbers_of(metadata.get(name, otherwise), volume) for name, otherwise in (
+        slope, intercept = (_numbers_of(metadata.get(name, otherwise), volume) for name, otherwise in (
             ("slice_slopes", ""), ("slice_intercepts", "0 " * volume.shape[0])))
-        return _Rule(_float_type(dtype, slopes, intercepts, low, high), slopes, intercepts, low, high)
-    slope, intercept = rescale_of(metadata)
-    if (slope, intercept) == (1, 0):
-        return _Rule(dtype, slope, intercept, low, high)
-    if slope == 1 and dtype.kind != "f" and intercept == math.floor(intercept) and abs(intercept) < 2**53:
-        for name in ("int16", "uint16", "int32", "uint32"):
-            limits = np.iinfo(name)
-            if limits.min <= low + intercept and high + intercept <= limits.max:
-                return _Rule(np.dtype(name), slope, intercept, low, high)
-    return _Rule(_float_type(dtype, slope, intercept, low, high), slope, intercept, low, high)
+    else:
+        slope, intercept = rescale_of(metadata)
+        if (slope, intercept) == (1, 0):
+            return _Rule(dtype, slope, intercept, low, high)
+    return _Rule(_type_of_values(dtype, slope, intercept, low, high), slope, intercept, low, high)
 
 
 def _range_of(volume: Volume) -> tuple[float, float]:
@@ -196,10 +196,23 @@ def _number_in(text: str, otherwise: float) -> float:
         return otherwise
 
 
-def _float_type(dtype: np.dtype[Any], slope: Any, intercept: Any, low: float, high: float) -> np.dtype[Any]:
+def _are_whole(numbers: Any) -> bool:
+    return bool(np.all((np.floor(numbers) == numbers) & (np.abs(numbers) < 2**53)))
+
+
+def _type_of_values(dtype: np.dtype[Any], slope: Any, intercept: Any, low: float, high: float) -> np.dtype[Any]:
+    """The first type of integers that holds all values exactly; otherwise a float."""
     with np.errstate(over="ignore"):
-        largest = np.max(np.abs([slope * low + intercept, slope * high + intercept]))
-    return np.dtype(np.float64 if dtype == np.float64 or not largest <= np.finfo(np.float32).max else np.float32)
+        products = np.array([slope * low, slope * high])
+        ends = products + intercept
+    is_exact = bool(np.all((np.asarray(slope) == 1) | (np.abs(products).max(axis=0) < 2**53)))
+    if dtype.kind != "f" and _are_whole(slope) and _are_whole(intercept) and is_exact:
+        for name in ("int16", "uint16", "int32", "uint32"):
+            limits = np.iinfo(name)
+            if limits.min <= ends.min() and ends.max() <= limits.max:
+                return np.dtype(name)
+    is_wide = dtype == np.float64 or not np.abs(ends).max() <= np.finfo(np.float32).max
+    return np.dtype(np.float64 if is_wide else np.float32)
 
 
 def _numbers_of(text: str, volume: Volume) -> npt.NDArray[np.float64]:

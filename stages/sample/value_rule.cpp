@@ -24,8 +24,22 @@ bool shift(const From* from, To* to, std::size_t count, Wide add) {
   return fits;
 }
 
+/// slope * sample + intercept, exactly. False if a value is not one of its type.
 template <class From, class To>
-bool slice_of_integers(const From* from, To* to, std::size_t count, double intercept) {
+bool multiply(const From* from, To* to, std::size_t count, double slope, double intercept) {
+  constexpr auto low = static_cast<double>(std::numeric_limits<To>::min()),
+                 high = static_cast<double>(std::numeric_limits<To>::max());
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = slope * static_cast<double>(from[i]) + intercept;
+    if (!(value >= low && value <= high)) return false;
+    to[i] = static_cast<To>(value);
+  }
+  return true;
+}
+
+template <class From, class To>
+bool slice_of_integers(const From* from, To* to, std::size_t count, double slope, double intercept) {
+  if (slope != 1) return multiply(from, to, count, slope, intercept);
   if constexpr (sizeof(From) <= 2 && sizeof(To) <= 2) {
     // Beyond this, no sum with a narrow sample fits a narrow type.
     constexpr double most = 1 << 18;
@@ -43,9 +57,9 @@ void slice_of_floats(const From* from, To* to, std::size_t count, double slope, 
 }
 
 template <class From, class To>
-double first_outside(const From* from, std::size_t count, double intercept) {
+double first_outside(const From* from, std::size_t count, double slope, double intercept) {
   for (std::size_t i = 0; i < count; ++i)
-    if (const double value = static_cast<double>(from[i]) + intercept;
+    if (const double value = slope * static_cast<double>(from[i]) + intercept;
         value < static_cast<double>(std::numeric_limits<To>::min()) ||
         value > static_cast<double>(std::numeric_limits<To>::max()))
       return value;
@@ -66,8 +80,8 @@ std::optional<ValueOutside> make(const ValueRule& rule, std::size_t z, std::size
     if constexpr (std::is_floating_point_v<To>) {
       slice_of_floats(from, to, n, rule.slopes[entry], rule.intercepts[entry]);
     } else if constexpr (std::is_integral_v<From>) {
-      if (!slice_of_integers(from, to, n, rule.intercepts[entry]))
-        return ValueOutside{first_outside<From, To>(from, n, rule.intercepts[entry])};
+      if (!slice_of_integers(from, to, n, rule.slopes[entry], rule.intercepts[entry]))
+        return ValueOutside{first_outside<From, To>(from, n, rule.slopes[entry], rule.intercepts[entry])};
     }
   }
   samples = std::move(values);

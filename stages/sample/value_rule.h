@@ -33,8 +33,8 @@ struct ValueOutside {
 /// of `slice_samples` samples each, the first of which is slice `first_slice` of the volume. Integers become
 /// integers exactly; values that are floats are computed in float64, and rounded to the nearest number of
 /// their type. Integer values beyond their type are returned as the first one of them, and `samples` then
-/// stay as they are. REQUIRES: integers become integers only with slopes of 1 and integer intercepts below
-/// 2^53; floats become floats.
+/// stay as they are. REQUIRES: integers become integers only with integer slopes and intercepts; these, and
+/// slope * sample if the slope is not 1, are below 2^53. Floats become floats.
 std::optional<ValueOutside> make_values(const ValueRule& rule, std::int64_t first_slice,
                                         std::int64_t slice_samples, std::vector<std::byte>& samples);
 

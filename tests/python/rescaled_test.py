@@ -52,7 +52,9 @@ class Values(unittest.TestCase):
                 ("uint8", 0, 255, 1, -1024, "int16"), ("int32", 10000, 70000, 1, -40000, "int16"), ("uint16", 0, 65535, 1, -1024, "int32"),
                 ("int16", -32768, 32767, 2.5, -7, "float32"), ("uint8", 0, 255, 1, 0.25, "float32"), ("uint32", 0, 2**32 - 1, 1, -5, "float32"),
                 ("int32", -9, 10**9, 1, 10**9, "int32"), ("float32", 0, 9000, 0.1, 3, "float32"), ("float64", 0, 9000, 0.1, 3, "float64"),
-                ("int16", -5, 5, 1e300, 0, "float64"), ("uint16", 0, 9, 1, 0, "uint16"), ("int16", -9, 9, -1, 0, "float32")):
+                ("int16", -5, 5, 1e300, 0, "float64"), ("uint16", 0, 9, 1, 0, "uint16"), ("int16", -9, 9, -1, 0, "int16"),
+                ("int16", -500, 3000, 2, -1024, "int16"), ("uint16", 0, 65535, -3, 7, "int32"), ("uint8", 0, 255, 1e9, 0, "float32"),
+                ("int16", 0, 9, 2, 0.5, "float32"), ("int32", 0, 10**9, 4, -1, "float32"), ("int32", 1, 10**9, 4, -1, "uint32")):
             with self.subTest(dtype=dtype, slope=slope, intercept=intercept):
                 samples = stored(dtype, low, high)
                 wide = samples.astype(np.int64) if written.startswith(("i", "u")) else samples.astype(np.float64)
@@ -73,6 +75,12 @@ class Values(unittest.TestCase):
                     np.array([True, False, True, True, False])):
             np.testing.assert_array_equal(volume.rescaled[key], truth[key])
         np.testing.assert_array_equal(volume.rescaled.read(((1, 5), (3, None), (0, 22)), 2), truth[1:5:2, 3::2, :22:2])
+        whole = self.volume(samples, slice_slopes="1 -2 40 1 3", slice_intercepts="0 -1 5 0 2")
+        numbers = (np.array(part).reshape(-1, 1, 1) for part in ([1, -2, 40, 1, 3], [0, -1, 5, 0, 2]))
+        truth = (samples * next(numbers) + next(numbers)).astype("int16")
+        self.check(whole, truth)
+        for key in (2, (slice(None, None, -2), 3), (3, 4, 5)):
+            np.testing.assert_array_equal(whole.rescaled[key], truth[key])
         wrong = self.volume(samples, slice_slopes="1 2 3")
         self.assertRaisesRegex(tagrid.ArgumentError, "not one number for each of 5 slices", lambda: wrong.rescaled)
 

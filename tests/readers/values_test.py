@@ -73,7 +73,8 @@ class Values(ReaderTest):
         for type, low, high, slope, intercept, written in (
                 ("uint16", 0, 65535, 1, -1024, "int32"), ("int16", -32768, 32767, 2.5, -7, "float32"), ("uint8", 0, 255, 1, 0.25, "float32"),
                 ("uint32", 0, 2**32 - 1, 1, -5, "float32"), ("int32", -9, 10**9, 1, 10**9, "int32"), ("float32", 0, 9000, 0.1, 3, "float32"),
-                ("float64", 0, 9000, 0.1, 3, "float64"), ("int16", -5, 5, 1e300, 0, "float64")):
+                ("float64", 0, 9000, 0.1, 3, "float64"), ("int16", -5, 5, 1e300, 0, "float64"), ("int16", -500, 3000, 2, -1024, "int16"),
+                ("uint16", 0, 65535, -3, 7, "int32"), ("uint8", 0, 255, 10**9, 0, "float32")):
             samples = stored(type, low, high)
             self.encode(samples, f"rescale_slope:={slope}\nrescale_intercept:={intercept}\nrescale_units:=HU\n")
             truth = (samples.astype(float) * slope + intercept).astype(written)
@@ -120,6 +121,12 @@ class Values(ReaderTest):
         pairs = self.pairs("b.nrrd")
         self.assertEqual((pairs["slice_applied_slopes"], pairs["slice_applied_intercepts"]), ("2 -0.5 1", "-1 5 0"))
         self.assertFalse([key for key in pairs if key.startswith(("rescale_s", "slice_s", "slice_i"))])
+        self.encode(samples, "slice_slopes:=1 -2 40 0 3\nslice_intercepts:=0 -1 5 0 2\n", "--strip")
+        truth = samples * numpy.array([1, -2, 40, 0, 3])[:, None, None] + numpy.array([0, -1, 5, 0, 2])[:, None, None]
+        self.decode("b.nrrd", "--values")
+        self.assertEqual(self.report["written_type"], "int16")  # numbers of all slices are whole
+        numpy.testing.assert_array_equal(self.seen("b.nrrd"), truth)
+        self.assert_refused(64, "slices have the slope 0", "decode", "a.tag", "-o", "c.nrrd", "--values", "--rm")
         self.encode(samples, "slice_slopes:=1 2 3\n")
         self.assert_refused(64, "give --samples", "decode", "a.tag", "-fo", "b.nrrd", "--values")
         self.decode("b.nrrd")

@@ -77,6 +77,8 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   const WrittenNumbers numbers = written_numbers(format, wanted, file.header(), &file.index());
   if (numbers.are_values() && is_float_type(numbers.rule.to))
     return fmt::format("values are rounded to {}", name_of(numbers.rule.to));
+  if (std::ranges::count(numbers.rule.slopes, 0.0) > 0)
+    return "slices have the slope 0, so their values do not tell their samples";
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
   if (std::string lost = format.lost_rescale(info); !lost.empty()) return lost;
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();

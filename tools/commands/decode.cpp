@@ -257,7 +257,7 @@ Action add_decode_command(CLI::App& app) {
   command->add_flag("--samples", state->samples,
                     "Write stored samples, even if values are slope * sample + intercept");
   command->add_flag("--values", state->values,
-                    "Write values in every format; float32 if slope or intercept is not an integer");
+                    "Write values in every format; integers if slope and intercept are, otherwise floats");
   command->add_flag("--salvage", state->salvage,
                     "Decode intact bricks of a damaged file and list the others; exits with 65");
   add_number_option(*command, "--fill", state->fill, "V",

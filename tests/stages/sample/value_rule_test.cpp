@@ -26,13 +26,14 @@ std::vector<From> samples() {
 }
 
 template <class From, class To>
-void expect_exact_or_refused(double intercept) {
+void expect_exact_or_refused(double intercept, double slope = 1) {
   const std::vector<From> all = samples<From>();
-  const ValueRule rule{sample_type_of<From>(), sample_type_of<To>(), {1}, {intercept}};
+  const ValueRule rule{sample_type_of<From>(), sample_type_of<To>(), {slope}, {intercept}};
   bool fits = true;
   std::vector<To> truth;
   for (const From sample : all) {
-    const auto value = static_cast<long double>(sample) + static_cast<long double>(intercept);
+    const auto value = static_cast<long double>(slope) * static_cast<long double>(sample) +
+                       static_cast<long double>(intercept);
     fits = fits && value >= std::numeric_limits<To>::lowest() && value <= std::numeric_limits<To>::max();
     truth.push_back(fits ? static_cast<To>(value) : To{0});
   }
@@ -55,6 +56,10 @@ void from_type() {
     expect_exact_or_refused<From, std::uint16_t>(intercept);
     expect_exact_or_refused<From, std::int32_t>(intercept);
     expect_exact_or_refused<From, std::uint32_t>(intercept);
+    for (const double slope : {2.0, -1.0, 0.0, 100.0}) {
+      expect_exact_or_refused<From, std::int16_t>(intercept, slope);
+      expect_exact_or_refused<From, std::uint32_t>(intercept, slope);
+    }
   }
 }
 
