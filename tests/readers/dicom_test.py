@@ -130,7 +130,7 @@ class Dicom(ReaderTest):
         for region, options, step in ((":,:,0:3", [], 1.5), (":,:,1:", ["--step", "2"], 4.5), (":,:,4:5", [], 1.5), (":,:,1:5", [], None)):
             run = self.tagrid("decode", "out.tag", "-o", "part.nii", "-f", "--region", region, *options)
             self.assertEqual((run.returncode, "slices lie at unequal distances" in run.stderr), (0, step is None), f"{region}: {run.stderr}")
-            self.assertIn("values are in \"HU\" (rescale_units)", run.stderr)
+            self.assertNotIn("HU", run.stderr)  # every CT series has this unit
             if nibabel and step:
                 self.assertAlmostEqual(nibabel.load(self.folder / "part.nii").affine[2, 2], step, msg=region)
         text = self.tagrid("info", "out.tag").stdout

@@ -106,7 +106,8 @@ class Lost(ReaderTest):
                 ("spacings: -0.5 0.25 3\nunits: \"um\" \"um\" \"um\"\n", "positions and directions", {"b.tif"}),
                 (slices, "slices lie at unequal distances", everywhere | {"b.vtkhdf"}),
                 (own, "slices have individual slopes", everywhere | {"b.vtkhdf"}),
-                ("rescale_units:=HU\n", "values are in \"HU\"", everywhere - {"b.tif"}),
+                ("rescale_units:=BQML\n", "values are in \"BQML\"", everywhere - {"b.tif"}),
+                ("rescale_units:=HU\n", "HU", set()),  # every CT series has it, and values are right
                 ("owner:=me\nyear:=1999\n", 'no place for 2 key/value pairs ("owner", "year")', everywhere),
                 ("a:=1\nb:=2\nc:=3\nd:=4\n", '4 key/value pairs ("a", "b", "c", ...)', everywhere),
                 ("lossy source:=TIFF, JPEG\n", '1 key/value pair ("lossy source")', {"b.vti"}),
@@ -132,6 +133,9 @@ class Lost(ReaderTest):
             self.assertIn(f'{name[1:]} files have no place for 1 key/value pair ("owner")', self.decode(name))
             self.assertNotIn("DICOM", self.decode(name))
             self.assertIn('no place for 3 attributes of DICOM ("dicom_PatientName"', self.decode(name, "-v"))
+        self.encode("spacings: 1 1 1\nrescale_units:=HU\n")
+        for name in WITHOUT:
+            self.assertEqual("no place for the unit of values (HU)" in self.decode(name, "-v"), name != "b.tif", name)
         self.encode("spacings: 1 1 1\ndicom_Modality:=CT\n")
         self.assertEqual(self.decode("b.mha"), "")
         self.encode("spacings: 1 1 1\nnifti_descrip:=a scan\nnifti_aux_file:=other\nnifti_toffset:=2.5\nnifti_intent_p1_p2_p3:=1 2 3\nnifti_slice_end:=2\nnifti_slice_code:=1\n")

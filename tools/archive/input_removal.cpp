@@ -82,7 +82,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
   if (std::string lost = format.lost_rescale(info); !lost.empty()) return lost;
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
-  if (std::string lost = lost_attributes(format, info); !lost.empty()) return lost;
+  if (std::string lost = usual_losses(format, info); !lost.empty()) return lost;
   // losses() looks at the pairs of other formats one by one.
   if (!format.keeps_header && !format.slices_are_alike && stripped(info.nrrd_fields) != info.nrrd_fields)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);

@@ -142,7 +142,7 @@ struct DecodeCommand {
     if (run.says_result()) say_line(summary(result));
     if (run.is_verbose()) {
       say_line(memory_summary(result.memory));
-      if (const std::string lost = lost_attributes(chosen, written); !lost.empty()) say("{}: {}", name, lost);
+      if (const std::string lost = usual_losses(chosen, written); !lost.empty()) say("{}: {}", name, lost);
     }
   }
 

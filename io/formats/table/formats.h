@@ -152,9 +152,9 @@ const Format* format_of_folder(const std::string& folder);
 
 /// What a file of this format cannot say of the volume, besides Format::lost_rescale: sentences for users.
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info);
-/// A sentence on the attributes of DICOM that a file of this format has no place for; "" if there are none.
-/// They are not among losses(), as nobody who chooses the format expects them there.
-std::string lost_attributes(const Format& format, const VolumeInfo& info);
+/// A sentence on the attributes of DICOM, and the unit HU, that a file of this format has no place for; "" if
+/// there are none. They are not among losses(), as nobody who chooses the format expects them there.
+std::string usual_losses(const Format& format, const VolumeInfo& info);
 
 /// The file that holds the samples of a volume at `path`: the one beside a detached header, or `path` itself.
 std::string samples_path(const std::string& path, const Format& format);

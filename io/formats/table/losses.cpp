@@ -49,6 +49,14 @@ bool is_remark(std::string_view comment) {
          comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
 }
 
+/// True for the unit that values of CT have everywhere.
+bool is_usual_unit(std::string_view unit) { return trimmed(unit) == "HU"; }
+
+/// True if a file of the format has no place for the unit of values.
+bool loses_unit(const Format& format, const VolumeInfo& info) {
+  return !format.keeps_header && !format.keeps_units(info);
+}
+
 /// True for what the reader of DICOM notes for each series.
 bool is_of_dicom(std::string_view key) {
   return key.starts_with("dicom_") || key == "slice_sop_instance_uids";
@@ -88,13 +96,16 @@ std::string lost_texts(const Format& format, const VolumeInfo& info) {
 
 }  // namespace
 
-std::string lost_attributes(const Format& format, const VolumeInfo& info) {
+std::string usual_losses(const Format& format, const VolumeInfo& info) {
   if (!format.slices_are_alike || format.keeps_header) return "";
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+  std::vector<std::string> keys, lost;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
-  return keys.empty() ? ""
-                      : no_place_for(format, in_words(keys, "attribute of DICOM", "attributes of DICOM"));
+    if (key == "rescale_units" && is_usual_unit(value) && loses_unit(format, info))
+      lost.emplace_back("the unit of values (HU)");
+  }
+  if (!keys.empty()) lost.insert(lost.begin(), in_words(keys, "attribute of DICOM", "attributes of DICOM"));
+  return lost.empty() ? "" : no_place_for(format, fmt::format("{}", fmt::join(lost, ", ")));
 }
 
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
@@ -111,7 +122,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
                       "slices are not where those of the scan are; the .tag file and .nrrd files have them",
                       format.name));
     if (key == "slice_slopes") differences.emplace_back("slices have individual slopes (slice_slopes)");
-    if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
+    if (key == "rescale_units" && !is_usual_unit(value) && loses_unit(format, info))
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())
