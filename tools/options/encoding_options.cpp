@@ -31,9 +31,10 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   if (given.empty()) return std::nullopt;
   if (source.dims.empty() || source.type.empty())
     throw usage_error(
-        "{0}: only for samples without a header, together with --dims and --type; a file of any other format "
-        "describes its samples itself: leave out {0}",
-        fmt::join(given, ", "));
+        "{0}: only for samples without a header, and {1} missing: give both --dims and --type; a file of any "
+        "other format describes its samples itself: leave out {0}",
+        fmt::join(given, ", "),
+        source.dims.empty() ? source.type.empty() ? "--dims and --type are" : "--dims is" : "--type is");
   RawDescription raw;
   raw.dims = dims_option(source.dims);
   raw.type = sample_type_option(source.type);
