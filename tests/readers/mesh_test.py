@@ -120,6 +120,10 @@ class WhatValuesAndCoordinatesAre(MeshTest):
         run = self.ok("mesh", "a.tag", "-f", "-o", "b.vtu", "--coarsen", "80")
         self.assertIn("each slice has its own slope; in the mesh, value is the stored sample, and the largest slope, 4, converts --coarsen", run.stderr)
         expected = self.arrays("b.vtu")
+        refused = self.tagrid("surface", "a.tag", "-f", "-o", "b.ply", "--iso", "120.5")
+        self.assertEqual(refused.returncode, 64, refused.stderr)
+        self.assertIn("with --samples, the level is a stored sample", refused.stderr)
+        self.ok("surface", "a.tag", "-f", "-o", "b.ply", "--iso", "120.5", "--samples")
         self.encode("uint8", fields=placed(DIAGONAL))
         self.mesh("b.vtu", "--coarsen", "20")
         for name in ARRAYS:
