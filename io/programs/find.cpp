@@ -79,11 +79,24 @@ std::vector<std::string> program_folders() {
 std::optional<std::string> find_reader(std::string_view name) { return find(reader_prefix, name); }
 std::optional<std::string> find_writer(std::string_view name) { return find(writer_prefix, name); }
 
+std::string_view package_of_program(std::string_view name) {
+  return name == "vdb" ? "tagrid-openvdb" : "tagrid-readers";
+}
+
+std::string about_missing_program(std::string_view name) {
+  std::string advice = fmt::format("install the package {}", package_of_program(name));
+  std::error_code unknown;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+  // Somebody built the program alone.
+  if (!unknown && fs::exists(folder / "CMakeCache.txt", unknown))
+    advice = fmt::format("build it: cmake --build {}", folder.string());
+  return fmt::format("(looked for in {}); {}", fmt::join(program_folders(), ", "), advice);
+}
+
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name) {
   if (auto program = find_writer(name)) return *program;
-  throw WorldError(fmt::format(
-      "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
-      shown_output(path), format, name, fmt::join(program_folders(), ", ")));
+  throw WorldError(fmt::format("{}: {} is written by the program tagrid-write-{}, which is not installed {}",
+                               shown_output(path), format, name, about_missing_program(name)));
 }
 
 std::vector<FoundProgram> all_readers() { return all(reader_prefix); }

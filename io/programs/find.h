@@ -27,6 +27,12 @@ std::optional<std::string> find_reader(std::string_view name);
 /// The same for the program that writes the format: "tagrid-write-NAME".
 std::optional<std::string> find_writer(std::string_view name);
 
+/// The package that brings the program for a format, such as "hdf5".
+std::string_view package_of_program(std::string_view name);
+
+/// What to say of a program for the format `name` that no directory has: where it was sought, and how to get it.
+std::string about_missing_program(std::string_view name);
+
 /// Finds the program that writes the output at `path`, and throws WorldError if it is not installed. The
 /// message names `format`, which the program writes.
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name);

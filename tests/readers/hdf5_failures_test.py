@@ -75,7 +75,18 @@ class Failures(Hdf5Test):
             run = subprocess.run([alone / "tagrid", "decode", "a.tag", "-o", name], cwd=self.folder, stderr=subprocess.PIPE, text=True)
             self.assertEqual(run.returncode, 74, run.stderr)
             self.assertIn("tagrid-write-hdf5, which is not installed", run.stderr)
+            self.assertIn("install the package tagrid-readers", run.stderr)
             self.assertFalse((self.folder / name).exists())
+        (self.folder / "series").mkdir()
+        (self.folder / "series/1.dcm").write_bytes(bytes(128) + b"DICM")
+        for name, what in (("series", "series: has DICOM files"), ("series/1.dcm", "series/1.dcm: is a DICOM file")):
+            run = subprocess.run([alone / "tagrid", "encode", name], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(run.returncode, 74, run.stderr)
+            self.assertIn(f"{what}, which tagrid-read-dicom reads; that program is not installed", run.stderr)
+            self.assertIn("install the package tagrid-readers", run.stderr)
+        (alone / "CMakeCache.txt").touch()  # a build directory
+        run = subprocess.run([alone / "tagrid", "encode", "series"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        self.assertIn(f"build it: cmake --build {alone}\n", run.stderr)
 
     def test_signals_leave_nothing_and_nobody(self):
         """The rest of the input does not come, so that the run has surely not ended when the signal comes."""

@@ -27,11 +27,6 @@ struct KnownFormat {
   std::vector<std::string> missing = {};  ///< programs that are missing
 };
 
-/// The package that brings the program of a format.
-std::string_view package_of(std::string_view name) {
-  return name == "vdb" ? "tagrid-openvdb" : "tagrid-readers";
-}
-
 KnownFormat known(const Format& format) {
   // The row that reads such files.
   const Format& reading = format.read_as.empty() ? format : *read_format_named(format.read_as);
@@ -88,7 +83,7 @@ Json json_of(const KnownFormat& format) {
 std::string where(const KnownFormat& format) {
   if (!format.missing.empty())
     return fmt::format("{} {} not installed (package {})", fmt::join(format.missing, " and "),
-                       format.missing.size() > 1 ? "are" : "is", package_of(format.name));
+                       format.missing.size() > 1 ? "are" : "is", package_of_program(format.name));
   std::vector<std::string> programs;
   for (const std::string& path : {format.reader, format.writer})
     if (!path.empty()) programs.push_back(printable(path));

@@ -38,9 +38,11 @@ struct Way {
 Way way_of(const Format& format, const std::string& name) {
   if (format.reader.empty()) return {&format, ""};
   if (const auto program = find_reader(format.reader)) return {&format, *program};
+  const bool has_files = format.is_folder == nullptr && is_folder(name);
   throw WorldError(
-      fmt::format("{}: is {}, which tagrid-read-{} reads; that program is not installed (looked for in {})",
-                  name, format.what, format.reader, fmt::join(program_folders(), ", ")));
+      fmt::format("{}: {}, which tagrid-read-{} reads; that program is not installed {}", name,
+                  has_files ? fmt::format("has {} files", format.help) : fmt::format("is {}", format.what),
+                  format.reader, about_missing_program(format.reader)));
 }
 
 Way way_named(const std::string& from, const std::string& name) {
