@@ -21,6 +21,7 @@
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/settings_used.h"
+#include "tools/report/damage.h"
 #include "tools/report/failure.h"
 #include "tools/report/info.h"
 #include "tools/report/process.h"
@@ -234,7 +235,17 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   const bool was_removed = was_original_removed(pass.known, line.output);
   const KnownOutput* known = options.skip_done ? last : nullptr;
   const bool is_there = known && has_written_size(*known, volume.output);
-  if (known && skip_removed(*known, volume.input, volume.output, options.run, record)) return;
+  ordered_json skipped = record;
+  if (last && skip_removed(*last, volume.input, volume.output, options.run, skipped)) {
+    if (!options.skip_done)
+      throw usage_error(
+          "{}: was removed by --remove-verified, and {} is what it was encoded to; give --skip-done to leave "
+          "out "
+          "such volumes, or get the originals back with tagrid restore --records {}",
+          volume.input, volume.output, word_of_command(options.output_dir));
+    record = std::move(skipped);
+    return;
+  }
   require_own_folders(options.output_dir, line.output);
   require_file_or_folder(volume.input);
   require_lasting_choice(volume.input, volume.asked.source);

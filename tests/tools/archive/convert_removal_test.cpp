@@ -40,7 +40,14 @@ TEST_F(ConvertRemoval, OriginalsGoInAPassOfTheirOwnAndComeBackFromTheirOutputs) 
   expect_ok(remove());
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(6), "a skipped, b skipped, c skipped, a skipped, b skipped, c skipped");
-  EXPECT_EQ(convert().code, broken_input);
+  for (const Arguments& options : {Arguments{}, {"-f"}}) {
+    const Ending again = convert(options);
+    EXPECT_EQ(again.code, broken_input);
+    for (const std::string words : {"a.nrrd: was removed by --remove-verified",
+                                    "give --skip-done to leave out", "tagrid restore --records out"})
+      EXPECT_TRUE(has(again.err, words)) << again.err;
+    EXPECT_FALSE(has(again.err, "cannot open")) << again.err;
+  }
   expect_ok(remove());
   expect_ok(tagrid({"decode", "out/a.tag", "-o", "a.nrrd"}));
   expect_ok(tagrid({"decode", "out/c.tag", "-o", "c.raw"}));
