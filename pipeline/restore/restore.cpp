@@ -125,7 +125,8 @@ void require_same(const SourceComparison& found, const std::string& original) {
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
   if (is_folder(run.input)) throw UsageError(run.input + ": is a directory; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
-    throw UsageError(run.input + ": only a regular file can be restored; save the pipe as one first");
+    throw UsageError(shown_input(run.input) +
+                     ": only a regular file can be restored; save the pipe as one first");
   const auto all = std::make_shared<const TagBricks>(open_source(run.input));
   const TagBricks& file = *all;
   const CodingParameters& parameters = file.parameters();

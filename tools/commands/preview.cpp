@@ -79,7 +79,8 @@ struct PreviewCommand {
     // Opening a file that is missing, or a directory, gives a better message.
     const bool is_pipe =
         input == "-" ? !is_regular_input(input) : !is_regular_output(input) && !is_folder(input);
-    if (is_pipe) throw UsageError(input + ": a preview needs a file, not a pipe; save it to one first");
+    if (is_pipe)
+      throw UsageError(shown_input(input) + ": a preview needs a file, not a pipe; save it to one first");
   }
 
   PreviewContent read(const Ranks& ranks, const TagBricks& file, const PreviewWishes& wishes) const {

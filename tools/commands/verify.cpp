@@ -133,12 +133,12 @@ struct VerifyCommand {
         !parity.condition.is_intact() ? parity_words(parity)
         : is_newer ? "the file is as it was protected; nothing else of it can be checked by this version"
                    : "intact, and no help: the file is as it was protected";
-    fmt::print("{}: {}\n", printable(input), words);
+    fmt::print("{}: {}\n", printable(shown_input(input)), words);
     std::fflush(stdout);  // the error follows on another stream
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
-    fmt::print("{}: {} {} intact; {}\n", printable(input), result.bricks,
+    fmt::print("{}: {} {} intact; {}\n", printable(shown_input(input)), result.bricks,
                result.bricks == 1 ? "brick is" : "bricks are",
                result.active_points
                    ? fmt::format("the grid of {} active points is conforming", *result.active_points)
@@ -259,7 +259,7 @@ struct VerifyCommand {
     if (run.quiet || run.json == "-") return;
     for (const DamagedVolume& volume : damaged) {
       const std::string name =
-          printable(input) + (has_several ? fmt::format(": volume {}", volume.number) : "");
+          printable(shown_input(input)) + (has_several ? fmt::format(": volume {}", volume.number) : "");
       for (const std::string& line : lines_of_lost(volume.lost, bricks)) fmt::print("{}: {}\n", name, line);
       const std::string option = has_several ? fmt::format(" --volume {}", volume.number) : "";
       fmt::print("{}: {}{}\n", name, count_of_lost(volume.lost, bricks),
