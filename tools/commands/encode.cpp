@@ -37,7 +37,7 @@ struct EncodeCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    refuse_terminal_input(input);
+    require_volume_input(input, "encode - -o FILE.tag");
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
                        ": has the name of an encoded volume; use tagrid decode to decode it, or give -o FILE "

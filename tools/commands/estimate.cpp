@@ -41,7 +41,7 @@ struct EstimateCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    refuse_terminal_input(input);
+    require_volume_input(input, "estimate -");
     const Encoding asked = encoding.checked(run);
     EstimateRun request{
         .input = input, .source = asked.source, .options = asked.options, .resources = run.resources(ranks)};

@@ -44,7 +44,7 @@ struct VerifyCommand {
     if (input == "-" && original == "-")
       throw UsageError("--against -: standard input is already the .tag file; give a file");
     require_tag_input(input);
-    refuse_terminal_input(original);
+    require_volume_input(original, "verify FILE.tag --against -");
     refuse_tag_original();
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);

@@ -178,22 +178,33 @@ std::string about_unknown_address(const std::string& text) {
          "of a file on this machine";
 }
 
-void refuse_address(const std::string& input) {
+void refuse_address(const std::string& input, std::string_view advice) {
   if (is_unknown_address(input)) throw UsageError(about_unknown_address(input));
   if (is_address(input) && !is_declared_source(input))
-    throw UsageError(
-        shown_address(input) +
-        ": is an address; only .tag files are read from servers, and not to change them; download "
-        "it first");
+    throw usage_error("{}: is an address; only .tag files are read from servers{}", shown_address(input),
+                      advice);
 }
 
+namespace {
+
 void refuse_terminal_input(const std::string& input) {
-  refuse_address(input);
   if (input == "-" && isatty(STDIN_FILENO))
     throw UsageError("standard input: is a terminal; give a file, or use a pipe");
 }
 
+}  // namespace
+
+void require_volume_input(const std::string& input, std::string_view from_pipe) {
+  refuse_address(input,
+                 fmt::format(", and files of other formats from this machine; download it first. A "
+                             "single file that tagrid reads itself, such as .nrrd or .nii.gz, can also "
+                             "come from a pipe: curl URL | tagrid {}",
+                             from_pipe));
+  refuse_terminal_input(input);
+}
+
 void require_tag_input(const std::string& input) {
+  refuse_address(input, ", and not to change them; download it first");
   refuse_terminal_input(input);
   if (input != "-" && is_folder(input))
     throw UsageError(input + ": is a directory, not a .tag file; encode it first");

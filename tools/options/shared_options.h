@@ -145,10 +145,12 @@ bool is_unknown_address(const std::string& text, const std::filesystem::path& fo
 std::string about_unknown_address(const std::string& text);
 
 /// Throws UsageError if `input` is an address that add_tag_input() did not take, or one that nothing can read.
-void refuse_address(const std::string& input);
+/// `advice` ends the message.
+void refuse_address(const std::string& input, std::string_view advice = "; download it first");
 
-/// The same, and if `input` is standard input and that is a terminal.
-void refuse_terminal_input(const std::string& input);
+/// Throws UsageError for an address, and if `input` is standard input and that is a terminal: for commands that
+/// read a volume of any format. `from_pipe`: such a command that reads a pipe, without "tagrid".
+void require_volume_input(const std::string& input, std::string_view from_pipe);
 
 /// Writes a line to standard error about something that may be wrong.
 void warn(const RunOptions& options, const std::string& message);

@@ -433,8 +433,8 @@ class Addresses(ProgramTest):
             url = server.url + "/small.tag"
             (self.folder / "list.tsv").write_text(f"{url}\n")
             for words, *arguments in [("only .tag files are read from servers", "encode", url),
-                                      ("only .tag files are read from servers", "encode", url, "-o", "a.tag"),
-                                      ("only .tag files are read from servers", "estimate", url),
+                                      ("curl URL | tagrid encode - -o FILE.tag", "encode", url, "-o", "a.tag"),
+                                      ("curl URL | tagrid estimate -", "estimate", url),
                                       ("only .tag files are read from servers", "verify", "small.tag", "--against",
                                        url),
                                       ("only .tag files are read from servers", "convert", "--manifest", "list.tsv",
