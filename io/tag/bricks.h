@@ -128,6 +128,10 @@ class TagBricks : public IndexedTag {
   TagPages pages_;
 };
 
+/// The statistics of all volumes of a file together, such as the largest error in any of them; the index of the
+/// file has those of volume 0 alone. Reads the index of each volume. Throws BrokenInput and WorldError.
+Statistics statistics_of_all(const TagBricks& file);
+
 /// Everything in a .tag file except its bricks and their entries in the index.
 struct TagSummary {
   TagHeader header;
@@ -138,6 +142,9 @@ struct TagSummary {
   /// Of the overviews among the members of the index, in order; nothing for one whose header is damaged.
   std::vector<std::optional<CodingParameters>> overviews = {};
   std::vector<std::string> volume_names = {};  ///< of all volumes; empty if none has one
+  /// Of all volumes; nothing if there are others than volume 0 whose indexes were not read: those of a pipe, and
+  /// damaged ones.
+  std::optional<Statistics> statistics = {};
 };
 
 /// The overview with this factor in a file. If there is none, throws a UsageError that names those that there are.

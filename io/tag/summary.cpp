@@ -22,6 +22,13 @@ std::optional<std::invoke_result_t<Read>> if_intact(const Read& read) {
 
 }  // namespace
 
+Statistics statistics_of_all(const TagBricks& file) {
+  Statistics total = file.index().total;
+  for (const Member& member : file.index().members)
+    if (member.is_volume()) total.add(file.nested(member)->index().total);
+  return total;
+}
+
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(open_source(path));
@@ -34,6 +41,7 @@ TagSummary summary_of(const std::string& path) {
       if (member.is_volume()) names.add(if_intact([&] { return file.name_of(member); }).value_or(""));
     }
     summary.volume_names = names.take();
+    summary.statistics = if_intact([&] { return statistics_of_all(file); });
     return summary;
   }
   TagReader reader(path);
@@ -43,10 +51,14 @@ TagSummary summary_of(const std::string& path) {
 
 TagSummary summary_of(const TagReader& reader) {
   const auto& overviews = reader.overviews();
-  return {reader.header(),      reader.index(),
-          reader.sizes(),       reader.beginning_of_envelope(),
-          reader.parity(),      {overviews.begin(), overviews.end()},
-          reader.volume_names()};
+  return {reader.header(),
+          reader.index(),
+          reader.sizes(),
+          reader.beginning_of_envelope(),
+          reader.parity(),
+          {overviews.begin(), overviews.end()},
+          reader.volume_names(),
+          reader.header().volumes == 1 ? std::optional(reader.index().total) : std::nullopt};
 }
 
 int count_of_volumes(const std::string& path) { return HeaderOnly(open_source(path)).header().volumes; }

@@ -61,6 +61,7 @@ struct EncodeResult {
   std::string lossy_source;  ///< how samples were compressed with a loss before; "" if nothing says that
   std::string why_not_restorable;  ///< why the source files cannot be restored; "" if they can
   double times_read = 0;           ///< how often a sample was read for encoding, on average
+  bool was_complete = false;  ///< the output existed: it was compared with the input, and not written anew
 };
 
 using FinishedEncode = Finished<EncodeResult>;

@@ -154,8 +154,10 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
             [&](const DecodedRows& rows) { output.write(rows); }, watch);
   }
   files->check();
+  TagIndex index = file.index();
+  index.total = statistics_of_all(file);
   return {{file.header(),
-           file.index(),
+           std::move(index),
            file.sizes().file,
            files->bytes_written(),
            {files->files(), envelope.compression()}},

@@ -34,7 +34,7 @@ struct KeptFiles {
 
 struct RestoreResult {
   TagHeader header;
-  TagIndex index;
+  TagIndex index;  ///< with the statistics of all volumes
   std::uint64_t bytes_in = 0, bytes_out = 0;
   KeptFiles kept;
 };

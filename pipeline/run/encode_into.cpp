@@ -299,8 +299,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
     warn_of_touched(run, files, result);
   } else if (may_be_done) {
     require_earlier_result(run, job, *volume, resources);
-    result.warnings.push_back(
-        run.output + ": already exists, and is what this run would write; it was compared with the input");
+    result.was_complete = true;
   }
   store->finish(result);
   return {std::move(result),

@@ -120,9 +120,8 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   const auto first = volume_in(file, number);
   const CodingParameters& parameters = first->parameters();
   const std::int64_t count = run.volume ? 1 : file->header().volumes;
-  // What the values of all of them are.
   TagIndex index = first->index();
-  for (std::int64_t i = 1; i < count; ++i) index.total.add(volume_in(file, i)->index().total);
+  if (!run.volume) index.total = statistics_of_all(*file);
   const WrittenNumbers numbers = written_numbers(run.format, run.numbers, first->header(), &index);
   const VolumeInfo info = run.volume ? volume_info_of(first->header()) : info_of_all(first->header());
   DecodeOutput output(run, info, numbers, parameters);
@@ -142,6 +141,8 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   DecodeResult result =
       result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
   result.nrrd_fields = numbers.fields(info.nrrd_fields);
+  result.is_one_of_several = count < file->header().volumes;
+  result.header.volumes = static_cast<int>(count);
   return {std::move(result), sink};
 }
 

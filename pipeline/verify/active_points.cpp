@@ -32,9 +32,11 @@ Statistics count_active_points(TagReader& reader, const Resources& resources, co
 TagSummary summary_with_levels(const std::string& path, const Resources& resources,
                                const Progress& progress) {
   // A pipe can be read only once.
+  std::optional<Statistics> of_all;
   if (is_regular_input(path)) {
     TagSummary summary = summary_of(path);
     if (summary.header.parameters.counts_points()) return summary;
+    of_all = summary.statistics;
   }
   TagReader reader(path);
   Statistics counted;
@@ -45,6 +47,7 @@ TagSummary summary_with_levels(const std::string& path, const Resources& resourc
     counted = count_active_points(reader, resources, progress);
   TagSummary summary = summary_of(reader);
   if (!stored) summary.index.total.active = counted.active;
+  if (of_all) summary.statistics = of_all;
   return summary;
 }
 

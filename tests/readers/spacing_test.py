@@ -87,6 +87,10 @@ class Spacing(ReaderTest):
                 self.ok("verify", "out.tag", "--against", path, *options)
                 self.ok("verify", "out.tag", "--against", path, *options, "--spacing", "20,20,50um")
                 self.ok("estimate", path, *options, "--spacing", "20um", "--errors", "0")
+                # It is in the output, so the record of it is no loss.
+                self.geometry(path, *options, "--spacing", "0.5,0.5,1.25mm")
+                for name in ("out.tif", "out.nii", "out.mha", "out.vti"):
+                    self.assertNotIn("given spacing", self.ok("decode", "out.tag", "-o", name, "-f").stderr, name)
 
     def test_other_texts_are_refused(self):
         (self.folder / "a.raw").write_bytes(volume().tobytes())

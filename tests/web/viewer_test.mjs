@@ -82,7 +82,7 @@ test("values under the pointer and greys are those of the program", async () => 
   }
   assert.ok(bright > 10);
   await page.move(...(await pointOf(page, 0, [10, 20, 64])));
-  assert.equal((await readout(page))["position (mm)"], "-25, -30, 201.6");
+  assert.equal((await readout(page))["position (units)"], "-25, -30, 201.6");
   assert.match(await page.evaluate(`document.getElementById("bounds").innerText`), /largest error allowed\s+4 HU/);
   assert.deepEqual(page.errors, []);
   await page.close();

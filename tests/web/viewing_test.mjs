@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { folder, tagrid } from "./files.mjs";
+import { boundRows, factRows, lossText, scaleOf } from "../../web/viewer/src/describe.js";
 import { numberText, placeText, sampleText, valueText } from "../../web/viewer/src/numbers.js";
 import { placesOf, positionTexts } from "../../web/viewer/src/places.js";
 import { axesOf, layoutsOf, lettersOf, nearestAxes } from "../../web/viewer/src/sides.js";
@@ -201,11 +202,61 @@ test("units and distances", () => {
   assert.equal(unitOf({ spacing, fields: { units: '"cm" "cm" "cm"' } }), "cm");
   assert.equal(unitOf({ spacing, fields: { units: '"um" "µm" "micron"' } }), "µm");
   assert.equal(unitOf({ spacing, fields: { units: '"parsec" "parsec" "parsec"' } }), "parsec");
-  assert.equal(unitOf({ space: "LPS", directions: matrices[0] }), "mm");
+  // Only the file says it: in a space of patients, too, lengths may be in meters.
+  for (const space of ["LPS", "scanner-xyz"])
+    assert.equal(unitOf({ space, directions: matrices[0] }), "units");
+  assert.equal(unitOf({ space: "LPS", directions: matrices[0], fields: { "space units": '"mm" "mm" "mm"' } }), "mm");
   const mixed = placesOf(volumeOf({ spacing, fields: { units: '"mm" "cm" "um"' } }));
   assert.deepEqual([mixed.unit, mixed.steps.map((n) => numberText(n))], ["mm", ["1", "20", "0.003"]]);
   const some = placesOf(volumeOf({ spacing: [0.5, NaN, 0.5], fields: { units: '"mm" "mm" "mm"' } }));
-  assert.match(some.notes.join(), /distance along y unknown/);
+  assert.match(some.notes.join(), /distance along y unknown: drawn as 1 mm$/);
+  const noUnit = placesOf(volumeOf({ spacing: [0.5, NaN, 0.5] }));
+  assert.match(noUnit.notes.join(), /distance along y unknown: drawn as 1 unit$/);
+});
+
+const factsOf = (given) => {
+  const volume = { type: "int16", levels: [], range: { low: 2, high: 640, mean: 77 }, fileBytes: 5, brickEdge: 32, volumes: 1 };
+  const whole = { ...volumeOf(given), ...volume };
+  return factRows(whole, scaleOf(whole), placesOf(whole));
+};
+
+test("a spacing without a unit is said to have none, as in a preview", () => {
+  const spacingOf = (given) => Object.fromEntries(factsOf(given)).spacing;
+  assert.equal(spacingOf({ spacing: [1, 2, 3] }), "1 × 2 × 3 (no unit given)");
+  assert.equal(spacingOf({ spacing: [1, 2, 3], fields: { units: '"cm" "cm" "cm"' } }), "1 × 2 × 3 cm");
+  assert.equal(spacingOf({}), undefined);
+});
+
+test("errors are in values, or say that they are in stored samples, with the largest one in values", () => {
+  const bounds = { maxError: 10, surfaceError: 4, meshError: null, achievedMaxError: 9, achievedRmse: 1.23456, achievedPsnr: 50 };
+  const textsOf = (pairs, dims = [30, 30, 3]) => {
+    const volume = { ...volumeOf({ pairs, dims }), bounds };
+    return { ...Object.fromEntries(boundRows(volume, scaleOf(volume))), loss: lossText(volume, scaleOf(volume)) };
+  };
+  const plain = textsOf({ rescale_slope: "-0.5", rescale_units: "HU" });
+  assert.equal(plain["largest error allowed"], "5 HU");
+  assert.equal(plain.loss, "lossy: errors up to 5 HU");
+  // A PET series: the factor grows from slice to slice.
+  const slices = textsOf({ slice_slopes: "1 4.857 2", slice_intercepts: "0 0 0" });
+  assert.deepEqual(slices, {
+    "largest error allowed": "10 in stored samples (at most 48.57 in values)",
+    "… of the grid's points": "4 in stored samples (at most 19.428 in values)",
+    "largest error found": "9 in stored samples (at most 43.713 in values)",
+    "root mean square error": "1.235 in stored samples (at most 5.99626 in values)",
+    PSNR: "50 dB",
+    loss: "lossy: errors up to 10 in stored samples (at most 48.57 in values)",
+  });
+  // Slopes that cannot be read give no values.
+  assert.equal(textsOf({ slice_slopes: "1 x 2" }).loss, "lossy: errors up to 10 in stored samples");
+});
+
+test("no two facts of a volume have the same name", () => {
+  for (const pairs of [{}, { slice_slopes: "1 2 3" }, { rescale_slope: "2" }]) {
+    const names = factsOf({ spacing: [1, 2, 3], dims: [30, 30, 3], pairs }).map(([name]) => name);
+    assert.deepEqual(names, [...new Set(names)]);
+  }
+  const facts = Object.fromEntries(factsOf({ dims: [30, 30, 3], pairs: { slice_slopes: "1 2 3" } }));
+  assert.equal(facts["stored samples"].trim(), "2 to 640");
 });
 
 test("no number is rounded to another one that is stored", () => {

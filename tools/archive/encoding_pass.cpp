@@ -70,7 +70,7 @@ void describe(const Volume& volume, const TagHeader& header, const TagIndex& ind
   record["headerless"] = volume.headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
-  record["achieved"] = achieved_json(header, index);
+  record["achieved"] = achieved_json(header, index.total);
   record["status"] = "ok";
 }
 

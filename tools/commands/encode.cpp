@@ -81,6 +81,9 @@ struct EncodeCommand {
     for (const std::string& warning : warnings_of_encoding(input, asked.options, result)) warn(run, warning);
     if (has_parity_beside)
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
+    if (result.was_complete && !run.quiet)
+      say("tagrid: {}: already exists, and is what this run would write; it was compared with the input",
+          path);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     if (run.shows_times())
       for (const std::string& line : times_summary(result.header)) say_line(line);

@@ -49,7 +49,9 @@ struct PreviewCommand {
     RunReport report(run.json, run.thread_count(), output.overwrite, "preview", input, path);
 
     const std::int64_t number = chosen_volume(input, volume, run);
-    const TagBricks file(volume_in(open_source(input), number));
+    const auto all = std::make_shared<const TagBricks>(open_source(input));
+    const std::shared_ptr<const TagBricks> volume_of_file = volume_in(all, number);
+    const TagBricks& file = *volume_of_file;
     const PreviewContent content = read(ranks, file, wishes);
     const CodingParameters& parameters = file.parameters();
     const std::string& fields = file.header().nrrd_fields;
@@ -57,7 +59,7 @@ struct PreviewCommand {
     const GreyWindow shown = wanted_window ? *wanted_window : window_of(content, parameters.type, rescale);
     const Image picture =
         sheet_of({.title = input == "-" ? "standard input" : std::filesystem::path(input).filename().string(),
-                  .lines = lines_about(file),
+                  .lines = lines_about(*all, number, file),
                   .content = content,
                   .type = parameters.type,
                   .rescale = rescale,
@@ -66,7 +68,7 @@ struct PreviewCommand {
                   .cube_size = parameters.cube_size});
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);
-    report.write(figures_with(content, shown, file, png.position()), png);
+    report.write(figures_with(content, shown, file, all->sizes().file, png.position()), png);
     if (const std::string doubt = doubt_of_range(file.header(), file.index().total); !doubt.empty())
       warn(run, "{}: {}", shown_input(input), doubt);
     if (run.is_verbose()) {
@@ -89,8 +91,8 @@ struct PreviewCommand {
   }
 
   static RunFigures figures_with(const PreviewContent& content, const GreyWindow& shown,
-                                 const TagBricks& file, std::uint64_t bytes) {
-    RunFigures figures = figures_of(file.header(), file.index(), file.sizes().file, bytes);
+                                 const TagBricks& file, std::uint64_t bytes_in, std::uint64_t bytes_out) {
+    RunFigures figures = figures_of(file.header(), file.index(), bytes_in, bytes_out);
     for (const PreviewSlice& slice : content.slices)
       figures.settings["slices"][std::string(1, "xyz"[slice.panel.axis])] = slice.panel.slice;
     figures.settings["window"] = {shown.low, shown.high};

@@ -9,6 +9,7 @@
 #include "io/formats/nrrd/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
+#include "io/volume/one_of_volumes.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
 
@@ -28,17 +29,22 @@ std::string spacing_words(const Lengths& lengths) {
   return one_unit ? text + (unit.empty() ? " (no unit given)" : " " + unit) : text;
 }
 
-std::string error_words(const CodingParameters& p, const Statistics& total, const Rescale& rescale) {
-  // In values, as the gray scale is.
-  const std::string unit = rescale.units.empty() ? "" : " " + rescale.units;
-  const auto in_values = [&](double error) { return short_number(error * std::abs(rescale.slope)) + unit; };
-  const std::string of_mesh = p.mesh_error >= 0 ? ", mesh within " + in_values(p.mesh_error) : "";
+std::string error_words(const TagHeader& header, const Statistics& total) {
+  const CodingParameters& p = header.parameters;
+  const bool has_slopes = has_slopes_of_slices(header.nrrd_fields);
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
+  // In values, as the gray scale is; with slopes of slices, both are of samples.
+  const auto shown = [&](double error) {
+    return short_number(error * std::abs(rescale.slope)) + (has_slopes ? " in stored samples" : unit);
+  };
+  const std::string of_mesh = p.mesh_error >= 0 ? ", mesh within " + shown(p.mesh_error) : "";
   if (p.mode == FileMode::voxels && p.is_exact()) return "lossless" + of_mesh;
   std::string text = p.mode == FileMode::grid ? "grid only, " : "";
-  text += p.max_error < 0 ? "no bound" : "every voxel within " + in_values(p.max_error);
-  if (p.surface_error >= 0) text += ", active points within " + in_values(p.surface_error);
+  text += p.max_error < 0 ? "no bound" : "every voxel within " + shown(p.max_error);
+  if (p.surface_error >= 0) text += ", active points within " + shown(p.surface_error);
   text += of_mesh;
-  text += ", largest error " + in_values(total.max_error);
+  text += ", largest error " + (has_slopes ? error_text(total.max_error, header) : shown(total.max_error));
   const Achieved achieved = achieved_of(total);
   if (!std::isnan(achieved.psnr)) text += fmt::format(", PSNR {:.2f} dB", achieved.psnr);
   return text;
@@ -76,18 +82,27 @@ Lengths lengths_of(const TagHeader& header) {
   return lengths;
 }
 
-std::vector<std::string> lines_about(const TagBricks& file) {
-  const CodingParameters& p = file.parameters();
-  const auto voxels = static_cast<std::uint64_t>(p.domain().volume().count()), raw = voxels * size_of(p.type),
-             bytes = file.sizes().file;
-  std::string first = fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
-                                  spacing_words({geometry_of(file.header().nrrd_fields), p.dims}));
-  if (has_uneven_slices(file.header())) first += ", slices at unequal distances";
-  return {first, fmt::format("{}; {} in {}, ratio {:.2f}, {:.3f} bits per voxel",
-                             error_words(p, file.index().total, rescale_of(file.header().nrrd_fields)),
-                             human_bytes(raw), human_bytes(bytes),
-                             static_cast<double>(raw) / static_cast<double>(bytes),
-                             8 * static_cast<double>(bytes) / static_cast<double>(voxels))};
+std::vector<std::string> lines_about(const TagBricks& file, std::int64_t number, const TagBricks& volume) {
+  const TagHeader& header = volume.header();
+  const CodingParameters& p = header.parameters;
+  const int volumes = file.header().volumes;
+  const auto voxels = static_cast<std::uint64_t>(Box::of_size(file.header().all_dims()).count()),
+             raw = voxels * size_of(p.type), bytes = file.sizes().file;
+  std::string first, name = printable(text_of_key(header.nrrd_fields, volume_name_key));
+  if (volumes > 1)
+    first = fmt::format("volume {} of 0..{}{}: ", number, volumes - 1, name.empty() ? "" : " (" + name + ")");
+  first += fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
+                       spacing_words({geometry_of(header.nrrd_fields), p.dims}));
+  if (has_uneven_slices(header)) first += ", slices at unequal distances";
+  const std::string errors = error_words(header, volume.index().total),
+                    sizes =
+                        fmt::format("{}{} in {}, ratio {:.2f}, {:.3f} bits per voxel",
+                                    volumes > 1 ? "all volumes " : "", human_bytes(raw), human_bytes(bytes),
+                                    static_cast<double>(raw) / static_cast<double>(bytes),
+                                    8 * static_cast<double>(bytes) / static_cast<double>(voxels));
+  // Errors in both units fill their line.
+  if (has_slopes_of_slices(header.nrrd_fields)) return {first + "; " + sizes, errors};
+  return {first, errors + "; " + sizes};
 }
 
 std::string length_words(double length, const std::string& unit) {

@@ -27,8 +27,9 @@ struct Lengths {
 /// Those of a file, in one unit.
 Lengths lengths_of(const TagHeader& header);
 
-/// What the file holds: size, type, spacing, bytes; and how well: bound, errors, ratio.
-std::vector<std::string> lines_about(const TagBricks& file);
+/// What the volume with this number in `file` is: size, type, spacing; how well it is kept: bound, errors; and the ratio
+/// of all volumes to the file.
+std::vector<std::string> lines_about(const TagBricks& file, std::int64_t number, const TagBricks& volume);
 
 /// "12.5 mm", or "12.5 units" if the unit is unknown.
 std::string length_words(double length, const std::string& unit);

@@ -221,8 +221,8 @@ ordered_json settings_json(const CodingParameters& p) {
           {"grid", name_of(p.grid)}};
 }
 
-ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
-  const Achieved a = achieved_of(index.total);
+ordered_json achieved_json(const TagHeader& header, const Statistics& total) {
+  const Achieved a = achieved_of(total);
   const bool is_known =
       !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
   const Rescale rescale = rescale_of(header.nrrd_fields);
@@ -230,10 +230,15 @@ ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
           {"psnr", std::isnan(a.psnr) ? ordered_json(nullptr) : ordered_json(a.psnr)},
-          {"mesh_error", bound_or_null(index.total.mesh_error)},
+          {"mesh_error", bound_or_null(total.mesh_error)},
           {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
           {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
+}
+
+/// The errors of all volumes, or of volume 0 if the others are not known.
+const Statistics& errors_of(const TagSummary& file) {
+  return file.statistics ? *file.statistics : file.index.total;
 }
 
 /// Calls use(member, parameters) for each overview of a file.
@@ -256,7 +261,7 @@ ordered_json overviews_json(const TagSummary& file) {
 }
 
 ordered_json info_json(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, parity, overviews, volume_names] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews, volume_names, statistics] = file;
   ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
@@ -280,7 +285,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
   json["overviews"] = overviews_json(file);
   if (parity) json["bytes"]["parity"] = sizes.parity;
   json["parity"] = parity ? parity_json(*parity, sizes.parity) : ordered_json(nullptr);
-  json["achieved"] = achieved_json(header, index);
+  json["achieved"] = achieved_json(header, errors_of(file));
   const std::string compression = compression_of(file);
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
   json["compression"] = json_text_or_null(compression);
@@ -294,7 +299,7 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
 }
 
 std::string info_text(const TagSummary& file, bool with_levels) {
-  const auto& [header, index, sizes, beginning, parity, overviews, volume_names] = file;
+  const auto& [header, index, sizes, beginning, parity, overviews, volume_names, statistics] = file;
   const CodingParameters& p = header.parameters;
   const auto n = static_cast<std::uint64_t>(Box::of_size(header.all_dims()).count());
   const std::uint64_t raw = n * size_of(p.type);
@@ -306,11 +311,12 @@ std::string info_text(const TagSummary& file, bool with_levels) {
        fmt::format("{}{} x {} x {} {}, {}", header.volumes == 1 ? "" : fmt::format("{} of ", header.volumes),
                    p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   if (header.volumes > 1)
-    line("", fmt::format("volumes 0 to {}{}; what follows on values and levels is of volume 0",
+    line("", fmt::format("volumes 0 to {}{}; what follows on {}values and levels is of volume 0",
                          header.volumes - 1,
                          volume_names.empty() ? ""
                                               : fmt::format(" ({} to {})", printable(volume_names.front()),
-                                                            printable(volume_names.back()))));
+                                                            printable(volume_names.back())),
+                         statistics ? "" : "errors, "));
   print_geometry(header, line);
   print_source(header, line);
   line("source files", source_files_text(file));
@@ -345,18 +351,19 @@ std::string info_text(const TagSummary& file, bool with_levels) {
                      fmt::join(std::span(kinds).first(named), ", "),
                      named < kinds.size() ? fmt::format(" and {} more", kinds.size() - named) : ""));
   }
-  line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
-                                    error_text(index.total.max_error, header)));
+  const Statistics& errors = errors_of(file);
+  line("largest error",
+       fmt::format("bound {}, reached {}", bound_text(p.max_error), error_text(errors.max_error, header)));
   if (p.transform_step > 0)
     line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller", p.transform_step));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0)
     line("mesh error",
-         fmt::format("bound {}, reached {}", p.mesh_error, error_text(index.total.mesh_error, header)));
-  const Achieved a = achieved_of(index.total);
-  line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
-                     : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
-                                                : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
+         fmt::format("bound {}, reached {}", p.mesh_error, error_text(errors.mesh_error, header)));
+  const Achieved a = achieved_of(errors);
+  line("rmse, psnr", errors.max_error == 0 ? "0, lossless"
+                     : std::isnan(a.psnr)  ? fmt::format("{:.4f}, no psnr", a.rmse)
+                                           : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
   line("root cubes", fmt::format("edge {}, {} per edge of a brick, {}", p.cube_size, p.brick_edge,
                                  counted(p.bricks().count(), "brick")));
   line("accuracy",

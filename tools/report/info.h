@@ -10,7 +10,7 @@ namespace tagrid {
 
 /// The settings of the encoder and the errors that it achieved: parts of `info --json` and --json.
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);
-nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index);
+nlohmann::ordered_json achieved_json(const TagHeader& header, const Statistics& total);
 
 /// The object of `info --json`. `with_levels`: the active points in the index are those of the grid;
 /// otherwise they are not known. Throws BrokenInput if the beginning of the envelope is wrong.

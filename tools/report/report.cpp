@@ -88,7 +88,14 @@ ordered_json json_text_or_null(const std::string& bytes) {
 }
 
 std::string error_text(double error, const TagHeader& header) {
-  if (has_slopes_of_slices(header.nrrd_fields)) return fmt::format("{} in stored samples", error);
+  if (has_slopes_of_slices(header.nrrd_fields)) {
+    const auto slices = rescale_of_slices(header.nrrd_fields, header.parameters.dims.z);
+    const std::string of_samples = fmt::format("{} in stored samples", error);
+    if (!slices || error <= 0) return of_samples;
+    // In the other slices, it is less.
+    return fmt::format("{} (at most {:.6g} in values)", of_samples,
+                       error * largest_slope(header.nrrd_fields));
+  }
   const Rescale rescale = rescale_of(header.nrrd_fields);
   const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
   if (rescale.slope == 1 && rescale.intercept == 0) return fmt::format("{}{}", error, unit);
@@ -106,10 +113,16 @@ std::string summary(const EncodeResult& result) {
 }
 
 std::string summary(const DecodeResult& result) {
-  const std::uint64_t raw = voxels(result.header) * size_of(result.header.parameters.type);
-  return fmt::format("{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in),
-                     human_bytes(result.bytes_out),
-                     static_cast<double>(raw) / static_cast<double>(result.bytes_in),
+  const SampleType type = result.header.parameters.type;
+  const std::uint64_t raw = voxels(result.header) * size_of(type);
+  // Not of a part of the samples, of values in another type, or of what was compressed otherwise.
+  const bool is_all = result.dims == result.header.parameters.dims && !result.is_one_of_several &&
+                      size_of(result.numbers.type(type)) == size_of(type) && result.bytes_out >= raw;
+  const std::string ratio =
+      is_all ? fmt::format(", ratio {:.2f}", static_cast<double>(raw) / static_cast<double>(result.bytes_in))
+             : "";
+  return fmt::format("{} -> {}{}, largest error {}", human_bytes(result.bytes_in),
+                     human_bytes(result.bytes_out), ratio,
                      error_text(result.index.total.max_error, result.header));
 }
 

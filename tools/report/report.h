@@ -14,7 +14,7 @@ namespace tagrid {
 
 /// One line on an encoding: size, ratio, bits per voxel, largest error.
 std::string summary(const EncodeResult& result);
-/// One line on a decoding: sizes, ratio, largest error.
+/// One line on a decoding: sizes, the ratio if it is that of these sizes, and the largest error in the file.
 std::string summary(const DecodeResult& result);
 
 /// One line on memory: the planned and the used amount, and how often samples were read, if that matters.
@@ -24,7 +24,8 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
 /// one thread 16 and 64 threads could be at most, as some nodes run on one thread at a time.
 std::vector<std::string> times_summary(const TagHeader& header);
 
-/// An error of samples: "2", "2 HU", "2 in stored samples (5 HU)", as the volume says what samples mean.
+/// An error of samples: "2", "2 HU", "2 in stored samples (5 HU)", as the volume says what samples mean; if slices have
+/// individual slopes, "2 in stored samples (at most 5 in values)".
 std::string error_text(double error, const TagHeader& header);
 
 /// "space left-posterior-superior, in mm": in which coordinates a mesh or a surface lies.

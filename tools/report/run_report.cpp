@@ -44,7 +44,7 @@ RunFigures figures_of(const TagHeader& header, const TagIndex& index, std::uint6
   figures.settings = settings_json(parameters);
   figures.bytes_in = bytes_in;
   figures.bytes_out = bytes_out;
-  figures.achieved = achieved_json(header, index);
+  figures.achieved = achieved_json(header, index.total);
   return figures;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "io/formats/nrrd/geometry.h"
+#include "io/formats/nrrd/given_spacing.h"
 #include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/text/text.h"
@@ -16,13 +17,14 @@ namespace {
 /// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
 /// one kind of files.
 bool is_said_otherwise(std::string_view key, std::string_view value, const Format& format) {
-  constexpr std::array<std::string_view, 17> said = {"rescale_",
+  constexpr std::array<std::string_view, 18> said = {"rescale_",
                                                      "applied_",
                                                      "slice_applied_",
                                                      "slice_positions",
                                                      "slice_slopes",
                                                      "slice_intercepts",
                                                      "dicom_added_intercept",
+                                                     given_spacing_key,
                                                      "hdf5_dataset",
                                                      "hdf5_element_size_um",
                                                      "metaimage_AnatomicalOrientation",

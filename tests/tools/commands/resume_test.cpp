@@ -18,7 +18,9 @@ TEST_F(Resume, ARunThatIsNotInterruptedLeavesNothingButTheSameFile) {
   // As after a kill between the end of the run and that of the process.
   const Ending again = tagrid(command());
   EXPECT_EQ(again.code, 0);
-  EXPECT_TRUE(has(again.err, "new.tag: already exists, and is what this run would write")) << again.err;
+  EXPECT_EQ(
+      again.err,
+      "tagrid: new.tag: already exists, and is what this run would write; it was compared with the input\n");
   expect_result(Ending{.code = 0});
   expect_result(tagrid(command({"-f"})));
 }

@@ -304,6 +304,36 @@ class Volumes(ProgramTest):
         self.tagrid("restore", outputs[0], "-o", "back", "-q")
         self.assertEqual(next((self.folder / "back").rglob("*.nii")).read_bytes(), data)
 
+    def test_an_error_in_any_volume_is_said_and_reported(self):
+        volumes = moments("int16", (3, 20, 33, 41))
+        volumes[0] = 0  # comes back exactly
+        volumes[1:] = numpy.random.default_rng(2).integers(0, 2000, volumes[1:].shape)
+        (self.folder / "archive").mkdir()
+        for grid in ([], ["--grid", "derived"]):
+            data = self.write("scan.nii", nifti(volumes))
+            self.tagrid("encode", "scan.nii", "--max-error", 20, "-q", "-f", *grid)
+            restored = self.tagrid("restore", "scan.tag", "-o", "back", "-f", "--json", "r.json")
+            back = numpy.frombuffer((self.folder / "back/scan.nii").read_bytes()[-volumes.nbytes:], "int16")
+            error = int(numpy.abs(back.astype("i4") - volumes.ravel()).max())
+            self.assertGreater(error, 0)
+            self.assertIn(f"the samples in scan.nii were not kept exactly; they differ by up to {error}".encode(),
+                          restored.stderr)
+            self.assertEqual(self.statistics("r.json")["achieved"]["max_error"], error)
+            self.assertEqual(self.info("scan.tag")["achieved"]["max_error"], error)
+            self.assertIn(f"reached {error}\n".encode(), self.tagrid("info", "scan.tag").stdout)
+            # Of a pipe, the errors of other volumes are not known, and info says whose they are.
+            of_pipe = self.tagrid("info", "-", input=(self.folder / "scan.tag").read_bytes()).stdout
+            self.assertIn(b"what follows on errors, values and levels is of volume 0", of_pipe)
+        self.tagrid("encode", "scan.nii", "--max-error", 20, "--rm", "-q", "-f")
+        self.assertIn(b"differ by up to", self.tagrid("restore", "scan.tag", "-o", ".").stderr)
+        (self.folder / "archive/scan.nii").write_bytes(data)
+        (self.folder / "list").write_bytes(self.tagrid("convert", "--find", "archive").stdout)
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--max-error", 20)
+        self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-q", "--max-error", 20, "--remove-verified")
+        self.assertFalse((self.folder / "archive/scan.nii").exists())
+        self.assertIn(b"differ by up to", self.tagrid("restore", "--records", "out").stderr)
+        self.assertNotEqual((self.folder / "archive/scan.nii").read_bytes(), data)
+
     def test_an_input_is_removed_after_a_proof(self):
         data = self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         self.tagrid("encode", "scan.nii", "--rm", "-q")

@@ -1,5 +1,7 @@
 // The output of info, verify and --json FILE.
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstring>
 
@@ -48,6 +50,32 @@ TEST_F(Reports, InfoHasEveryKey) {
   expect_keys(json["achieved"], {"max_error", "rmse", "psnr"});
   EXPECT_EQ(json["achieved"]["max_error"], 3);
   EXPECT_GT(json["achieved"]["psnr"], 50);
+}
+
+TEST_F(Reports, ARatioIsThatOfTheSizesBesideIt) {
+  file("volume.nrrd",
+       "NRRD0004\ntype: int16\ndimension: 3\nsizes: 52 40 36\nencoding: raw\nendian: little\n"
+       "rescale_slope:=0.5\n\n" +
+           std::string(std::size_t{2} * 52 * 40 * 36, '\3'));
+  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  const auto said = [&](const Arguments& more) {
+    const Ending ending = tagrid(with({"decode", "volume.tag", "-f", "-v"}, more));
+    EXPECT_EQ(ending.code, 0);
+    return ending.err + ending.out;
+  };
+  const auto in = static_cast<double>(content("volume.tag").size());
+  const std::string all = said({"-o", "a.nrrd"});
+  EXPECT_TRUE(has(all, fmt::format("-> 150 kB, ratio {:.2f}, largest error 0", 2 * 52 * 40 * 36 / in)))
+      << all;
+  // A part, values that are twice as large, and samples that are compressed.
+  for (const Arguments& more : {Arguments{"--region", ":,:,20:21", "-o", "a.nrrd"},
+                                {"--values", "-o", "a.nrrd"},
+                                {"--step", "2", "-o", "a.nrrd"},
+                                {"--samples", "-o", "a.nii.gz"}}) {
+    const std::string line = said(more);
+    EXPECT_TRUE(has(line, "B -> ")) << line;
+    EXPECT_FALSE(has(line, "ratio")) << line;
+  }
 }
 
 TEST_F(Reports, InfoSaysWhatTheFileCameFrom) {

@@ -18,7 +18,8 @@ export function scaleOf(volume) {
     const isWhole =
       slopes.length === volume.dims[2] && slopes.every(Number.isFinite) && (intercepts ?? []).every(Number.isFinite);
     const note = "stored samples: each slice has its own slope, so equal grays are not equal values";
-    return { slope: 1, intercept: 0, unit: "", note, ofSlice: isWhole ? ofSlice : undefined };
+    const largestSlope = isWhole ? Math.max(...slopes.map(Math.abs)) : undefined;
+    return { slope: 1, intercept: 0, unit: "", note, largestSlope, ofSlice: isWhole ? ofSlice : undefined };
   }
   const slope = Number(volume.pair("rescale_slope") ?? 1);
   const intercept = Number(volume.pair("rescale_intercept") ?? 0);
@@ -33,11 +34,21 @@ export function bytesText(bytes) {
   return `${numberText(bytes / 1000 ** power, 3)} ${units[power]}`;
 }
 
-/** Rows of [name, text]. Bounds are in units of samples; here they are in those of values. */
-export function boundRows({ bounds }, { slope, unit }) {
+/**
+ * An error of samples, in values. With slopes of single slices, it differs by slice: then it is in stored samples, with the
+ * largest one in values, as the program says it.
+ */
+function errorText(samples, { slope, unit, note, largestSlope }, digits) {
+  if (!note) return `${numberText(samples * Math.abs(slope), digits)} ${unit}`.trim();
+  const inValues = largestSlope === undefined ? "" : ` (at most ${numberText(samples * largestSlope, 6)} in values)`;
+  return `${numberText(samples, digits)} in stored samples${samples > 0 ? inValues : ""}`;
+}
+
+/** Rows of [name, text]. */
+export function boundRows({ bounds }, scale) {
   const rows = [];
   const add = (name, samples, digits) => {
-    if (samples !== null) rows.push([name, `${numberText(samples * Math.abs(slope), digits)} ${unit}`]);
+    if (samples !== null) rows.push([name, errorText(samples, scale, digits)]);
   };
   if (bounds.maxError === 0) rows.push(["every voxel", "exact"]);
   else add("largest error allowed", bounds.maxError);
@@ -53,13 +64,13 @@ export function boundRows({ bounds }, { slope, unit }) {
 }
 
 /** The bound of the samples that are shown, in few words; "" if they are exact. */
-export function lossText({ bounds }, { slope, unit }) {
+export function lossText({ bounds }, scale) {
   if (bounds.maxError === 0) return "";
   if (bounds.maxError === null) return "lossy: errors have no bound";
-  return `lossy: errors up to ${numberText(bounds.maxError * Math.abs(slope))} ${unit}`.trim();
+  return `lossy: errors up to ${errorText(bounds.maxError, scale)}`;
 }
 
-export function factRows(volume, scale, { unit, steps, axes, notes }) {
+export function factRows(volume, scale, { unit, hasUnit, steps, axes, notes }) {
   const { dims, type, geometry, levels, range, name, fileBytes, brickEdge, volumes } = volume;
   const product = dims[0] * dims[1] * dims[2];
   const size = Number(/\d+/.exec(type)[0]) / 8;
@@ -68,7 +79,8 @@ export function factRows(volume, scale, { unit, steps, axes, notes }) {
     ["type", type],
   ];
   if (name) rows.unshift(["name", name]);
-  if (geometry.spacing) rows.push(["spacing", `${steps.map((s) => numberText(s)).join(" × ")} ${unit}`]);
+  if (geometry.spacing)
+    rows.push(["spacing", `${steps.map((s) => numberText(s)).join(" × ")} ${hasUnit ? unit : "(no unit given)"}`]);
   const space = volume.field("space");
   if (space) rows.push(["space of positions", space]);
   if (axes) rows.push(["x, y, z run toward", axes.map(lettersOf).join(", ")]);
@@ -78,10 +90,10 @@ export function factRows(volume, scale, { unit, steps, axes, notes }) {
   if (geometry.origin) rows.push(["origin", geometry.origin.map((o) => numberText(o)).join(", ")]);
   if (range) {
     const ends = [range.low, range.high].sort((a, b) => scale.slope * (a - b));
-    rows.push(["values", `${ends.map((sample) => valueText(sample, type, scale)).join(" to ")} ${scale.unit}`]);
-    rows.push(["mean", `${numberText(scale.slope * range.mean + scale.intercept, 9)} ${scale.unit}`]);
+    rows.push([scale.note ? "stored samples" : "values", `${ends.map((sample) => valueText(sample, type, scale)).join(" to ")} ${scale.unit}`]);
+    rows.push([scale.note ? "mean of stored samples" : "mean", `${numberText(scale.slope * range.mean + scale.intercept, 9)} ${scale.unit}`]);
   }
-  if (scale.note) rows.push(["values", scale.note]);
+  if (scale.note) rows.push(["pictures show", scale.note]);
   else if (scale.slope !== 1 || scale.intercept !== 0)
     rows.push([
       "value of a sample",

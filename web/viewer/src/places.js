@@ -4,13 +4,15 @@ import { placeText } from "./numbers.js";
 import { arePerpendicular, axesOf } from "./sides.js";
 
 /**
- * What views need of a geometry: `unit`, the name of the unit of all lengths; `steps`, the distances of samples in it
+ * What views need of a geometry: `unit`, the name of the unit of all lengths, and whether the file gives one: else it is
+ * "units", as the program calls them, also in spaces of patients: only formats such as DICOM say that these are in mm, and
+ * then the file has "mm". `steps`, the distances of samples in it
  * (1 where it is not known); `factors`, which turn lengths of the file along each axis into it; `axes` (see sides.js);
  * `slices`, the positions of unevenly spaced ones; and `notes`, sentences about what pictures do not show.
  */
 export function placesOf(volume) {
   const { spacing, directions } = volume.geometry;
-  const { unit, factors } = unitOf(volume);
+  const { unit, hasUnit, factors } = unitOf(volume);
   const steps = [0, 1, 2].map((axis) => {
     const step = directions
       ? Math.hypot(...directions[axis].map((n, row) => n * factors[row]))
@@ -24,30 +26,28 @@ export function placesOf(volume) {
   if (!spacing) notes.push("spacing unknown: drawn as if equal along all axes");
   else if (spacing.some((step) => !Math.abs(step)))
     notes.push(
-      `distance along ${[..."xyz"].filter((_, axis) => !Math.abs(spacing[axis])).join(", ")} unknown: drawn as 1 ${unit}`,
+      `distance along ${[..."xyz"].filter((_, axis) => !Math.abs(spacing[axis])).join(", ")} unknown: drawn as 1 ${unit === "units" ? "unit" : unit}`,
     );
   const slices = positionsOfSlices(volume);
   const isUneven = volume.pair("slice_positions") !== undefined;
   if (isUneven) notes.push("slices along z are unevenly spaced, but drawn as if even");
-  return { unit, steps, factors, axes, notes, slices, isUneven };
+  return { unit, hasUnit, steps, factors, axes, notes, slices, isUneven };
 }
 
 /** The unit of lengths: that of the scan, or samples if it has no spacing; and what turns lengths of each axis into it. */
 function unitOf(volume) {
   const factors = [1, 1, 1];
-  if (!volume.geometry.spacing) return { unit: "samples", factors };
+  if (!volume.geometry.spacing) return { unit: "samples", hasUnit: true, factors };
   const names = unitNamesOf(volume).map((name) => name.trim());
   const given = names.filter((name) => name !== "");
+  const hasUnit = given.length > 0;
   const lengths = names.map((name) => millimetersOf(name));
   if (given.length === 3 && lengths.every((length) => length !== undefined)) {
     if (lengths.every((length) => length === lengths[0]))
-      return { unit: lengths[0] === 1e-3 ? "µm" : names[0], factors };
-    return { unit: "mm", factors: lengths };
+      return { unit: lengths[0] === 1e-3 ? "µm" : names[0], hasUnit, factors };
+    return { unit: "mm", hasUnit, factors: lengths };
   }
-  if (given.length > 0 && given.every((name) => name === given[0])) return { unit: given[0], factors };
-  // Spaces of patients are in mm.
-  const space = volume.field("space");
-  return { unit: given.length === 0 && (signsOf(space) || /^scanner/i.test(space ?? "")) ? "mm" : "units", factors };
+  return { unit: hasUnit && given.every((name) => name === given[0]) ? given[0] : "units", hasUnit, factors };
 }
 
 /** The positions of unevenly spaced slices, three numbers each; undefined if they are even, or cannot be read. */

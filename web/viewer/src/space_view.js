@@ -133,10 +133,10 @@ export class SpaceView {
     }
     const { middle, text, button } = this.elements;
     const isTooMuch = samples > mostSamples;
-    const what = factor > 1 ? `the overview 1:${factor}` : "the volume";
+    const what = factor > 1 ? `the overview 1:${factor}` : "all samples of the volume";
     text.textContent = isTooMuch
       ? "There is no overview that is small enough for a picture in 3D."
-      : `${what} has ${numberText(samples / 1e6, 2)} million samples, which must be read for it.`;
+      : `A picture in 3D needs ${what}: ${numberText(samples / 1e6, 2)} million samples.`;
     button.hidden = isTooMuch;
     middle.hidden = false;
   }
