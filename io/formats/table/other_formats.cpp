@@ -272,7 +272,7 @@ std::vector<OtherFormat> rows_of_images_and_archives() {
        .advice = "give the .vgi file of the volume, or export the volume as TIFF or DICOM",
        .extensions = {".vgl"}},
       {.name = "REK",
-       .what = "has the extension of volumes of Fraunhofer's programs (.rek)",
+       .what = "is named like a volume of Fraunhofer's programs (.rek)",
        .advice = "export it as TIFF in that program, or describe its samples if you know their layout",
        .extensions = {".rek"}},
       {.name = "PCR",

@@ -132,13 +132,13 @@ TEST_F(SharedFiles, ThatHeadersInDirectoriesAboveAndBelowNameAreKept) {
     expect_error(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}), usage, why);
   };
   header("scan/below/b.mhd", "../a.raw");
-  refused("scan/a.raw: cannot be removed: below/b.mhd, which");
+  refused("scan/a.raw: cannot be removed: another header, below/b.mhd, also names it");
   header("scan/below/b.mhd", "link.raw");
   std::filesystem::create_symlink("../a.raw", path("scan/below/link.raw"));
-  refused("scan/a.raw: cannot be removed: below/b.mhd, which");
+  refused("scan/a.raw: cannot be removed: another header, below/b.mhd, also names it");
   std::filesystem::remove(path("scan/below/link.raw"));
   header("b.mhd", "scan/a.raw");
-  refused("scan/a.raw: cannot be removed: ../b.mhd, which");
+  refused("scan/a.raw: cannot be removed: another header, ../b.mhd, also names it");
   std::filesystem::remove(path("b.mhd"));
   expect_ok(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}));
   EXPECT_FALSE(exists("scan/a.raw"));
