@@ -89,7 +89,7 @@ std::string about_missing_program(std::string_view name) {
   const fs::path folder = fs::read_symlink("/proc/self/exe", unknown).parent_path();
   // Somebody built the program alone.
   if (!unknown && fs::exists(folder / "CMakeCache.txt", unknown))
-    advice = fmt::format("build it: cmake --build {}", folder.string());
+    advice = fmt::format("run cmake in {} to build all of it", folder.string());
   return fmt::format("(looked for in {}); {}", fmt::join(program_folders(), ", "), advice);
 }
 

@@ -86,7 +86,7 @@ class Failures(Hdf5Test):
             self.assertIn("install the package tagrid-readers", run.stderr)
         (alone / "CMakeCache.txt").touch()  # a build directory
         run = subprocess.run([alone / "tagrid", "encode", "series"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
-        self.assertIn(f"build it: cmake --build {alone}\n", run.stderr)
+        self.assertIn(f"run cmake in {alone} to build all of it\n", run.stderr)
 
     def test_signals_leave_nothing_and_nobody(self):
         """The rest of the input does not come, so that the run has surely not ended when the signal comes."""

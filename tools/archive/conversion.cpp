@@ -181,10 +181,11 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
-    known->read_more();  // other runs may be at the same outputs
     LineRecord record(line, order.options.output_dir, known->next_sequence(line.output));
     meter.begin_volume(line.name);
     try {
+      known->read_more();  // other runs may be at the same outputs
+      record.json["sequence"] = known->next_sequence(line.output);
       encode_line(pass, line, record.json);
     } catch (const std::exception&) {
       record.fail(ranks.machine());

@@ -59,8 +59,6 @@ struct EncodeCommand {
     if (remove) removed_after = files_to_remove(asked, path);
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn(run, doubt_of_description(input, *asked.source.raw));
-    if (format_with_extension(path) != nullptr)
-      warn(run, "{}: will be a .tag file in spite of its name; tagrid decode writes other formats", path);
 
     const bool has_parity_beside =
         output.overwrite && is_regular_output(path) && is_regular_input(parity_beside(path));
@@ -79,6 +77,8 @@ struct EncodeCommand {
     report.write(figures, encoded);
     const UnchangedFiles copy(remove ? std::vector{path} : std::vector<std::string>());
     for (const std::string& warning : warnings_of_encoding(input, asked.options, result)) warn(run, warning);
+    if (format_with_extension(path) != nullptr)
+      warn(run, "{}: is a .tag file in spite of its name; tagrid decode writes other formats", path);
     if (has_parity_beside)
       warn(run, "{}: may be of an earlier file; remove it, or protect {} again", parity_beside(path), path);
     if (result.was_complete && !run.quiet)
