@@ -128,8 +128,8 @@ SurfaceLevel surface_level(double iso, const TagHeader& header, const std::strin
   if (has_slopes_of_slices(header.nrrd_fields))
     throw UsageError(Sentence{
         "{}: each slice has its own slope (slice_slopes), so a value is a different sample in each; with {}, "
-        "the "
-        "level is a stored sample; for a level in values, decode the volume with {}, and encode the result",
+        "the level is a stored sample; for a level in values, decode the volume with {}, and encode the "
+        "result",
         {name, Setting{"samples", "stored samples"}, Setting{"values", "values"}}});
   require_scale(header.nrrd_fields, {"iso", "the level of a surface"});
   for (const auto& [key, value] : key_values_of(header.nrrd_fields))

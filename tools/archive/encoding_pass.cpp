@@ -240,8 +240,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
     if (!options.skip_done)
       throw usage_error(
           "{}: was removed by --remove-verified, and {} is what it was encoded to; give --skip-done to leave "
-          "out "
-          "such volumes, or get the originals back with tagrid restore --records {}",
+          "out such volumes, or get the originals back with tagrid restore --records {}",
           volume.input, volume.output, word_of_command(options.output_dir));
     record = std::move(skipped);
     return;
