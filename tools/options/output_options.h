@@ -47,7 +47,7 @@ std::int64_t chosen_volume(const std::string& input, const std::optional<std::in
 /// The region that the option names; the entire volume if it was not given (""). Throws UsageError.
 WantedRegion wanted_region(const std::string& region);
 
-/// How a volume becomes an OpenVDB grid. See tools/formats/vdb/writer/vdb_output.cpp for what is not given.
+/// How a volume becomes an OpenVDB grid. See io/formats/vdb/writer/program.cpp for what is not given.
 struct VdbOptions {
   std::string grid;
   std::string type;  ///< "float" or "int32"

@@ -1,0 +1,170 @@
+#include "io/formats/hdf5/reader/links.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "io/formats/hdf5/handle.h"
+#include "io/programs/serve.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The link of this name in a group, which is at `path`; nothing if it is a hard one, or cannot be read.
+std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std::string& name,
+                                 std::string& value) {
+  H5L_info_t info = {};
+  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type == H5L_TYPE_HARD)
+    return std::nullopt;
+  FoundLink link = {inside(path, name), "something of an unknown kind"};
+  std::vector<char> bytes(info.u.val_size + 1);
+  if (H5Lget_val(group, name.c_str(), bytes.data(), info.u.val_size, H5P_DEFAULT) < 0) return link;
+  const char *file = nullptr, *object = nullptr;
+  if (info.type == H5L_TYPE_SOFT) {
+    value = bytes.data();
+    link.target = value;
+  } else if (info.type == H5L_TYPE_EXTERNAL &&
+             H5Lunpack_elink_val(bytes.data(), info.u.val_size, nullptr, &file, &object) >= 0) {
+    link.target = fmt::format("{} in the file {}", object, file);
+    link.file = file;
+    link.is_external = true;
+  }
+  return link;
+}
+
+/// Why a file that a link names is not read although it exists; "" if there is no such reason. The
+/// sandbox hides the content of such a file, but not that it exists.
+std::string why_not_read(hid_t file, const std::string& named) {
+  if (named.empty()) return "";
+  std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
+  H5Fget_name(file, own.data(), own.size() + 1);
+  std::error_code unknown;
+  const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
+  if (!fs::is_regular_file(target, unknown)) return "";
+  if (!fs::equivalent(target.parent_path(), folder, unknown))
+    return "is in another directory, so it is not read; give that file itself";
+  const std::string name = target.filename().string();
+  if (name.starts_with('.')) return "is hidden, so it is not read; give that file itself";
+  if (!may_be_linked_to(fs::path(own).filename().string(), name))
+    return "does not have the name of an HDF5 file, so it is not read; give that file itself, or let its "
+           "name end in .h5";
+  return "";
+}
+
+struct Waiting {
+  haddr_t address;
+  std::string path;
+};
+
+/// The objects and links of one group; deeper objects become `waiting`, the first one last.
+class GroupVisit {
+ public:
+  GroupVisit(const std::string& path, const Visitor& visitor) : path_(path), visitor_(visitor) {}
+
+  void run(hid_t group, std::vector<Waiting>& waiting) {
+    const auto look = [](hid_t where, const char* name, const H5L_info_t* info, void* self) -> herr_t {
+      static_cast<GroupVisit*>(self)->look_at(where, name, *info);
+      return 0;
+    };
+    H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, look, this);
+    waiting.insert(waiting.end(), found_.rbegin(), found_.rend());
+  }
+
+ private:
+  void look_at(hid_t group, const char* name, const H5L_info_t& info) {
+    if (info.type != H5L_TYPE_HARD) {
+      std::string value;
+      if (const auto link = link_at(group, path_, name, value)) visitor_.link(*link);
+      return;
+    }
+    const Hdf5Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    if (const auto address = address_of(object.get())) found_.push_back({*address, inside(path_, name)});
+  }
+
+  const std::string& path_;
+  const Visitor& visitor_;
+  std::vector<Waiting> found_ = {};
+};
+
+/// `passed`: the links that led here, in a circle if one is met again.
+std::string why_missing_after(std::vector<std::string>& passed, hid_t file, const std::string& path) {
+  std::string part = "/";
+  for (const std::string_view step : split(path, '/')) {
+    if (step.empty()) continue;
+    const std::string name(step);
+    const std::string group_path = std::exchange(part, inside(part, name));
+    if (H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) > 0) continue;
+    if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0) return fmt::format("there is no {}", part);
+    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
+    std::string value;
+    const auto link = link_at(group.get(), group_path, name, value);
+    if (!link) return fmt::format("{} cannot be opened", part);
+    if (std::ranges::count(passed, part) > 0) return "";
+    passed.push_back(part);
+    if (const std::string why = why_not_read(file, link->file); !why.empty())
+      return fmt::format("{} is a link to {}, which {}", part, link->target, why);
+    std::string deeper = value.empty() ? "" : why_missing_after(passed, file, inside(group_path, value));
+    // A link to a link: the target of the last one is more useful.
+    if (deeper.starts_with("there is no ")) deeper.clear();
+    return fmt::format("{} is a link to {}, which does not exist{}{}", part, link->target,
+                       deeper.empty() ? "" : ": ", deeper);
+  }
+  return "";
+}
+
+}  // namespace
+
+bool may_be_linked_to(std::string_view own, std::string_view other) {
+  constexpr std::array extensions = {".h5",  ".hdf5", ".hdf", ".he5", ".nxs", ".nx5", ".nx",    ".nc",
+                                     ".nc4", ".mat",  ".ims", ".emd", ".mnc", ".cxi", ".vtkhdf"};
+  const std::string extension = lower_case(fs::path(other).extension().string());
+  return std::ranges::find(extensions, extension) != extensions.end() ||
+         (!extension.empty() && extension == lower_case(fs::path(own).extension().string()));
+}
+
+std::string inside(const std::string& group, const std::string& name) {
+  if (name.starts_with('/')) return name;
+  return (group.ends_with('/') ? group : group + "/") + name;
+}
+
+void visit_objects(hid_t file, const Visitor& visitor) {
+  std::unordered_set<haddr_t> seen;
+  const Hdf5Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
+  std::vector<Waiting> waiting;
+  if (const auto address = address_of(root.get())) waiting.push_back({*address, "/"});
+  while (!waiting.empty()) {
+    const Waiting next = std::move(waiting.back());
+    waiting.pop_back();
+    if (!seen.insert(next.address).second) continue;
+    say_working();
+    const Hdf5Handle object(H5Oopen_by_addr(file, next.address), H5Oclose);
+    const H5I_type_t kind = object ? H5Iget_type(object.get()) : H5I_BADID;
+    if (kind == H5I_DATASET) visitor.dataset(object.get(), next.path);
+    if (kind != H5I_GROUP) continue;
+    visitor.group(object.get(), next.path);
+    GroupVisit(next.path, visitor).run(object.get(), waiting);
+  }
+}
+
+std::string why_missing(hid_t file, const std::string& path) {
+  std::vector<std::string> passed;
+  return why_missing_after(passed, file, path);
+}
+
+std::pair<std::string, std::string> group_and_name(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == path.npos) return {"/", path};
+  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
+}
+
+}  // namespace tagrid

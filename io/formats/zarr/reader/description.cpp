@@ -1,0 +1,225 @@
+#include "io/formats/zarr/reader/description.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "io/formats/axes/axes.h"
+#include "io/formats/axes/geometry_words.h"
+#include "io/formats/nrrd/loss.h"
+#include "io/formats/nrrd/rescale.h"
+#include "io/formats/zarr/reader/json.h"
+#include "io/programs/words.h"
+#include "io/text/foreign_number.h"
+#include "io/text/text.h"
+#include "io/volume/lengths.h"
+
+namespace tagrid {
+namespace {
+
+/// Attributes that are kept as pairs; more would be a file of its own.
+constexpr std::size_t most_attributes = std::size_t{1} << 18;
+
+class Describing {
+ public:
+  Describing(const ZarrStore& store, const ZarrImage& image, const SpaceAxes& space, ServedVolume& volume)
+      : store_(store), image_(image), space_(space), volume_(volume) {}
+
+  void run() {
+    volume_.pairs = {{"zarr_dataset", "/" + image_.array.path}};
+    if (!image_.name.empty()) volume_.pairs.emplace_back("zarr_name", image_.name);
+    add_attributes("zarr_attributes", image_.attributes);
+    if (image_.array.attributes != image_.attributes)
+      add_attributes("zarr_array_attributes", image_.array.attributes);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (space_[i]) volume_.geometry.units[i] = image_.axes[*space_[i]].unit;
+    if (image_.has_scale) set_spacing();
+    if (image_.has_translation) {
+      for (std::size_t i = 0; i < 3; ++i)
+        if (space_[i]) volume_.geometry.origin[i] = image_.axes[*space_[i]].translation;
+      volume_.geometry.has_origin = true;
+    }
+    set_scale();
+    look_beside();
+    if (std::string lost = lost_by_mixed_units(volume_.geometry); !lost.empty())
+      volume_.warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_.path(), lost));
+    volume_.geometry = in_one_unit(volume_.geometry);
+    const Json& header = member(member(image_.attributes, "tagrid"), "nrrd_header");
+    if (header.is_string() && has_places_of(header.get<std::string>())) {
+      volume_.nrrd = header.get<std::string>();
+      // Without any line, these would count.
+      volume_.geometry = {};
+      volume_.pairs.clear();
+      return;
+    }
+    add_rescale(volume_.rescale,
+                volume_.pairs);  // which a reader's "rescale" would not do beside lines of NRRD
+    if (header.is_string()) keep_pairs_of(header.get<std::string>());
+    std::string loss;
+    for (const auto& [attribute, words] : lossy_attributes)
+      if (image_.array.attributes.contains(attribute)) loss = loss_after(loss, words);
+    volume_.nrrd = with_loss(nrrd_fields_of_places(volume_.geometry, volume_.pairs), loss);
+  }
+
+ private:
+  /// The geometry that is stored next to the array. OME-Zarr has no directions, but the header of
+  /// NIfTI has them.
+  void look_beside() {
+    std::string why_not;
+    const auto nifti = nifti_header_of(store_, image_, volume_.dims, why_not);
+    if (!why_not.empty()) volume_.not_understood.push_back(std::move(why_not));
+    if (nifti) {
+      say_other_spacing(nifti->info.geometry);
+      volume_.geometry = nifti->info.geometry;
+      // No samples follow this header.
+      for (const std::string& warning : nifti->warnings)
+        if (warning.find("vox_offset") == warning.npos)
+          volume_.warnings.push_back(fmt::format("{}: {}", store_.path(), warning));
+      volume_.not_understood.insert(volume_.not_understood.end(), nifti->not_understood.begin(),
+                                    nifti->not_understood.end());
+      if (volume_.rescale == Rescale{}) volume_.rescale = nifti->rescale;
+      if (volume_.scale_doubt.empty()) volume_.scale_doubt = nifti->scale_doubt;
+    } else if (auto places =
+                   image_.has_scale ? std::nullopt : coordinates_of(store_, image_, space_, volume_.dims)) {
+      volume_.geometry = std::move(places->geometry);
+      volume_.pairs.insert(volume_.pairs.end(), places->pairs.begin(), places->pairs.end());
+      volume_.warnings.insert(volume_.warnings.end(), places->warnings.begin(), places->warnings.end());
+    }
+    if (const auto names = unread_geometry(store_, image_); !names.empty())
+      volume_.not_understood.push_back(
+          about_unread_geometry(fmt::format("{}: Zarr: {}", store_.path(), shown_path(image_)), names));
+  }
+
+  void say_other_spacing(const Geometry& nifti) {
+    constexpr double rounding = 1e-3;  // of numbers of 32 bits, and of programs that divide
+    const Geometry scale = in_one_unit(volume_.geometry), header = in_one_unit(nifti);
+    const auto unit = length_unit(scale.units[0]), other = length_unit(header.units[0]);
+    for (std::size_t i = 0; i < 3 && image_.has_scale; ++i) {
+      const double length = unit && other ? converted(scale.spacing[i], *unit, *other) : scale.spacing[i];
+      if (std::abs(length - header.spacing[i]) <= rounding * std::abs(length)) continue;
+      volume_.warnings.push_back(fmt::format(
+          "{}: the scale of OME-Zarr is {} along {}, but the header of NIfTI states {}; the header is used",
+          store_.path(), length, "xyz"[i], header.spacing[i]));
+    }
+  }
+
+  /// The number of an attribute, which may be a text or a list of one.
+  ForeignNumber number_at(const char* name) const {
+    const Json* value = &member(image_.array.attributes, name);
+    if (value->is_array() && value->size() == 1) value = &value->front();
+    if (value->is_null()) return {};
+    if (value->is_number()) return foreign_number(value->get<double>());
+    const std::string text = value->is_string() ? value->get<std::string>() : value->dump();
+    if (const auto number = is_float_type(volume_.type) ? number_of_base64(text) : std::nullopt)
+      return foreign_number(*number);
+    return foreign_number(std::optional<std::string_view>(text));
+  }
+
+  /// The attributes of netCDF, as xarray writes them (https://cfconventions.org).
+  void set_scale() {
+    const std::string object = fmt::format("{}: Zarr: {}", store_.path(), shown_path(image_));
+    ForeignNumber slope = number_at("scale_factor"), intercept = number_at("add_offset");
+    if (slope.is_number() && slope.value == 0) slope.outcome = ForeignNumber::Outcome::unreadable;
+    constexpr const char* unknown = "how values follow from samples is not known";
+    for (const auto& [name, number] :
+         {std::pair("scale_factor", &slope), std::pair("add_offset", &intercept)}) {
+      const std::string remark = remark_on(*number, name, unknown);
+      if (number->is_unreadable() && volume_.scale_doubt.empty())
+        volume_.scale_doubt = fmt::format("{}: {}", object, remark);
+      else if (!remark.empty() && number->is_number())
+        volume_.warnings.push_back(fmt::format("{}: {}", object, remark));
+    }
+    if (const std::string text = text_of_flag("_Unsigned");
+        !is_float_type(volume_.type) && volume_.scale_doubt.empty())
+      volume_.scale_doubt = about_other_sign(object, text, name_of(volume_.type).starts_with('i'));
+    if (volume_.scale_doubt.empty() && (slope.is_number() || intercept.is_number()))
+      volume_.rescale = {slope.value_or(1), intercept.value_or(0), text_at(image_.array.attributes, "units")};
+    for (const char* name : {"_FillValue", "missing_value"})
+      if (const ForeignNumber missing = number_at(name); missing.is_number())
+        volume_.not_understood.push_back(
+            about_missing_samples(object, fmt::format("{}", missing.value), name));
+  }
+  std::string text_of_flag(const char* name) const {
+    const Json& value = member(image_.array.attributes, name);
+    return value.is_boolean() ? (value.get<bool>() ? "true" : "false")
+                              : text_at(image_.array.attributes, name);
+  }
+
+  /// True if the positions of samples are those in the header lines that tagrid keeps in its files.
+  /// False for levels that are not the finest one, and if somebody changed the positions.
+  bool has_places_of(const std::string& header) const try {
+    if (!image_.is_finest) return false;
+    const Geometry said = in_one_unit(volume_info(volume_.dims, volume_.type, header).geometry);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (spacing_or_1(said, i) != spacing_or_1(volume_.geometry, i) ||
+          said.origin[i] != volume_.geometry.origin[i] ||
+          length_unit(said.units[i]) != length_unit(volume_.geometry.units[i]))
+        return false;
+    return true;
+  } catch (const BrokenInput&) {
+    return false;  // another program's
+  }
+
+  void keep_pairs_of(const std::string& header) try {
+    const Geometry said = geometry_of(header);
+    const KeyValues kept = pairs_without_places(header);
+    volume_.pairs.insert(volume_.pairs.begin(), kept.begin(),
+                         kept.end());  // of equal keys, the last one counts
+    if (said.has_directions || !said.space.empty())
+      volume_.warnings.push_back(fmt::format(
+          "{}: OME-Zarr: the header that tagrid wrote belongs to another level or to other positions; scale "
+          "and translation are used instead, and its directions and coordinate system are left out",
+          store_.path()));
+  } catch (const BrokenInput&) {
+    // Another program's.
+  }
+
+  /// A negative scale mirrors the volume, which directions can express. A scale of 0 is treated as
+  /// unknown.
+  void set_spacing() {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double scale = space_[i] ? image_.axes[*space_[i]].scale : Geometry::unknown;
+      volume_.geometry.has_spacing = true;
+      if (scale == 0)
+        volume_.warnings.push_back(
+            fmt::format("{}: OME-Zarr: the scale along {} is 0; the distance between samples is unknown",
+                        store_.path(), "xyz"[i]));
+      else
+        volume_.geometry.spacing[i] = std::abs(scale);
+      if (scale < 0) volume_.geometry.has_directions = true;
+      if (space_[i]) volume_.geometry.directions[i][i] = scale == 0 ? 1 : scale;
+    }
+    if (!space_[axis_of_z]) volume_.geometry.directions[axis_of_z][axis_of_z] = 1;
+  }
+
+  void add_attributes(const std::string& key, const Json& attributes) {
+    if (attributes.empty()) return;
+    std::string text = attributes.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (text.size() <= most_attributes)
+      volume_.pairs.emplace_back(key, std::move(text));
+    else
+      volume_.warnings.push_back(
+          fmt::format("{}: Zarr: its attributes are too long to be kept", store_.path()));
+  }
+
+  const ZarrStore& store_;
+  const ZarrImage& image_;
+  const SpaceAxes& space_;
+  ServedVolume& volume_;
+};
+
+}  // namespace
+
+std::string shown_path(const ZarrImage& image) {
+  return image.array.path.empty() ? "the array" : tagrid::quoted(image.array.path);
+}
+
+void describe_image(const ZarrStore& store, const ZarrImage& image, const SpaceAxes& space,
+                    ServedVolume& volume) {
+  volume.warnings.insert(volume.warnings.end(), image.remarks.begin(), image.remarks.end());
+  Describing(store, image, space, volume).run();
+}
+
+}  // namespace tagrid
