@@ -124,7 +124,8 @@ std::optional<std::array<double, 2>> WrittenNumbers::range_in_values(double low,
 }
 
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header) {
-  if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.applies_rescale)) return false;
+  if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.keeps.applies_rescale))
+    return false;
   if (has_slopes_of_slices(header.nrrd_fields)) return wanted == Numbers::values;
   const Rescale rescale = rescale_of(header.nrrd_fields);
   return rescale.slope != 1 || rescale.intercept != 0;
