@@ -66,6 +66,13 @@ struct EncodeResult {
 
 using FinishedEncode = Finished<EncodeResult>;
 
+/// Whether an earlier run has made the file of a job.
+enum class Made : std::uint8_t {
+  no,
+  yes,       ///< as its record says
+  in_doubt,  ///< a file has the name of the output, and no record says what it is
+};
+
 /// Encodes the bricks of a job and makes a file of them: one stream by this process, or parts by many. The
 /// functions are called in this order; see encode_into(). Without commit(), the destructor leaves nothing,
 /// unless the run can be continued. All functions throw WorldError and BrokenInput.
@@ -80,9 +87,9 @@ class BrickStore {
   virtual Reading reading(const VolumeSource& source) const = 0;
   /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
   virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
-  /// Returns false if an earlier run has made the file: this is certain if that run left a record.
-  /// Throws UsageError if an earlier run had another job.
-  virtual bool take(const EncodeJob& job, const VolumeSource& source) = 0;
+  /// Takes the job, unless an earlier run may have made the file. Throws UsageError if that run had another
+  /// job.
+  virtual Made take(const EncodeJob& job, const VolumeSource& source) = 0;
   /// Encodes all bricks of the volume, or of the first one of several. Adds what that took to `result`: memory, bytes_in, times_read.
   virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;
   /// Encodes the other volumes of a source of several, each as a member of the file, after the envelope.

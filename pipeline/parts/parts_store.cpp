@@ -85,7 +85,7 @@ class PartsStore : public BrickStore {
     return goes_on_ ? earlier_findings(options) : EarlierFindings{};
   }
 
-  bool take(const EncodeJob& job, const VolumeSource&) override {
+  Made take(const EncodeJob& job, const VolumeSource&) override {
     record_.settings = settings_of(job.parameters(), run_.source);
     record_.settings.emplace_back(setting::overviews.name, text_of(job.overviews));
     overviews_ = job.overviews;
@@ -96,17 +96,17 @@ class PartsStore : public BrickStore {
     if (goes_on_) {
       require_same_run();
       // Only the record of the run remains to be removed.
-      if (is_finished()) return false;
+      if (is_finished()) return Made::yes;
       check_output(run_.output, run_.overwrite);
       folder_->remove_unfinished();
     } else if (is_output_there()) {
-      return false;
+      return Made::in_doubt;
     } else if (run_.resume) {
       folder_->clear();
     }
     record_bytes_ = serialize_record(record_);
     write_file(folder_->record(), record_bytes_);
-    return true;
+    return Made::no;
   }
 
   void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
@@ -207,7 +207,7 @@ class PartsStore : public BrickStore {
     throw UsageError(refusal);
   }
 
-  // Without a record: the caller compares it with what this run would write.
+  // Without a record: a run may have been killed after it had given the file its name.
   bool is_output_there() const {
     return run_.resume && !run_.overwrite && is_regular_output(run_.output) && status_of(run_.output);
   }

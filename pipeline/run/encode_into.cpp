@@ -14,7 +14,6 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
-#include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/stored_bits.h"
 #include "io/tag/file.h"
@@ -77,11 +76,11 @@ class StreamStore : public BrickStore {
 
   EarlierFindings begin(const ResolvedOptions&, const VolumeSource&) override { return {}; }
 
-  bool take(const EncodeJob& job, const VolumeSource& source) override {
+  Made take(const EncodeJob& job, const VolumeSource& source) override {
     const OutputFileOptions like = {.like = attributes_of(source.files().back())};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
-    return true;
+    return Made::no;
   }
 
   void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
@@ -176,13 +175,6 @@ std::string about_spare_bits_of(const SourceFiles& files) {
   return "";
 }
 
-/// True if there is an output, but no record of a run: the run may have been killed after it had
-/// given the file its name.
-bool is_finished_without_record(const EncodeRun& run) {
-  return run.resume && !run.overwrite && is_regular_output(run.output) && status_of(run.output) &&
-         !status_of(part_folder_of(run.output) + "/run");
-}
-
 /// Throws UsageError, as for every other output that exists, unless it is the result of this run.
 void require_earlier_result(const EncodeRun& run, const EncodeJob& job, const VolumeSource& volume,
                             const Resources& resources) {
@@ -235,7 +227,6 @@ void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickS
 FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
                            const Resources& resources) {
   check_early(run);
-  const bool may_be_done = is_finished_without_record(run);
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
   const UnchangedFiles files(volume->files());
@@ -290,14 +281,15 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   result.missing_of_voxel_size = volume->facts().missing_of_voxel_size;
   if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume->name() + ": " + job.doubt_of_bound);
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
-  if (store->take(job, *volume)) {
+  const Made made = store->take(job, *volume);
+  if (made == Made::no) {
     store->encode(job, volume, result);
     keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
     if (job.header.volumes > 1) store->encode_others(job, *volume, result);
     // Samples and other bytes must be those of the same files.
     files.require();
     warn_of_touched(run, files, result);
-  } else if (may_be_done) {
+  } else if (made == Made::in_doubt) {
     require_earlier_result(run, job, *volume, resources);
     result.was_complete = true;
   }

@@ -14,7 +14,6 @@
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 #include "tools/archive/encoding_pass.h"
-#include "tools/archive/input_removal.h"
 #include "tools/archive/records.h"
 #include "tools/archive/removal_pass.h"
 #include "tools/report/failure.h"
@@ -245,23 +244,7 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
     std::string text;
     const auto append = [&] { results.append(text = record.text()); };
     try {
-      if (const auto removal = pass.verified(line, record.json)) {
-        const std::string verified = known.find(line.output)->record;
-        // The record comes first: if the run is killed in between, the next one verifies the original once more.
-        remove_replaced(*removal, pass.output_path(line), [&] {
-          // Read what other runs wrote since: no record may be newer than this one, which says that
-          // the output is the only copy.
-          known.read_more();
-          if (known.find(line.output)->record != verified || !known.possibly_newer(line.output).empty())
-            throw BrokenInput(line.output +
-                              ": another run recorded it in the meantime; the original is kept");
-          record.json["sequence"] = known.next_sequence(line.output);
-          record.json["status"] = "removed";
-          append();
-        });
-      } else {
-        append();
-      }
+      pass.remove_original(line, record.json, append);
     } catch (const std::exception&) {
       if (record.json["status"] == "removed") record.json["status"] = "kept";
       record.fail();

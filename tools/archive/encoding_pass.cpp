@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <memory>
 
@@ -20,6 +21,7 @@
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/removal_table.h"
 #include "tools/archive/settings_used.h"
 #include "tools/report/damage.h"
 #include "tools/report/failure.h"
@@ -33,14 +35,21 @@ namespace {
 
 using nlohmann::ordered_json;
 
+using archive::Action;
+
 struct Volume {
+  const ManifestLine& line;
   std::string name, input, output;
-  std::string output_name;  ///< its path below the directory of the outputs
-  std::string base;         ///< from which its record names files
+  std::string base;  ///< from which its record names files
   Encoding asked;
-  std::vector<InputFile> files;
+  // Since it was opened.
+  std::unique_ptr<VolumeSource> source = nullptr;
+  std::vector<InputFile> files = {};
   bool headerless = false;
-  std::unique_ptr<UnchangedFiles> watched;  ///< the same files
+  std::unique_ptr<UnchangedFiles> watched = nullptr;  ///< the same files
+  // Since it was compared with the record.
+  std::string difference = "";  ///< of the options
+  std::string change = "";      ///< of the volume
 };
 
 /// Adds a warning to the record, with the name of the volume in the list.
@@ -111,43 +120,85 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
   return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples differ";
 }
 
-/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was
-/// encoded. That is never what replaces the output.
-void require_same_volume(const KnownOutput& known, const Volume& volume) {
-  if (const std::string others = other_volume(known, volume.files); !others.empty())
-    throw broken_input_error(
-        "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
-        "name (output=NAME)",
-        volume.input, others, volume.output);
+/// Opens the volume, and compares its files with those of the record.
+archive::Input look(const EncodingPass& pass, Volume& volume) {
+  require_own_folders(pass.options.output_dir, volume.line.output);
+  require_file_or_folder(volume.input);
+  require_lasting_choice(volume.input, volume.asked.source);
+  volume.source = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(volume.source->files());
+  volume.watched = std::make_unique<UnchangedFiles>(volume.source->files());
+  volume.headerless = volume.source->facts().headerless;
+  const KnownOutput* known = pass.known.find(volume.line.output);
+  if (known != nullptr && !other_volume(*known, volume.files).empty()) return archive::Input::other;
+  return known != nullptr && known->input_files == volume.files ? archive::Input::same
+                                                                : archive::Input::unread;
 }
 
-/// Throws BrokenInput if the volume is not the one that was encoded.
-void require_unchanged(const KnownOutput& known, const Volume& volume, VolumeSource& source) {
-  if (const std::string change = change_of(known, volume.files, source); !change.empty())
-    throw broken_input_error(
-        "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to replace "
-        "it",
-        volume.input, change, volume.output);
+/// Throws the reason why a line fails. If it is that the output exists as asked, the record describes it.
+[[noreturn]] void fail(Action reason, const EncodingPass& pass, const Volume& volume, ordered_json& record) {
+  const KnownOutput* known = pass.known.find(volume.line.output);
+  switch (reason) {
+    case Action::missing_copy:
+      throw missing_copy(volume.output);
+    case Action::was_removed:
+      throw usage_error(
+          "{}: was removed by --remove-verified, and {} is what it was encoded to; give --skip-done to leave "
+          "out such volumes, or get the originals back with tagrid restore --records {}",
+          volume.input, volume.output, word_of_command(pass.options.output_dir));
+    case Action::missing:
+      throw world_error("cannot open", volume.input, ENOENT);
+    case Action::irregular:
+      throw UsageError(volume.output + ": exists and is not a regular file");
+    case Action::only_copy:
+      throw only_copy(volume, "--skip-done compares them");
+    case Action::new_only_copy:
+      throw only_copy(volume, "another run removed it in the meantime");
+    case Action::other_volume:
+      throw broken_input_error(
+          "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose "
+          "another name (output=NAME)",
+          volume.input, other_volume(*known, volume.files), volume.output);
+    case Action::other_options:
+      throw usage_error(
+          "{}: was encoded with other options: {}; to encode it again, run with -f and a list of such "
+          "volumes alone",
+          volume.output, volume.difference);
+    case Action::changed:
+      throw broken_input_error(
+          "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to "
+          "replace it",
+          volume.input, volume.change, volume.output);
+    case Action::exists_as_asked:
+      add_output(*known, record);
+      record["status"] = "exists";
+      [[fallthrough]];
+    default:
+      throw UsageError(volume.output +
+                       ": already exists; give --skip-done to leave out volumes that are done, or -f to "
+                       "encode them again");
+  }
 }
 
-/// True if the records say that the original of an output was removed, or if a line that cannot be
-/// read may say it.
-bool was_original_removed(const KnownOutputs& known, const std::string& output_name) {
-  const KnownOutput* last = known.find(output_name);
-  return (last && last->state == KnownOutput::State::removed) || !known.possibly_newer(output_name).empty();
+/// Throws if other runs have made the output, or have removed its original, since this one decided.
+void require_name(const EncodingPass& pass, const Volume& volume, archive::Facts facts,
+                  ordered_json& record) {
+  const std::string before = pass.known.record_of(volume.line.output);
+  note_newer_records(pass.known, volume.line, volume.output, before, facts);
+  facts.check = archive::Check::good;
+  switch (const Action action = decide(archive::encoding_table(), facts)) {
+    case Action::name:
+      return;
+    case Action::adopt:
+      throw UsageError(volume.output + ": already exists", Problem::output_exists);
+    default:
+      fail(action, pass, volume, record);
+  }
 }
 
-/// Throws UsageError if another run may have removed the original of the output since this one read the records.
-void require_no_only_copy(const EncodingPass& pass, const Volume& volume) {
-  pass.known.read_more();
-  if (was_original_removed(pass.known, volume.output_name) && status_of_name(volume.output))
-    throw only_copy(volume, "another run removed it in the meantime");
-}
-
-void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, ordered_json& record) {
+void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, const archive::Facts& facts,
+            ordered_json& record) {
   const RunOptions& run = pass.options.run;
-  if (!is_regular_output(volume.output))
-    throw UsageError(volume.output + ": exists and is not a regular file");
   const SourceDescription& source = volume.asked.source;
   if (source.raw) add_warning(volume, doubt_of_description(volume.input, *source.raw), record);
   const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
@@ -155,18 +206,19 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
     pass.meter.update(done, total);
   };
   Ranks alone;
-  FinishedEncode encoded = encode_volume(alone, {.input = volume.input,
-                                                 .source = source,
-                                                 .output = volume.output,
-                                                 .overwrite = overwrite,
-                                                 .options = volume.asked.options,
-                                                 .resources = pass.resources,
-                                                 .progress = progress,
-                                                 .searching = progress,
-                                                 .keep_files = true,
-                                                 .verified = true,
-                                                 .before_copy = tell_of_copy(run),
-                                                 .before_name = [&] { require_no_only_copy(pass, volume); }});
+  FinishedEncode encoded =
+      encode_volume(alone, {.input = volume.input,
+                            .source = source,
+                            .output = volume.output,
+                            .overwrite = overwrite,
+                            .options = volume.asked.options,
+                            .resources = pass.resources,
+                            .progress = progress,
+                            .searching = progress,
+                            .keep_files = true,
+                            .verified = true,
+                            .before_copy = tell_of_copy(run),
+                            .before_name = [&] { require_name(pass, volume, facts, record); }});
   if (pass.stop) throw Stopped();
   const EncodeResult& result = encoded.result;
   verify_encoding(volume.input, source, result.temporary, *volume.watched, pass.resources);
@@ -184,7 +236,7 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, orde
 }
 
 /// Describes an existing output. Throws UsageError if it was not made from the volume with these options.
-void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ordered_json& record) {
+void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, ordered_json& record) {
   const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
@@ -212,9 +264,22 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
     record["compared"] = true;
   } catch (const BrokenInput& broken) {
-    if (was_removed) throw only_copy(volume, words_of(broken));
+    if (is_only_copy) throw only_copy(volume, words_of(broken));
     throw usage_error("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
                       volume.output, volume.input, words_of(broken));
+  }
+}
+
+/// Encodes the volume. Returns false if another run made the output in the meantime.
+bool encode_alone(const EncodingPass& pass, const Volume& volume, bool overwrite, const archive::Facts& facts,
+                  ordered_json& record) {
+  make_own_folders(pass.options.output_dir, volume.line.output);
+  try {
+    encode(pass, volume, overwrite, facts, record);
+    return true;
+  } catch (const UsageError& error) {
+    if (error.detail().problem != Problem::output_exists) throw;
+    return false;
   }
 }
 
@@ -222,79 +287,47 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool was_removed, ord
 
 void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_json& record) {
   const ConversionOptions& options = pass.options;
-  Volume volume{line.name,
-                line.input,
-                (std::filesystem::path(options.output_dir) / line.output).string(),
-                line.output,
-                base_of_records(options.output_dir, line),
-                encoding_of(line.options, options.run),
-                {},
-                false,
-                nullptr};
-  const KnownOutput* last = pass.known.find(line.output);
-  const bool was_removed = was_original_removed(pass.known, line.output);
-  const KnownOutput* known = options.skip_done ? last : nullptr;
-  const bool is_there = known && has_written_size(*known, volume.output);
-  ordered_json skipped = record;
-  if (last && skip_removed(*last, volume.input, volume.output, options.run, skipped)) {
-    if (!options.skip_done)
-      throw usage_error(
-          "{}: was removed by --remove-verified, and {} is what it was encoded to; give --skip-done to leave "
-          "out such volumes, or get the originals back with tagrid restore --records {}",
-          volume.input, volume.output, word_of_command(options.output_dir));
-    record = std::move(skipped);
-    return;
-  }
-  require_own_folders(options.output_dir, line.output);
-  require_file_or_folder(volume.input);
-  require_lasting_choice(volume.input, volume.asked.source);
-  const auto source = open_volume(volume.input, volume.asked.source);
-  volume.files = look_at(source->files());
-  volume.watched = std::make_unique<UnchangedFiles>(source->files());
-  volume.headerless = source->facts().headerless;
-  const bool is_ours = known && !was_removed && known->input == volume.input;
-  if (is_ours && status_of_name(volume.output)) require_same_volume(*known, volume);
-  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
-    const std::string difference = difference_of(*known, line.options, options.run, *source);
-    if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
-    if (!difference.empty() && !options.overwrite)
-      throw usage_error(
-          "{}: was encoded with other options: {}; to encode it again, run with -f and a list of such "
-          "volumes alone",
-          volume.output, difference);
-  }
-  // The source may have been damaged since, and the output may be all that is left of it.
-  if (is_ours && !options.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
-    require_unchanged(*known, volume, *source);
-    if (is_there && known->state == KnownOutput::State::ok) return adopt(pass, volume, was_removed, record);
-  }
-  // An output may have no record: a run was killed before it recorded it, or records were lost. It may also
-  // be all that is left of a volume, which no option replaces.
-  const bool replace = !was_removed && (options.overwrite || is_ours);
-  if (!replace && status_of_name(volume.output)) {
-    if (options.skip_done) return adopt(pass, volume, was_removed, record);
-    if (was_removed) throw only_copy(volume, "--skip-done compares them");
-    if (is_regular_output(volume.output)) {
-      // Nothing was encoded, so this says nothing against the record of an output that these options give.
-      if (last && last->state == KnownOutput::State::ok && last->input == volume.input &&
-          difference_of(*last, line.options, options.run, *source).empty()) {
-        add_output(*last, record);
-        record["status"] = "exists";
-      }
-      throw UsageError(volume.output +
-                       ": already exists; give --skip-done to leave out volumes that are done, or -f to "
-                       "encode them again");
+  Volume volume{.line = line,
+                .name = line.name,
+                .input = line.input,
+                .output = (std::filesystem::path(options.output_dir) / line.output).string(),
+                .base = base_of_records(options.output_dir, line),
+                .asked = encoding_of(line.options, options.run)};
+  archive::Facts facts{.skip_done = options.skip_done, .overwrite = options.overwrite};
+  note_records(pass.known, line, volume.output, facts);
+  facts.input = input_of(pass.known, line, options.run);
+  for (;;) {
+    const KnownOutput* known = pass.known.find(line.output);
+    switch (const Action action = decide(archive::encoding_table(), facts)) {
+      case Action::look:
+        facts.input = look(pass, volume);
+        break;
+      case Action::compare_options:
+        volume.difference = difference_of(*known, line.options, options.run, *volume.source);
+        facts.options = volume.difference.empty() ? archive::Options::same : archive::Options::different;
+        break;
+      case Action::compare_samples:
+        volume.change = change_of(*known, volume.files, *volume.source);
+        facts.input = volume.change.empty() ? archive::Input::touched : archive::Input::changed;
+        break;
+      case Action::skip:
+        return skip(*known, record);
+      case Action::encode:
+      case Action::replace:
+        if (encode_alone(pass, volume, action == Action::replace, facts, record)) return;
+        note_records(pass.known, line, volume.output, facts);
+        if (facts.output != archive::Output::irregular) facts.output = archive::Output::appeared;
+        break;
+      case Action::adopt:
+      case Action::prove:
+        adopt(pass, volume, action == Action::prove, record);
+        if (facts.output == archive::Output::appeared && !options.run.quiet)
+          say_line(volume.output +
+                   ": another run created it in the meantime; it was compared with its volume");
+        return;
+      default:
+        fail(action, pass, volume, record);
     }
-  }
-  make_own_folders(options.output_dir, line.output);
-  try {
-    encode(pass, volume, replace, record);
-  } catch (const UsageError& error) {
-    const bool appeared = error.detail().problem == Problem::output_exists;
-    if (!appeared || replace || !is_regular_output(volume.output)) throw;
-    adopt(pass, volume, was_removed, record);
-    if (!options.run.quiet)
-      say_line(volume.output + ": another run created it in the meantime; it was compared with its volume");
   }
 }
 

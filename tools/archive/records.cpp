@@ -26,10 +26,10 @@ constexpr std::size_t longest_record = std::size_t{1} << 24;
 /// A forged record must not make the next one the first. Programs that read JSON as doubles know it exactly.
 constexpr std::uint64_t last_sequence = (std::uint64_t{1} << 53) - 1;
 
-std::optional<KnownOutput::State> state_of(const std::string& status) {
-  if (status == "ok") return KnownOutput::State::ok;
-  if (status == "damaged") return KnownOutput::State::damaged;
-  if (status == "removed") return KnownOutput::State::removed;
+std::optional<archive::Record> state_of(const std::string& status) {
+  if (status == "ok") return archive::Record::ok;
+  if (status == "damaged") return archive::Record::damaged;
+  if (status == "removed") return archive::Record::removed;
   return std::nullopt;  // failed, exists, skipped, kept: these say nothing about the output
 }
 
@@ -51,7 +51,7 @@ RecordTime time_of(const ordered_json& record) {
 /// Whether `record` describes the output instead of `newest`. In one file, the later line is the newer one.
 /// Of two simultaneous runs, one that removed an original counts: its output may be the only copy.
 bool replaces(const KnownOutput& record, const KnownOutput& newest) {
-  const auto is_removal = [](const KnownOutput& known) { return known.state == KnownOutput::State::removed; };
+  const auto is_removal = [](const KnownOutput& known) { return known.state == archive::Record::removed; };
   if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&
       record.time.sequence > 0)
     return is_removal(record);
@@ -65,9 +65,8 @@ std::string canonical_folder(const std::string& folder) {
   return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
 }
 
-/// True if a volume is at `input`. A directory from which files were removed may still be there, with others.
-bool is_there(const KnownOutput& known, const std::string& input, const RunOptions& run) {
-  if (!status_of_name(input)) return false;
+/// True if files of the volume whose original was removed are there again. `input` exists.
+bool is_there_again(const KnownOutput& known, const std::string& input, const RunOptions& run) {
   if (!is_folder(input)) return true;
   for (const InputFile& file : known.input_files)
     if (status_of_name(file.path)) return true;
@@ -79,6 +78,13 @@ bool is_there(const KnownOutput& known, const std::string& input, const RunOptio
     return !known.options.contains("series");  // other series than this one
   }
   return true;
+}
+
+archive::Output output_at(const std::string& path, const KnownOutput* known) {
+  using archive::Output;
+  if (!status_of_name(path)) return Output::absent;
+  if (!is_regular_output(path)) return Output::irregular;
+  return known != nullptr && has_written_size(*known, path) ? Output::whole : Output::other;
 }
 
 }  // namespace
@@ -154,16 +160,6 @@ void add_output(const KnownOutput& known, ordered_json& record) {
 void skip(const KnownOutput& known, ordered_json& record) {
   add_output(known, record);
   record["status"] = "skipped";
-}
-
-bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
-                  const RunOptions& run, ordered_json& record) {
-  if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
-  if (!has_written_size(known, output))
-    throw BrokenInput(output +
-                      ": is gone or has another size, and its original was removed; restore it from a copy");
-  skip(known, record);
-  return true;
 }
 
 KnownOutputs::KnownOutputs(const std::string& folder) : given_(folder), folder_(canonical_folder(folder)) {
@@ -291,11 +287,46 @@ const KnownOutput* KnownOutputs::find(const std::string& output) const {
   return found == outputs_.end() ? nullptr : &found->second;
 }
 
+std::string KnownOutputs::record_of(const std::string& output) const {
+  const KnownOutput* known = find(output);
+  return known != nullptr ? known->record : "";
+}
+
 std::string KnownOutputs::last_failure(const std::string& output) const {
   const auto last = last_runs_.find(output);
   const KnownOutput* known = find(output);
   if (last == last_runs_.end() || (known != nullptr && last->second.time < known->time)) return "";
   return last->second.failure;
+}
+
+void note_records(const KnownOutputs& known, const ManifestLine& line, const std::string& path,
+                  archive::Facts& facts) {
+  const KnownOutput* newest = known.find(line.output);
+  facts.record = newest != nullptr ? newest->state : archive::Record::none;
+  facts.same_input = newest != nullptr && newest->input == line.input;
+  facts.failed = !known.last_failure(line.output).empty();
+  facts.unreadable = !known.possibly_newer(line.output).empty();
+  facts.output = output_at(path, newest);
+}
+
+void note_newer_records(KnownOutputs& known, const ManifestLine& line, const std::string& path,
+                        const std::string& before, archive::Facts& facts) {
+  known.read_more();
+  note_records(known, line, path, facts);
+  facts.renewed = known.record_of(line.output) != before;
+}
+
+archive::Input input_of(const KnownOutputs& known, const ManifestLine& line, const RunOptions& run) {
+  const KnownOutput* newest = known.find(line.output);
+  const bool was_removed = newest != nullptr && newest->state == archive::Record::removed;
+  const bool is_there = was_removed ? status_of_name(line.input) && is_there_again(*newest, line.input, run)
+                                    : status_of(line.input).has_value();
+  return is_there ? archive::Input::unseen : archive::Input::gone;
+}
+
+BrokenInput missing_copy(const std::string& path) {
+  return BrokenInput(path +
+                     ": is gone or has another size, and its original was removed; restore it from a copy");
 }
 
 std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }

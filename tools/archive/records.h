@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "io/errors/errors.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/removal_table.h"
 #include "tools/options/encoding_options.h"
 
 namespace tagrid {
@@ -53,12 +55,7 @@ struct RecordTime {
 
 /// An output that was encoded and verified, and its state: the newest record that describes it.
 struct KnownOutput {
-  enum class State {
-    ok,
-    damaged,  ///< found damaged when its original was to be removed
-    removed,  ///< its original was removed
-  };
-  State state = State::ok;
+  archive::Record state = archive::Record::ok;
   std::string input;
   OptionTexts options;
   std::vector<InputFile> input_files;
@@ -93,11 +90,6 @@ void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 /// Turns `record` into that of a volume for which there is nothing to do.
 void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 
-/// Skips the volume if its original was removed and `input` does not exist again; returns whether it did.
-/// Throws BrokenInput if `output`, the only copy, is gone or has another size. `run` limits memory.
-bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
-                  const RunOptions& run, nlohmann::ordered_json& record);
-
 /// The outputs in all records of a directory, whatever their number of shards.
 class KnownOutputs {
  public:
@@ -111,6 +103,8 @@ class KnownOutputs {
   const KnownOutput* find(const std::string& output) const;
   /// All of them, by their names in the directory.
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
+  /// The line of its newest record; "" if nothing is known of it.
+  std::string record_of(const std::string& output) const;
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
@@ -149,6 +143,21 @@ class KnownOutputs {
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones
   std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to
 };
+
+/// Sets the facts that follow from the records of the output of a line, and from what is at `path`, where the
+/// output belongs.
+void note_records(const KnownOutputs& known, const ManifestLine& line, const std::string& path,
+                  archive::Facts& facts);
+/// Reads what other runs recorded since, and sets these facts anew. `before`: record_of() when this run
+/// decided.
+void note_newer_records(KnownOutputs& known, const ManifestLine& line, const std::string& path,
+                        const std::string& before, archive::Facts& facts);
+/// Unseen or gone. A directory from which files were removed may still be there, with others; `run` limits
+/// the memory of a look into it. Throws WorldError.
+archive::Input input_of(const KnownOutputs& known, const ManifestLine& line, const RunOptions& run);
+
+/// For Action::missing_copy.
+BrokenInput missing_copy(const std::string& path);
 
 /// A checksum as in records: 16 hexadecimal digits.
 std::string checksum_text(std::uint64_t checksum);

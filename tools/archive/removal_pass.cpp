@@ -1,5 +1,6 @@
 #include "tools/archive/removal_pass.h"
 
+#include <cerrno>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/removal_table.h"
 #include "tools/archive/settings_used.h"
 #include "tools/options/encoding_options.h"
 #include "tools/report/report.h"
@@ -24,6 +26,7 @@ namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
+using archive::Action;
 using nlohmann::ordered_json;
 
 std::string canonical_name(const std::string& path) {
@@ -55,7 +58,7 @@ std::string beginning_of_file(const std::string& path) {
 }  // namespace
 
 RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
-                         Resources resources, const KnownOutputs& known, ListMeter& meter)
+                         Resources resources, KnownOutputs& known, ListMeter& meter)
     : options_(options), resources_(std::move(resources)), known_(known), meter_(meter) {
   for (const ManifestLine& line : lines) count_files(line);
 }
@@ -99,127 +102,185 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
           file, other.input, other.why);
 }
 
-std::string RemovalPass::output_path(const ManifestLine& line) const {
-  return (fs::path(options_.output_dir) / line.output).string();
-}
-
-std::optional<Removal> RemovalPass::verified(const ManifestLine& line, ordered_json& record) {
+void RemovalPass::remove_original(const ManifestLine& line, ordered_json& record,
+                                  const std::function<void()>& append) {
   const KnownOutput* known = known_.find(line.output);
-  if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return std::nullopt;
-  if (!known) require_file_or_folder(line.input);  // what is not there is not kept
-  record["status"] = "kept";
-  const std::string failure = known_.last_failure(line.output);
-  if (!known && !failure.empty())
-    throw usage_error("{}: its last encoding failed: {}; it is kept", line.input, failure);
-  if (!known)
-    throw usage_error(
-        "{}: no record says that it was encoded to {}; it is kept; give the list and the options of its "
-        "encoding",
-        line.input, output_path(line));
-  if (known->input != line.input)
-    throw usage_error(
-        "{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; otherwise "
-        "choose another name (output=NAME)",
-        line.input, line.output, known->input);
-  add_output(*known, record);
-  if (!failure.empty())
-    throw usage_error(
-        "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options of its "
-        "encoding succeeds",
-        line.input, failure);
-  if (const std::string line_of_none = known_.possibly_newer(line.output); !line_of_none.empty())
-    throw usage_error(
-        "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
-        line.input, line_of_none);
-  record["options"] = json_of(known->options);
+  Volume volume{.line = line,
+                .output = (fs::path(options_.output_dir) / line.output).string(),
+                .known = known != nullptr ? std::optional(*known) : std::nullopt};
+  archive::Facts facts;
+  record["status"] = "kept";  // also if facts cannot be gathered: that is no failed encoding
+  note_records(known_, line, volume.output, facts);
+  facts.input = input_of(known_, line, options_.run);
+  for (;;) switch (const Action action = decide(archive::removal_table(), facts)) {
+      case Action::look:
+        facts.input = look(volume, record);
+        break;
+      case Action::compare_options:
+        compare_options(volume, facts);
+        break;
+      case Action::verify:
+        verify(volume, facts);
+        break;
+      case Action::skip:
+        skip(*volume.known, record);
+        return append();
+      case Action::remove:
+        // The record comes first: if the run is killed in between, the next one verifies the original again.
+        return remove_replaced(*volume.removal, volume.output, [&] {
+          require_removable_still(volume, facts, record);
+          record["sequence"] = known_.next_sequence(line.output);
+          record["status"] = "removed";
+          append();
+        });
+      default:
+        keep(action, volume, record);
+    }
+}
+
+/// Reads what other runs wrote since: no record may be newer than that of the removal, which says that the
+/// output is the only copy. Throws if one of them keeps the original.
+void RemovalPass::require_removable_still(const Volume& volume, archive::Facts facts, ordered_json& record) {
+  note_newer_records(known_, volume.line, volume.output, volume.known->record, facts);
+  if (const Action action = decide(archive::removal_table(), facts); action != Action::remove)
+    keep(action, volume, record);
+}
+
+void RemovalPass::keep(Action reason, const Volume& volume, ordered_json& record) const {
+  const ManifestLine& line = volume.line;
+  // What is not there is not kept.
+  if (reason == Action::missing_copy || reason == Action::missing) record["status"] = "failed";
+  if (reason == Action::missing_copy) throw missing_copy(volume.output);
+  if (reason == Action::missing) throw world_error("cannot open", line.input, ENOENT);
+  if (reason == Action::damaged) record["status"] = "damaged";
+  if (volume.known && reason != Action::other_input) add_output(*volume.known, record);
+  switch (reason) {
+    case Action::never_encoded:
+      throw usage_error("{}: its last encoding failed: {}; it is kept", line.input,
+                        known_.last_failure(line.output));
+    case Action::no_record:
+      throw usage_error(
+          "{}: no record says that it was encoded to {}; it is kept; give the list and the options of its "
+          "encoding",
+          line.input, volume.output);
+    case Action::other_input:
+      throw usage_error(
+          "{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; otherwise "
+          "choose another name (output=NAME)",
+          line.input, line.output, volume.known->input);
+    case Action::failed_since:
+      throw usage_error(
+          "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options of its "
+          "encoding succeeds",
+          line.input, known_.last_failure(line.output));
+    case Action::unreadable:
+      throw usage_error(
+          "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
+          line.input, known_.possibly_newer(line.output));
+    case Action::other_volume:
+      throw broken_input_error(
+          "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose "
+          "another name (output=NAME)",
+          line.input, other_volume(*volume.known, look_at(volume.removal->files)));
+    case Action::other_options:
+      throw usage_error(
+          "{}: was encoded with other options: {}; the original is kept; give the options of its encoding, "
+          "or encode it again",
+          line.input, volume.difference);
+    case Action::damaged:
+      throw BrokenInput(volume.output + ": has changed since it was written; the original is kept");
+    case Action::encoded_again:
+      throw BrokenInput(volume.output +
+                        ": was encoded again by another run in the meantime; the original is kept");
+    case Action::changed:
+      throw BrokenInput(line.input +
+                        ": has changed since it was encoded; it is kept; --skip-done -f encodes it again");
+    default:
+      throw BrokenInput(line.output + ": another run recorded it in the meantime; the original is kept");
+  }
+}
+
+/// Finds the files of the volume, and compares them with the record. Throws if they cannot be removed.
+archive::Input RemovalPass::look(Volume& volume, ordered_json& record) {
+  const ManifestLine& line = volume.line;
+  add_output(*volume.known, record);
+  record["options"] = json_of(volume.known->options);
   require_own_folders(options_.output_dir, line.output);
-  std::vector<std::string> files = removable(line, *known);
-  // Each check reads them anew.
-  Removal removal{files, UnchangedFiles(files), UnchangedFiles({output_path(line)})};
-  require_same_options(line, *known);
-  verify(line, *known, record);
-  return removal;
-}
-
-void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
-  const auto volume = open_volume(line.input, encoding_of(known.options, options_.run).source);
-  if (const std::string difference = difference_of(known, line.options, options_.run, *volume);
-      !difference.empty())
-    throw usage_error(
-        "{}: was encoded with other options: {}; the original is kept; give the options of its encoding, or "
-        "encode it again",
-        line.input, difference);
-}
-
-std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) {
   require_file_or_folder(line.input);
-  const Encoding was = encoding_of(known.options, options_.run);
-  auto files = removable_volume(line.input, was.source, output_path(line), headers_, "it is kept");
+  const Encoding was = encoding_of(volume.known->options, options_.run);
+  const auto files = removable_volume(line.input, was.source, volume.output, headers_, "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
-  if (const std::string others = other_volume(known, look_at(files)); !others.empty())
-    throw broken_input_error(
-        "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose another "
-        "name (output=NAME)",
-        line.input, others);
-  return files;
+  const bool is_other = !other_volume(*volume.known, look_at(files)).empty();
+  // Each check reads them anew.
+  volume.removal = Removal{files, UnchangedFiles(files), UnchangedFiles({volume.output})};
+  return is_other ? archive::Input::other : archive::Input::unread;
+}
+
+void RemovalPass::compare_options(Volume& volume, archive::Facts& facts) const {
+  const ManifestLine& line = volume.line;
+  const auto source = open_volume(line.input, encoding_of(volume.known->options, options_.run).source);
+  volume.difference = difference_of(*volume.known, line.options, options_.run, *source);
+  facts.options = volume.difference.empty() ? archive::Options::same : archive::Options::different;
 }
 
 /// What the volume has besides its samples must come back as it is now.
-void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
-  const TagBricks file(std::make_shared<FileSource>(output_path(line)));
+void RemovalPass::require_kept_files(const Volume& volume, const VolumeSource& source) const {
+  const std::string& input = volume.line.input;
+  const TagBricks file(std::make_shared<FileSource>(volume.output));
   if (file.sizes().envelope == 0)
-    throw broken_input_error("{}: {} does not keep its files; it is kept", line.input, output_path(line));
-  const SourceComparison found = compare_source_files(file, volume, resources_.threads);
+    throw broken_input_error("{}: {} does not keep its files; it is kept", input, volume.output);
+  const SourceComparison found = compare_source_files(file, source, resources_.threads);
   if (!found.is_same)
-    throw broken_input_error("{}: has changed since it was encoded: {}; it is kept", line.input,
-                             found.difference);
+    throw broken_input_error("{}: has changed since it was encoded: {}; it is kept", input, found.difference);
   if (!found.compression.empty())
-    throw usage_error("{}: its samples are compressed ({}), and come back uncompressed; it is kept",
-                      line.input, found.compression);
+    throw usage_error("{}: its samples are compressed ({}), and come back uncompressed; it is kept", input,
+                      found.compression);
 }
 
-void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
-  const std::string output = output_path(line);
+/// Compares the output with what was written, and with the volume. Throws if too much would be lost with the
+/// volume.
+void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
+  const std::string &output = volume.output, &input = volume.line.input;
+  const KnownOutput& known = *volume.known;
   const Encoding was = encoding_of(known.options, options_.run);
   const SourceDescription& source = was.source;
   if (!is_as_written(known, output)) {
-    const KnownOutputs now(options_.output_dir);
-    if (const KnownOutput* newest = now.find(line.output); newest && newest->record != known.record)
-      throw BrokenInput(output + ": was encoded again by another run in the meantime; the original is kept");
-    record["status"] = "damaged";
-    throw BrokenInput(output + ": has changed since it was written; the original is kept");
+    facts.check = archive::Check::damaged;
+    return note_newer_records(known_, volume.line, output, known.record, facts);
   }
   // The current options do not matter, only those of the existing output.
   const double max_error = TagReader(output).parameters().max_error;
-  const auto volume = open_volume(line.input, source);
+  const auto original = open_volume(input, source);
   require_replaceable(
-      line.input,
-      {max_error, known.headerless, options_.trust_description, why_not_understood(volume->facts())},
+      input, {max_error, known.headerless, options_.trust_description, why_not_understood(original->facts())},
       "it is kept");
-  require_files_come_back(line.input, volume->facts(), !was.options.strip, "it is kept");
+  require_files_come_back(input, original->facts(), !was.options.strip, "it is kept");
   // The bound is not enough of a check: a later version of the original may be within it, too.
-  if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
-    throw BrokenInput(line.input +
-                      ": has changed since it was encoded; it is kept; --skip-done -f encodes it again");
+  if (checksum_text(checksum_of_samples(*open_volume(input, source))) != known.input_checksum) {
+    facts.input = archive::Input::changed;
+    return;
+  }
   Ranks alone;
   const VerifyResult found = verify_file(
       alone, {.input = output,
-              .original = line.input,
+              .original = input,
               .source = source,
               .resources = resources_,
               .progress = [&](std::uint64_t done, std::uint64_t total) { meter_.update(done, total); }});
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
-    throw usage_error("{}: {}; it is kept", line.input, lost);
-  require_kept_files(line, *volume);
-  if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields) {
+    throw usage_error("{}: {}; it is kept", input, lost);
+  require_kept_files(volume, *original);
+  if (info_of_volume(original->facts(), 0).nrrd_fields != found.header.nrrd_fields) {
     const std::string version = ordered_json::parse(known.record).value("version", "");
     if (version != TAGRID_VERSION)
       throw broken_input_error(
           "{}: was encoded by tagrid {}, which read its metadata differently than {} does; it is kept; to "
           "encode it again, run with -f, without --skip-done, and a list of such volumes alone",
-          line.input, version, TAGRID_VERSION);
-    throw BrokenInput(line.input + ": its header has changed since it was encoded; it is kept");
+          input, version, TAGRID_VERSION);
+    throw BrokenInput(input + ": its header has changed since it was encoded; it is kept");
   }
+  facts.input = archive::Input::touched;
+  facts.check = archive::Check::good;
 }
 
 }  // namespace tagrid

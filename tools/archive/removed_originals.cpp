@@ -66,7 +66,7 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
   if (sentences.empty()) return sentences;
   for (const std::string& name : tag_files_in(output_dir)) {
     const KnownOutput* one = known.find(name);
-    if (one != nullptr && (one->state == KnownOutput::State::removed || status_of_name(one->input))) continue;
+    if (one != nullptr && (one->state == archive::Record::removed || status_of_name(one->input))) continue;
     const std::string output = (fs::path(output_dir) / name).string();
     sentences.push_back(
         fmt::format("{}: is in no record that says \"removed\"; if its original is missing, `tagrid restore "
@@ -94,7 +94,7 @@ RemovedOriginals removed_originals(const std::string& output_dir) {
                       ": has no records of convert (results.jsonl); give the directory of its outputs");
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
-    if (one.state != KnownOutput::State::removed) continue;
+    if (one.state != archive::Record::removed) continue;
     RemovedOriginal original{one.input, (fs::path(output_dir) / output).string(), "", false, ""};
     original.error = impossible_name(output, one);
     if (original.error.empty()) {

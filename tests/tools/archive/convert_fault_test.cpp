@@ -144,32 +144,45 @@ TEST_P(ConvertFault, WhileOriginalsAreRemovedLosesNothing) {
       });
 }
 
-/// A run that stops before or after it has created the temporary file of out/a.tag, and goes on after
-/// `meanwhile`.
-class ConvertAtOnce : public Conversions<FailingDisk>, public testing::WithParamInterface<bool> {
+/// A run that stops before it touches a file, and goes on after other runs.
+class ConvertStopped : public Conversions<FailingDisk> {
  protected:
-  Ending convert_around(const std::string& meanwhile) const {
-    std::filesystem::remove_all(path("out"));
+  /// `prepare` makes the files that the run finds. It stops at the call that comes `later` than the one before
+  /// the first call on a file that is called `name`.
+  template <class Prepare>
+  Ending convert_around(Prepare prepare, const std::string& option, const std::string& name,
+                        std::size_t later, const std::string& meanwhile) const {
+    prepare();
     Ending good;
-    const std::vector<Call> calls = calls_of({"", with(command_, {"--skip-done"})}, good);
+    const std::vector<Call> calls = calls_of({"", with(command_, {option})}, good);
     std::size_t at = 0;
-    while (calls.at(at).path.find(".a.tag.part") == std::string::npos) ++at;
-    std::filesystem::remove_all(path("out"));
+    while (calls.at(at).path.find(name) == std::string::npos) ++at;
+    prepare();
     return script("LD_PRELOAD=" TAGRID_FAULT_INJECTION
                   " ASAN_OPTIONS=verify_asan_link_order=0 TAGRID_FAULT_FOLDER=$PWD TAGRID_FAULT_KIND=SIGSTOP "
                   "TAGRID_FAULT_AT=" +
-                  std::to_string(GetParam() ? at + 2 : at) +
-                  " $TAGRID convert --manifest list.tsv --output-dir out --skip-done -v & first=$!\n"
+                  std::to_string(at + later) + " $TAGRID convert --manifest list.tsv --output-dir out " +
+                  option +
+                  " -v & first=$!\n"
                   "until grep -q '^State:.T' /proc/$first/status; do sleep 0.01; done\n" +
                   meanwhile + "; kill -CONT $first; wait $first");
   }
   /// Runs that share a file of records wait for each other.
-  const std::string other_run_ = "$TAGRID convert --manifest list.tsv --output-dir out --shard 0/1 -q";
+  const std::string other_run_ = "$TAGRID convert --output-dir out --shard 0/1 -q --manifest ";
+};
+
+/// Before or after the run has created the temporary file of out/a.tag.
+class ConvertAtOnce : public ConvertStopped, public testing::WithParamInterface<bool> {
+ protected:
+  Ending convert_around(const std::string& meanwhile) const {
+    return ConvertStopped::convert_around([&] { std::filesystem::remove_all(path("out")); }, "--skip-done",
+                                          ".a.tag.part", GetParam() ? 2 : 0, meanwhile);
+  }
 };
 
 TEST_P(ConvertAtOnce, TheLaterOfTwoRunsTakesWhatTheOtherMade) {
   volumes(2);
-  const Ending later = convert_around(other_run_);
+  const Ending later = convert_around(other_run_ + "list.tsv");
   EXPECT_EQ(later.code, 0) << later.err;
   EXPECT_TRUE(
       has(later.err, "out/a.tag: another run created it in the meantime; it was compared with its volume\n"));
@@ -185,7 +198,8 @@ TEST_P(ConvertAtOnce, TheLaterOfTwoRunsTakesWhatTheOtherMade) {
 
 TEST_P(ConvertAtOnce, AnotherFileOfTheNameIsNoResult) {
   volumes(1);
-  for (const std::string& meanwhile : {other_run_ + " --max-error 9", std::string("echo else > out/a.tag")}) {
+  for (const std::string& meanwhile :
+       {other_run_ + "list.tsv --max-error 9", std::string("echo else > out/a.tag")}) {
     SCOPED_TRACE(meanwhile);
     expect_failed(convert_around(meanwhile), "out/a.tag: already exists, and is not known to be made from");
     EXPECT_EQ(outputs(), (std::vector<std::string>{"a.tag"}));
@@ -196,6 +210,46 @@ TEST_P(ConvertAtOnce, AnotherFileOfTheNameIsNoResult) {
 }
 
 INSTANTIATE_TEST_SUITE_P(WithTheTemporaryFile, ConvertAtOnce, testing::Bool());
+
+// Without -f, only the output that was found missing or damaged is replaced.
+TEST_F(ConvertStopped, WhatAnotherRunEncodesInTheMeantimeIsComparedAndNotReplaced) {
+  volumes(1);
+  for (const std::string spoil : {"rm out/a.tag", "echo half a file > out/a.tag"}) {
+    SCOPED_TRACE(spoil);
+    const auto around = [&](const std::string& meanwhile) {
+      const auto spoilt = [&] {
+        expect_ok(script("rm -rf out; $TAGRID convert --manifest list.tsv --output-dir out -q; " + spoil));
+      };
+      return convert_around(spoilt, "--skip-done", ".a.tag.part", 0, other_run_ + meanwhile);
+    };
+    expect_failed(around("list.tsv -f --max-error 9"),
+                  "out/a.tag: already exists, and is not known to be made from");
+    EXPECT_EQ(records("out/results-0-of-1.jsonl").back()["output_xxh3"], checksum(content("out/a.tag")));
+    const Ending same = around("list.tsv --skip-done");
+    EXPECT_EQ(same.code, 0) << same.err;
+    EXPECT_TRUE(has(same.err, "another run created it in the meantime; it was compared with its volume"));
+    EXPECT_EQ(last()["compared"], true);
+  }
+  expect_ok(convert({"--remove-verified"}));
+}
+
+// The failure may have a reason that is one of the disk, or of the volume.
+TEST_F(ConvertStopped, AFailureThatIsRecordedDuringTheVerificationKeepsTheOriginal) {
+  volumes(1);
+  file("broken.nrrd", content("a.nrrd").substr(0, 4000));
+  file("broken.tsv", "broken.nrrd\toutput=a\n");
+  const std::string whole = content("a.nrrd");
+  const auto encoded = [&] {
+    file("a.nrrd", whole);
+    expect_ok(script("rm -rf out; $TAGRID convert --manifest list.tsv --output-dir out -q"));
+  };
+  const Ending ending =
+      convert_around(encoded, "--remove-verified", ".a.tag.lock", 0, other_run_ + "broken.tsv -f || true");
+  expect_failed(ending, "a.nrrd: its last encoding failed: ");
+  EXPECT_EQ(records("out/results-0-of-1.jsonl").back()["status"], "failed");
+  EXPECT_EQ(last()["status"], "kept");
+  EXPECT_TRUE(exists("a.nrrd"));
+}
 
 INSTANTIATE_TEST_SUITE_P(By, ConvertFault,
                          testing::Values(Fault{"Kill", "SIGKILL", false, SIGKILL},

@@ -441,6 +441,18 @@ TEST_F(Convert, AnOutputWithoutARecordIsAdoptedIfItIsGoodAndElseKept) {
   EXPECT_EQ(statuses(5), "a skipped, b failed, c failed, d failed, e failed");
 }
 
+TEST_F(Convert, APipeInThePlaceOfAnOutputIsRefusedAndNotWaitedFor) {
+  volumes(2);
+  std::filesystem::create_directories(path("out/b.tag"));
+  ASSERT_EQ(mkfifo(path("out/a.tag").c_str(), 0600), 0);
+  for (const std::string more : {"", "-f", "--skip-done", "--skip-done -f"}) {
+    const Ending ending = script("timeout 60 $TAGRID convert --manifest list.tsv --output-dir out " + more);
+    EXPECT_EQ(ending.code, broken_input) << more;
+    EXPECT_TRUE(has(ending.err, "out/a.tag: exists and is not a regular file")) << more << ending.err;
+    EXPECT_TRUE(has(ending.err, "out/b.tag: exists and is not a regular file")) << more << ending.err;
+  }
+}
+
 TEST_F(Convert, AnOutputOfAnotherVolumeIsNotReplaced) {
   volumes(1);
   expect_ok(convert());

@@ -120,6 +120,33 @@ TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
   }
 }
 
+// Another program may give the file its name while the run looks at its input.
+TEST_F(Resume, AFileThatAppearsIsComparedAndNotTakenForTheResult) {
+  make_volume("23,19,21");
+  Ending ending;
+  const std::vector<Call> calls = calls_of({"", command()}, ending);
+  std::size_t at = 0;
+  while (calls.at(at).path != path(".new.tag.parts")) ++at;
+  const auto around = [&](const std::string& meanwhile) {
+    begin_anew();
+    std::string words;
+    for (const std::string& word : command()) words += " " + word;
+    return script("LD_PRELOAD=" TAGRID_FAULT_INJECTION
+                  " ASAN_OPTIONS=verify_asan_link_order=0 TAGRID_FAULT_FOLDER=$PWD TAGRID_FAULT_KIND=SIGSTOP "
+                  "TAGRID_FAULT_AT=" +
+                  std::to_string(at + 1) + " $TAGRID" + words +
+                  " & first=$!\n"
+                  "until grep -q '^State:.T' /proc/$first/status; do sleep 0.01; done\n" +
+                  meanwhile + "; kill -CONT $first; wait $first");
+  };
+  expect_error(around("$TAGRID encode volume.nhdr -o new.tag --max-error 9 -q"), usage,
+               "new.tag: already exists, and is not what this run would write");
+  EXPECT_FALSE(content("new.tag") == plain_);
+  std::string same;
+  for (const std::string& setting : settings_) same += " " + setting;
+  expect_result(around("$TAGRID encode volume.nhdr -o new.tag -q" + same));
+}
+
 // A directory with the name of the directory of parts that is not one stays as it is.
 TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   make_volume("23,19,21");
