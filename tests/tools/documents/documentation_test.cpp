@@ -35,6 +35,9 @@ class Documentation : public CommandLine {
     return words;
   }
 
+  /// With plain hyphens.
+  static std::string manual_page() { return std::regex_replace(made("tagrid.1"), std::regex(R"(\\-)"), "-"); }
+
   /// The commands that `tagrid --help` lists.
   Words commands() const {
     const std::string help = tagrid({"--help"}).out;
@@ -138,7 +141,7 @@ TEST_F(Documentation, AnOptionWithoutTextIsFound) {
 }
 
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
-  const std::string manual = std::regex_replace(made("tagrid.1"), std::regex(R"(\\-)"), "-");
+  const std::string manual = manual_page();
   // Those of the texts are only in bold.
   Words listed, mentioned = all_matches(manual, R"(\\fB(--?[a-zA-Z][a-zA-Z-]*))");
   std::istringstream lines(manual);
@@ -241,7 +244,7 @@ TEST_F(Documentation, HelpRefersToOneListOfFormats) {
 }
 
 TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
-  const std::string help = tagrid({"decode", "--help"}).out, manual = made("tagrid.1");
+  const std::string help = tagrid({"decode", "--help"}).out, manual = manual_page();
   for (const Format* format : written_formats()) {
     const std::string described = std::string(format->name) + " (" + std::string(format->help).substr(0, 6);
     EXPECT_TRUE(has(help, described)) << described;
@@ -257,7 +260,7 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
     const std::string body = text.substr(at, text.find("\n}", at + 1) - at);
     // An option is before its description, alone or as {-o+,--output=}; (-o --output) is what it excludes.
     Words completed = all_matches(body, R"(\n    '(?:\([^)]*\))?\*?(--?[a-zA-Z][a-z-]*)=?\[)");
-    for (const std::string& pair : all_matches(body, R"(\{([^}]*)\}')"))
+    for (const std::string& pair : all_matches(body, R"('\{([^}]*)\}')"))
       completed.merge(all_matches(pair, "(--?[a-zA-Z][a-z-]*)"));
     EXPECT_EQ(completed, options(command)) << command;
   }
