@@ -4,9 +4,10 @@
 
 The sessions of README.md and docs/archives.md (lines that begin with "$ ") are run, and their output is compared with
 that in the document; those of one document follow each other. Every other command line of a document is run alone, on
-phantoms with the names that it uses.
+phantoms with the names that it uses. So are the examples at the end of the help of every command.
 """
 
+import functools
 import gzip
 import os
 import pathlib
@@ -33,6 +34,19 @@ def commands(text):
         for line in re.sub(r"([|\\])\n\s+", r"\1 ", block).splitlines():
             if line.startswith("tagrid "):
                 yield line
+
+
+@functools.cache
+def examples():
+    """The command lines at the end of the help of the program and of all commands."""
+    def ending(*command):
+        text = subprocess.run([PROGRAM, *command, "--help"], text=True, capture_output=True, check=True).stdout
+        return text, re.findall(r"^    (tagrid .*)$", text.partition("\nExamples:\n")[2], re.MULTILINE)
+
+    text, found = ending()
+    for command in re.findall(r"^  ([a-z]+) ", text.partition("\nCommands:\n")[2], re.MULTILINE):
+        found += ending(command)[1]
+    return found
 
 
 def tiff(pages, description):
@@ -65,6 +79,7 @@ class Commands(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         (self.folder / "bin").mkdir()
         (self.folder / "bin" / "tagrid").symlink_to(PROGRAM)
+        self.examples = examples()
 
     def run_in(self, folder, command):
         path = f"PATH={self.folder / 'bin'}:$PATH\nexport TAGRID_READER_PATH={ROOT / 'examples' / 'readers'}\n"
@@ -100,7 +115,8 @@ class Commands(unittest.TestCase):
                     count += 1
         self.assertGreaterEqual(count, 7)
 
-    def test_every_command_is_accepted(self):
+    def volumes(self):
+        """A folder of what the commands read."""
         volumes = self.folder / "volumes"
         volumes.mkdir()
         self.make(volumes, "tagrid phantom --dims 208,208,48 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
@@ -108,10 +124,16 @@ class Commands(unittest.TestCase):
                            " && tagrid encode scan.nhdr --overviews 4,16 -o overviews.tag && tagrid encode scan.nhdr --parity 5% -o protected.tag")
         (volumes / "bold.nii.gz").write_bytes(gzip.compress(nifti(5)))
         self.make(volumes, "tagrid encode bold.nii.gz -o bold.tag")
+        return volumes
+
+    def test_every_command_is_accepted(self):
+        volumes = self.volumes()
         count = 0
-        documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1"]
+        documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1.in"]
         for document in documents:
             for command in commands(document.read_text()):
+                if command in self.examples:
+                    continue  # docs/options.md has those of the help.
                 if command.startswith("tagrid convert"):
                     continue  # They need records of earlier runs, which the session above has.
                 if any(name in command for name in ("series/", "perfusion/", "DICOMDIR")):
@@ -120,16 +142,40 @@ class Commands(unittest.TestCase):
                     continue  # They serve until they are ended; view_test.py and serve_test.py have them.
                 if "://" in command:
                     continue  # tests/tools/commands/addresses_test.py has servers.
-                for large, small in SMALLER.items():
-                    command = command.replace(large, small)
-                folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
-                self.provide(volumes, folder, command)
                 with self.subTest(f"{document.name}: {command}"):
-                    run = self.run_in(folder, command)
-                    self.assertEqual(run.returncode, 64 if "# refused" in command else 0, run.stdout)
+                    self.run_on_phantoms(volumes, command, 64 if "# refused" in command else 0)
                     count += 1
-                shutil.rmtree(folder)
         self.assertGreaterEqual(count, 30)
+
+    def run_on_phantoms(self, volumes, command, code=0):
+        for large, small in SMALLER.items():
+            command = command.replace(large, small)
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+        self.provide(volumes, folder, command)
+        run = self.run_in(folder, command)
+        self.assertEqual(run.returncode, code, run.stdout)
+        shutil.rmtree(folder)
+
+    def test_the_examples_in_the_help_work(self):
+        volumes = self.volumes()
+        self.assertGreaterEqual(len(self.examples), 32)
+        for command in self.examples:
+            with self.subTest(command):
+                if command.startswith(("tagrid view", "tagrid serve")):
+                    # They serve until they are ended. That the file is missing is found after the options are understood.
+                    self.assertEqual(self.run_in(self.folder, command).returncode, 74)
+                elif "tagrid convert" not in command and "--records" not in command:
+                    self.run_on_phantoms(volumes, command)
+
+    def test_the_examples_of_archives_work_one_after_the_other(self):
+        list_volumes, encode = (command for command in self.examples if command.startswith("tagrid convert"))
+        restore, = (command for command in self.examples if "--records" in command)
+        self.make(self.folder, "mkdir scans && tagrid phantom --dims 40,30,20 -o scans/a.nhdr")
+        for command in (list_volumes, encode, encode.replace("--skip-done", "--remove-verified")):
+            self.make(self.folder, command)
+        self.assertEqual(list((self.folder / "scans").iterdir()), [])
+        self.make(self.folder, restore)
+        self.assertEqual({path.name for path in (self.folder / "scans").iterdir()}, {"a.nhdr", "a.raw"})
 
     def provide(self, volumes, folder, command):
         """The files that a command reads: a phantom under every name of a volume."""

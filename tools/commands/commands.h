@@ -2,9 +2,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "io/parity/parity.h"
 #include "pipeline/ranks/ranks.h"
@@ -32,6 +35,17 @@ Action add_formats_command(CLI::App& app);
 Action add_phantom_command(CLI::App& app);
 Action add_repair_command(CLI::App& app);
 Action add_protect_command(CLI::App& app);
+
+/// Sets up the command line: `app` with its help, and all commands in the order of the help. `version` is what
+/// --version prints. Returns each command with its work.
+std::vector<std::pair<CLI::App*, Action>> add_commands(CLI::App& app, const std::string& version);
+
+/// An example at the end of the help of a command: what somebody may want, and the command line that does it.
+struct Example {
+  const char *wish, *line;
+};
+/// The examples of the command with this name; those of the program itself for "".
+std::array<Example, 2> examples_of(const std::string& command);
 
 /// A file with parity, and what is damaged of both.
 struct SurveyedParity {

@@ -58,21 +58,7 @@ int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
       "Compress CT volumes: every voxel within a bound, and an adaptive tetrahedral mesh in the same file",
       "tagrid"};
-  app.set_version_flag("-V,--version", version, "Print the version and exit");
-  app.require_subcommand(1);
-  lay_out_help(app);
-  app.set_help_flag("-h,--help", "Print this help and exit");
-  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  std::vector<std::pair<CLI::App*, Action>> commands;
-  for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
-                    add_restore_command, add_mesh_command, add_surface_command, add_preview_command,
-                    add_view_command, add_serve_command, add_convert_command, add_estimate_command,
-                    add_formats_command, add_phantom_command, add_repair_command, add_protect_command}) {
-    Action action = add(app);
-    CLI::App* command = app.get_subcommands({}).back();
-    command->group("Commands");
-    commands.emplace_back(command, std::move(action));
-  }
+  const auto commands = add_commands(app, version);
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     // Any message may quote an argument, such as one too many.

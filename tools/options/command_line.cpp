@@ -43,6 +43,8 @@ class HelpLayout : public CLI::Formatter {
     for (std::size_t at; (at = help.find("\n\n\n")) != help.npos;) help.erase(at, 1);
     return help;
   }
+  // Some versions of CLI11 wrap it.
+  std::string make_footer(const CLI::App* app) const override { return app->get_footer() + "\n"; }
   std::string make_option_opts(const CLI::Option* option) const override {
     if (option->get_positional()) return "";
     const std::string& value = option->get_option_text();
