@@ -34,10 +34,15 @@ class BrickSink {
 };
 
 /// Gives the bricks of a file in the order of their numbers, however the file is read.
-struct BrickStream {
-  std::string name;  ///< of the file, for messages
+class BrickSource {
+ public:
+  virtual ~BrickSource() = default;
+  virtual const std::string& name() const = 0;  ///< of the file, for messages
   /// Reads the next brick, or returns false after the last one. Never called by two threads at once.
-  std::function<bool(BrickBytes&)> next;
+  virtual bool read_brick(BrickBytes& brick) = 0;
+  /// No more bricks are wanted. Another thread may call this during read_brick(), which then throws instead
+  /// of waiting.
+  virtual void stop() {}
 };
 
 /// Bytes of a block before the activity: its length, and the length of the activity.

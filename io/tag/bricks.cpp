@@ -198,14 +198,6 @@ void TagBricks::check(const Member& member) const {
                           : "checksum mismatch: it is damaged or of another file");
 }
 
-BrickStream TagBricks::bricks_from(std::int64_t first) const {
-  return {name(), [this, id = first](BrickBytes& brick) mutable {
-            if (id == count()) return false;
-            brick = read(id++);
-            return true;
-          }};
-}
-
 const Member& member_of_overview(const TagBricks& file, std::int64_t factor) {
   std::string there;
   for (const Member& member : file.index().members) {

@@ -110,8 +110,6 @@ class TagBricks : public IndexedTag {
   std::string name_of(const Member& member) const;
   /// Throws BrokenInput if the checksum of a member does not match.
   void check(const Member& member) const;
-  /// The bricks from `first` on. This object must outlive the stream.
-  BrickStream bricks_from(std::int64_t first) const;
 
  private:
   struct Place {
@@ -126,6 +124,22 @@ class TagBricks : public IndexedTag {
 
   End end_;
   TagPages pages_;
+};
+
+/// The bricks of a file from one on. The file must outlive it.
+class BricksInOrder : public BrickSource {
+ public:
+  explicit BricksInOrder(const TagBricks& file, std::int64_t first = 0) : file_(file), next_(first) {}
+  const std::string& name() const override { return file_.name(); }
+  bool read_brick(BrickBytes& brick) override {
+    if (next_ == file_.count()) return false;
+    brick = file_.read(next_++);
+    return true;
+  }
+
+ private:
+  const TagBricks& file_;
+  std::int64_t next_;
 };
 
 /// The statistics of all volumes of a file together, such as the largest error in any of them; the index of the

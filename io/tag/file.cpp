@@ -102,6 +102,7 @@ void TagWriter::finish() {
 TagReader::TagReader(const std::string& path) : TagReader(open_stream(path)) {}
 
 TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stream)) {
+  bytes_->stop_when(stopped_);
   block_.resize(tag_preamble_size);
   block_.resize(bytes_->read(block_.data(), block_.size()));
   header_size_ = header_size_of(name(), block_);
@@ -332,10 +333,6 @@ void TagReader::skip_parity() {
     rest -= count;
   }
   if (bytes_->read(bytes.data(), 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
-}
-
-BrickStream TagReader::bricks() {
-  return {name(), [this](BrickBytes& brick) { return read_brick(brick); }};
 }
 
 void TagReader::read_to_end() {

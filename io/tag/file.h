@@ -1,6 +1,7 @@
 // .tag files, written and read front to back. TagBricks reads them in any order.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -53,7 +54,7 @@ class TagWriter : public BrickSink {
 };
 
 /// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput with their place.
-class TagReader {
+class TagReader : public BrickSource {
  public:
   /// Reads the header. "-" stands for standard input.
   explicit TagReader(const std::string& path);
@@ -61,17 +62,13 @@ class TagReader {
 
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
-  const std::string& name() const { return bytes_->name(); }
-  /// See FileBytes.
-  void stop_when(const std::atomic<bool>& stop) { bytes_->stop_when(stop); }
+  const std::string& name() const override { return bytes_->name(); }
 
   /// Hands out the next brick, after its checksum and that of the following block have been checked: a page
   /// and the next brick, or page, envelope, directory and footer, which nothing may follow. Returns false after
   /// the last brick.
-  bool read_brick(BrickBytes& brick);
-
-  /// All bricks. The reader must outlive the stream.
-  BrickStream bricks();
+  bool read_brick(BrickBytes& brick) override;
+  void stop() override { stopped_ = true; }
   /// Reads the bricks that are left, and the index.
   void read_to_end();
 
@@ -114,6 +111,7 @@ class TagReader {
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
+  std::atomic<bool> stopped_{false};
   std::unique_ptr<ByteStream> bytes_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;

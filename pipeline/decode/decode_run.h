@@ -137,7 +137,7 @@ class DecodeOutput {
 };
 
 /// Passes samples to a sink: at their positions, or in raster order through a file for a layer of bricks.
-class RowOutput {
+class RowOutput : public RowSink {
  public:
   /// `spool_folder`: the directory of the temporary file; "" if rows come in the order of the sink.
   /// `first`: the number of the sink's sample that is the first one of the rows.
@@ -145,7 +145,7 @@ class RowOutput {
             std::int64_t first = 0);
 
   /// REQUIRES: rows come in the order of their bricks.
-  void write(const DecodedRows& rows);
+  void write(const DecodedRows& rows) override;
 
  private:
   void through_spool(const DecodedRows& rows, SpoolFile& spool);

@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pipeline/grid/slices.h"
 #include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
@@ -130,5 +132,42 @@ class DecodedRows {
   Box box_;
   std::vector<std::vector<std::byte>> samples_;  ///< by brick, in the order of their numbers
 };
+
+/// Takes what is decoded. Every brick was decoded without an error. Never called by two threads at once.
+class RowSink {
+ public:
+  virtual ~RowSink() = default;
+  /// True if bricks are wanted, with their grids.
+  virtual bool takes_bricks() const { return false; }
+  /// Takes every brick, in order, before write() has its samples. May move the rest out.
+  virtual void take(DecodedBrick& /*brick*/) {}
+  /// Takes groups of rows of bricks in the order of their numbers.
+  virtual void write(const DecodedRows& rows) = 0;
+};
+
+/// Passes rows to a function.
+template <class Write>
+class RowsTo : public RowSink {
+ public:
+  explicit RowsTo(Write write) : write_(std::move(write)) {}
+  void write(const DecodedRows& rows) override { write_(rows); }
+
+ private:
+  Write write_;
+};
+
+/// Passes bricks to a function, and rows to another.
+template <class Take, class Write>
+class BricksTo : public RowsTo<Write> {
+ public:
+  BricksTo(Take take, Write write) : RowsTo<Write>(std::move(write)), take_(std::move(take)) {}
+  bool takes_bricks() const override { return true; }
+  void take(DecodedBrick& brick) override { take_(brick); }
+
+ private:
+  Take take_;
+};
+/// For whoever needs bricks only.
+inline constexpr auto ignore_rows = [](const DecodedRows&) {};
 
 }  // namespace tagrid

@@ -10,6 +10,7 @@
 #include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
+#include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/criterion/marking.h"
 #include "stages/mesh/mesh_error.h"
@@ -31,7 +32,7 @@ struct EncodedBrick {
   std::shared_ptr<MeshedBrick> mesh;  // only if its error has to be measured
 };
 
-EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {
+EncodedBrick encode_one(SubdividedBrick brick, const CodingParameters& parameters) {
   EncodedBrick encoded{parameters.bricks().id(brick.brick), std::make_shared<BrickCode>(), {}};
   const BrickSamples samples = gather(brick.slices, parameters.domain().volume(), parameters.type,
                                       samples_to_encode(parameters, brick.brick));
@@ -61,8 +62,28 @@ void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
   encoded.mesh.reset();
 }
 
+// What one run of the graph works with.
+struct Run {
+  SliceSource& slices;
+  BrickSink* bricks;      // nullptr: bricks below those that are written
+  StripSums* sums;        // nullptr: none
+  ClosedSamples* closed;  // nullptr: the mesh needs no bricks below
+  Watch& watch;
+  SinkFailure failure = {};
+
+  void write(std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
+    if (bricks == nullptr) return;
+    failure.guard(
+        [&] {
+          bricks->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+        },
+        [&] { slices.stop(); });
+    watch.done(code.statistics.samples * sample_bytes);
+  }
+};
+
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
-                   const EncodeStreams& streams, ClosedSamples* closed, bool measure) {
+                   Run& run) {
   GridSchedule schedule = schedule_of_encoding(parameters, rows);
   const auto workers = static_cast<std::size_t>(budget.threads);
   const std::int64_t first_brick = rows.first_brick(parameters.bricks()),
@@ -80,11 +101,11 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       control.stop();
       return {};
     }
-    if (streams.before_reading) streams.before_reading();
+    run.watch.before_reading();
     const TimeOfNode time(Node::read_slice);
     const Box box = parameters.domain().samples_at(next_rows);
-    SliceSamples slice = streams.read_slice(box);
-    if (streams.see_slice) streams.see_slice(box, slice.get());
+    SliceSamples slice = run.slices.read(box);
+    if (run.sums != nullptr) run.sums->add_slice(box, slice.get());
     ++next_rows.low.z, ++next_rows.high.z;
     return slice;
   });
@@ -110,8 +131,8 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   });
   flow::function_node<SubdividedBrick, EncodedBrick> encode_node(graph, workers, [&](SubdividedBrick brick) {
     const TimeOfNode time(Node::encode);
-    EncodedBrick encoded = encode(std::move(brick), parameters);
-    if (streams.brick_done) streams.brick_done(encoded.id);
+    EncodedBrick encoded = encode_one(std::move(brick), parameters);
+    if (run.bricks != nullptr) run.watch.brick_done(encoded.id);
     return encoded;
   });
   const auto place = [&](const EncodedBrick& brick) {
@@ -120,18 +141,18 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::sequencer_node<EncodedBrick> in_order(graph, place);
   flow::function_node<EncodedBrick, EncodedBrick> complete(graph, flow::serial, [&](EncodedBrick brick) {
     const TimeOfNode time(Node::complete_mesh);
-    take_mesh_values(brick, parameters, closed);
+    take_mesh_values(brick, parameters, run.closed);
     return brick;
   });
   flow::function_node<EncodedBrick, EncodedBrick> measure_node(graph, workers, [&](EncodedBrick brick) {
     const TimeOfNode time(Node::measure_mesh);
-    if (measure) measure_mesh(brick, parameters);
+    if (run.bricks != nullptr) measure_mesh(brick, parameters);
     return brick;
   });
   flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
     const TimeOfNode time(Node::write_brick);
-    streams.write_brick(brick.id, std::move(*brick.code));
+    run.write(brick.id, *brick.code, size_of(parameters.type));
     std::get<0>(out).try_put(1);
     const std::int64_t done = brick.id - first_brick + 1;
     if (done % layer_bricks == 0)
@@ -175,49 +196,31 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
   return all;
 }
 
-void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
-                      const EncodeStreams& streams) {
-  Threads(budget.threads).run([&] {
-    std::optional<ClosedSamples> closed;
-    if (mesh_needs_bricks_below(parameters)) closed.emplace(parameters, rows);
-    EncodeStreams unwritten = streams;
-    unwritten.write_brick = [](std::int64_t, BrickCode) {};
-    unwritten.brick_done = {};
-    unwritten.see_slice = {};
-    for (const BrickRows& r : rows_to_encode(parameters, rows))
-      build_and_run(parameters, r, budget, r == rows ? streams : unwritten, closed ? &*closed : nullptr,
-                    r == rows);
-  });
+namespace {
+
+void encode_strip(const EncodeJob& job, const BrickRows& strip, Run& run) {
+  const CodingParameters& parameters = job.parameters();
+  std::optional<ClosedSamples> closed;
+  if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
+  Run below{run.slices, nullptr, nullptr, run.closed, run.watch};
+  for (const BrickRows& rows : rows_to_encode(parameters, strip))
+    build_and_run(parameters, rows, job.plan.budget, rows == strip ? run : below);
 }
 
-void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& watch) {
-  EncodeStreams streams;
-  streams.before_reading = watch.before_reading;
-  streams.read_slice = read_slice_;
-  streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    try {
-      sink.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-    } catch (...) {
-      failure_ = std::current_exception();
-      failed_ = true;
-      throw;
+}  // namespace
+
+void encode(const EncodeJob& job, const BrickRows& rows, SliceSource& slices, BrickSink& bricks, Watch& watch,
+            SumsSink* sums) {
+  const CodingParameters& parameters = job.parameters();
+  Run run{slices, &bricks, nullptr, nullptr, watch};
+  Threads threads(job.plan.budget.threads);
+  run.failure.run([&] {
+    for (const BrickRows& strip : job.plan.strips(parameters.bricks(), rows)) {
+      std::optional<StripSums> of_strip;
+      if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
+      threads.run([&] { encode_strip(job, strip, run); });
     }
-    watch.done(code.statistics.samples * size_of(parameters_.type));
-  };
-  try {
-    for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows)) {
-      std::optional<StripSums> sums;
-      if (sums_out_) {
-        sums.emplace(parameters_, strip, sums_out_);
-        streams.see_slice = [&](const Box& box, const std::byte* samples) { sums->add_slice(box, samples); };
-      }
-      run_encode_graph(parameters_, strip, plan_.budget, streams);
-    }
-  } catch (...) {
-    // A source that gave up because of the sink may have thrown first.
-    if (failed_) std::rethrow_exception(failure_);
-    throw;
-  }
+  });
 }
 
 std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,

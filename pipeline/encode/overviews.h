@@ -13,9 +13,9 @@
 #include "io/tag/file.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
-#include "pipeline/encode/graph.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/overview/sums.h"
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
@@ -36,11 +36,11 @@ using MemberOut = std::function<void(std::uint32_t kind, std::uint32_t factor, s
                                      const std::function<void(const PassBytes&)>& content)>;
 
 /// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
-/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". `before_reading` is
-/// called now and then, and may end the work with an exception; it may be empty. Throws WorldError.
+/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". An
+/// exception of watch.before_reading() ends the work. Throws WorldError.
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
                      SumsFile sums, const Resources& resources, const std::string& output,
-                     const MemberOut& out, const std::function<void()>& before_reading = {});
+                     const MemberOut& out, Watch& watch);
 
 /// The overviews of a file that one process writes front to back: adds up blocks while bricks are encoded,
 /// and then writes the members. Does nothing if the file has none.
@@ -51,10 +51,10 @@ class OverviewsOfStream {
   OverviewsOfStream(TagHeader header, std::vector<int> factors, const Resources& resources,
                     std::string output);
 
-  /// To be called before `encoder` encodes the volume. This object must outlive it.
-  void sum_blocks_of(RowEncoder& encoder);
+  /// What takes the sums while the volume is encoded; nullptr if there are no overviews.
+  SumsSink* sums() { return sums_ ? &*sums_ : nullptr; }
   /// Writes the overviews. To be called once, after the last brick and the envelope. See write_overviews().
-  void write(TagWriter& writer, const std::function<void()>& before_reading = {});
+  void write(TagWriter& writer, Watch& watch);
 
  private:
   TagHeader header_;

@@ -63,57 +63,52 @@ std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeO
 }
 
 PushEncoder::~PushEncoder() {
-  {
-    const std::lock_guard lock(mutex_);
-    given_up_ = true;
-  }
-  changed_.notify_all();
+  given_up_ = true;
+  queue_.close(std::make_exception_ptr(GivenUp()));
   if (worker_.joinable()) worker_.join();
 }
+
+class PushEncoder::Slices : public SliceSource {
+ public:
+  explicit Slices(SliceQueue& queue) : queue_(queue) {}
+  SliceSamples read(const Box&) override { return queue_.take(); }
+
+ private:
+  SliceQueue& queue_;
+};
+
+// All slices may be there although the caller no longer wants the file.
+class PushEncoder::CallersWatch : public ProgressWatch {
+ public:
+  CallersWatch(const PushEncoder& of, std::uint64_t total) : ProgressWatch(of.progress_, total), of_(of) {}
+  void before_reading() override {
+    if (of_.given_up_) throw GivenUp();
+  }
+  void done(std::uint64_t bytes) override {
+    before_reading();
+    ProgressWatch::done(bytes);
+  }
+
+ private:
+  const PushEncoder& of_;
+};
 
 // Runs in the thread of the encoder.
 void PushEncoder::run() {
   const CodingParameters& parameters = job_.parameters();
-  Watch watch = watch_for(progress_, sample_bytes(parameters.dims, parameters.type).value());
-  watch.done = [&, done = watch.done](std::uint64_t bytes) {
-    // All slices may be available, but the caller no longer wants the file.
-    require_caller();
-    done(bytes);
-  };
-  std::exception_ptr failure;
+  Slices slices(queue_);
+  CallersWatch watch(*this, sample_bytes(parameters.dims, parameters.type).value());
   try {
-    RowEncoder encoder(parameters, job_.plan, [&](const Box&) { return take(); });
-    overviews_.sum_blocks_of(encoder);
-    encoder.encode(BrickRows::all(parameters.bricks()), *writer_, watch);
-    overviews_.write(*writer_, [&] { require_caller(); });
+    encode(job_, BrickRows::all(parameters.bricks()), slices, *writer_, watch, overviews_.sums());
+    overviews_.write(*writer_, watch);
     writer_->finish();
   } catch (...) {
-    failure = std::current_exception();
+    failure_ = std::current_exception();
   }
-  const std::lock_guard lock(mutex_);
-  failure_ = failure;
-  ended_ = true;
-  changed_.notify_all();
+  queue_.close(std::make_exception_ptr(GivenUp()));
 }
 
-void PushEncoder::require_caller() const {
-  if (given_up_) throw GivenUp();
-}
-
-SliceSamples PushEncoder::take() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return given_up_ || !waiting_.empty(); });
-  require_caller();
-  SliceSamples slice = std::move(waiting_.front());
-  waiting_.pop_front();
-  changed_.notify_all();
-  return slice;
-}
-
-// Only this thread adds slices. A slice copied before the wait would be one more than the plan counts.
-void PushEncoder::wait_for_room() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });
+void PushEncoder::rethrow_failure() const {
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -123,22 +118,21 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
     throw UsageError(fmt::format("{} more slices were given, but only {} of {} are missing", slices,
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
-    wait_for_room();
+    // A slice copied before the wait would be one more than the plan counts.
+    if (!queue_.wait_for_room()) rethrow_failure();
     auto slice = std::make_shared_for_overwrite<std::byte[]>(memory_size(slice_bytes(parameters)));
     copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
-    const std::lock_guard lock(mutex_);
-    waiting_.push_back(std::move(slice));
-    changed_.notify_all();
+    queue_.put(std::move(slice));
   }
 }
 
 void PushEncoder::finish() {
-  std::unique_lock lock(mutex_);
-  if (failure_) std::rethrow_exception(failure_);
-  if (fed_ < job_.parameters().dims.z)
+  if (fed_ < job_.parameters().dims.z) {
+    if (queue_.is_closed()) rethrow_failure();
     throw UsageError(fmt::format("only {} of {} slices were given", fed_, job_.parameters().dims.z));
-  changed_.wait(lock, [&] { return ended_; });
-  if (failure_) std::rethrow_exception(failure_);
+  }
+  if (worker_.joinable()) worker_.join();
+  rethrow_failure();
 }
 
 }  // namespace tagrid

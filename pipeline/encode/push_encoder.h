@@ -2,10 +2,7 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
-#include <deque>
 #include <exception>
-#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -13,10 +10,10 @@
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/encode/overviews.h"
-#include "pipeline/grid/slices.h"
 #include "pipeline/job/settle.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
+#include "pipeline/slices/slice_source.h"
 #include "stages/sample/samples.h"
 
 namespace tagrid {
@@ -52,11 +49,11 @@ class PushEncoder {
  private:
   static constexpr std::size_t most_waiting = 2;  // slices
 
+  class Slices;
+  class CallersWatch;
+
   void run();
-  /// Throws GivenUp if the caller has given up.
-  void require_caller() const;
-  SliceSamples take();
-  void wait_for_room();
+  void rethrow_failure() const;
 
   EncodeJob job_;
   Progress progress_;
@@ -64,12 +61,9 @@ class PushEncoder {
   std::optional<TagWriter> writer_;
   std::int64_t fed_ = 0;  ///< slices
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<SliceSamples> waiting_;
+  SliceQueue queue_{most_waiting};
   std::atomic<bool> given_up_ = false;  ///< the caller has given up
-  bool ended_ = false;                  ///< the work has ended
-  std::exception_ptr failure_;
+  std::exception_ptr failure_;  ///< of the work; to be read when it has ended, and so closed the queue
   std::thread worker_;
 };
 

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "pipeline/job/options.h"
+#include "pipeline/slices/slices_ahead.h"
 #include "stages/survey/survey.h"
 
 namespace tagrid {
@@ -21,20 +21,6 @@ constexpr std::int64_t band = 48;
 constexpr std::int64_t most_blocks = std::int64_t{1} << 18;
 
 }  // namespace
-
-SliceSamples read_input_slice(VolumeSource& source, const Box& rows,
-                              const std::function<void(std::byte* samples)>& read) {
-  const Index3 dims = source.info().dims;
-  const std::size_t size =
-      memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(source.info().type));
-  auto samples = std::make_shared_for_overwrite<std::byte[]>(size);
-  if (read)
-    read(samples.get());
-  else
-    source.read_rows(samples.get(), rows);
-  if (rows.high.y == dims.y - 1 && rows.high.z == dims.z - 1) source.finish();
-  return samples;
-}
 
 Noise noise_of(VolumeSource& source) {
   const Index3 dims = source.info().dims;

@@ -1,4 +1,4 @@
-// Reads slices of the input, and looks at samples before encoding: noise, range, and single bricks.
+// Looks at samples before encoding: noise, range, and single bricks.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,6 @@
 #include "stages/sample/samples.h"
 
 namespace tagrid {
-
-/// Reads `rows`, complete rows of one slice; see VolumeSource. Bytes after the last sample make the entire
-/// input wrong, so they are checked before anything is finished. `read` reads the rows in another way, and leaves the
-/// source behind the last sample when it has read that.
-SliceSamples read_input_slice(VolumeSource& source, const Box& rows,
-                              const std::function<void(std::byte* samples)>& read = {});
 
 struct Noise {
   double deviation = 0;   ///< standard deviation, in units of samples

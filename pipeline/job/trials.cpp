@@ -49,7 +49,7 @@ Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
   const std::int64_t wanted =
       sampled ? std::min(std::max(most_sampled_ / per_row, least_rows), all_rows) : all_rows;
   const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters.type);
-  const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
+  ProgressWatch watch(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
   Statistics all;
   std::atomic<std::uint64_t> bytes = 0;
   for (std::int64_t i = 0; i < wanted; ++i) {

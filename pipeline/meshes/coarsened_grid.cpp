@@ -215,16 +215,11 @@ void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& position
   // Half of the work is done when all samples are decoded.
   const std::uint64_t bytes =
       static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
-  const Watch watch = watch_for(progress, 2 * bytes);
+  ProgressWatch watch(progress, 2 * bytes);
   Threads threads(plan.threads);
   CoarsenedGrid grid(parameters, bound, path);
-  DecodeStreams streams;
-  streams.bricks = reader.bricks();
-  streams.write_rows = [&](const DecodedRows& layer) {
-    threads.run([&] { grid.add_layer(layer); });
-    watch.done(layer.bytes());
-  };
-  run_decode_graph(parameters, BrickRows::all(bricks), plan.decoding.budget, streams);
+  RowsTo sink([&](const DecodedRows& layer) { threads.run([&] { grid.add_layer(layer); }); });
+  decode({parameters, plan.decoding.budget, BrickRows::all(bricks)}, reader, sink, watch);
   threads.run([&] { grid.settle(); });
 
   std::uint64_t left = bytes;

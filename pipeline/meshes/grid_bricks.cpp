@@ -102,17 +102,18 @@ DecodePlan plan_taking(const CodingParameters& parameters, std::uint64_t taker_b
 namespace {
 
 // Passes on bricks whose grid is in the file, layer by layer: values of a file with voxels are in its slices.
-class StoredGrid {
+class StoredGrid : public RowSink {
  public:
   StoredGrid(const CodingParameters& parameters, GridTaker& taker)
       : parameters_(parameters), taker_(taker), samples_(parameters) {}
 
-  void take(DecodedBrick& brick) {
+  bool takes_bricks() const override { return true; }
+  void take(DecodedBrick& brick) override {
     layer_.push_back(
         {parameters_.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});
   }
-  void end_layer(const DecodedRows& decoded) {
-    samples_.begin_layer(decoded);
+  void write(const DecodedRows& layer) override {
+    samples_.begin_layer(layer);
     for (BrickPoints& brick : layer_) {
       add(brick);
       brick = {};
@@ -144,27 +145,24 @@ class StoredGrid {
 void take_all(TagReader& reader, std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
               const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  const DecodePlan plan = plan_taking(parameters, taker_bytes, resources);
-  const Watch watch = watch_for(
+  const DecodeJob job{parameters, plan_taking(parameters, taker_bytes, resources).budget,
+                      BrickRows::all(parameters.bricks())};
+  ProgressWatch watch(
       progress, static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type));
-  DecodeStreams streams;
-  streams.bricks = reader.bricks();
-  StoredGrid stored(parameters, taker);
-  DerivedGrid derived(parameters, BrickRows::all(parameters.bricks()), [&](const SubdividedBrick& brick) {
+  if (parameters.stores_activity()) {
+    StoredGrid stored(parameters, taker);
+    return decode(job, reader, stored, watch);
+  }
+  DerivedGrid derived(parameters, job.rows, [&](const SubdividedBrick& brick) {
     taker.add_brick(brick.brick, brick.active, [&](Index3 p) {
       return sample_at(brick.slices, parameters.domain().volume(), size_of(parameters.type), p);
     });
   });
-  if (parameters.stores_activity()) streams.inspect_brick = [&](DecodedBrick& brick) { stored.take(brick); };
-  streams.write_rows = [&](const DecodedRows& decoded) {
-    if (parameters.stores_activity())
-      stored.end_layer(decoded);
-    else
-      decoded.for_each_slice(derived.samples(),
-                             [&](SliceSamples slice) { derived.add_slice(std::move(slice)); });
-    watch.done(decoded.bytes());
-  };
-  run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams);
+  RowsTo sink([&](const DecodedRows& decoded) {
+    decoded.for_each_slice(derived.samples(),
+                           [&](SliceSamples slice) { derived.add_slice(std::move(slice)); });
+  });
+  decode(job, reader, sink, watch);
 }
 
 }  // namespace tagrid

@@ -1,7 +1,6 @@
 #include "pipeline/overview/sums.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "pipeline/threads/node_times.h"
 #include "pipeline/threads/threads.h"
@@ -39,12 +38,12 @@ Box blocks_of_rows(const CodingParameters& parameters, const BrickRows& rows) {
   return blocks;
 }
 
-StripSums::StripSums(const CodingParameters& parameters, const BrickRows& rows, Out out)
+StripSums::StripSums(const CodingParameters& parameters, const BrickRows& rows, SumsSink& out)
     : parameters_(parameters),
       blocks_(blocks_of_rows(parameters, rows)),
       samples_(samples_of(blocks_, parameters)),
       sums_(first_layout(parameters), parameters.dims.x, samples_.size().y),
-      out_(std::move(out)) {}
+      out_(out) {}
 
 void StripSums::add_slice(const Box& rows, const std::byte* samples) {
   const std::int64_t z = rows.low.z;
@@ -57,7 +56,7 @@ void StripSums::add_slice(const Box& rows, const std::byte* samples) {
   });
   if (z % block_edge != block_edge - 1 && z != samples_.high.z) return;
   sums_.take(taken_);
-  out_(z / block_edge, blocks_.low.y, taken_);
+  out_.write(z / block_edge, blocks_.low.y, taken_);
 }
 
 SumsFile::SumsFile(const SumsLayout& layout, const std::string& spool, const std::string& output)

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,14 +18,19 @@ namespace tagrid {
 /// Numbers of blocks of 4 samples along each axis.
 Box blocks_of_rows(const CodingParameters& parameters, const BrickRows& rows);
 
+/// Takes sums of blocks.
+class SumsSink {
+ public:
+  virtual ~SumsSink() = default;
+  /// Takes rows of blocks of slice `z` of blocks, from row `y` on: complete along x, as stored.
+  virtual void write(std::int64_t z, std::int64_t y, std::span<const std::byte> rows) = 0;
+};
+
 /// The sums of the blocks of 4 samples that belong to a stretch of rows of bricks. Every block belongs to one
 /// stretch, however rows are cut: that one whose bricks' closed boxes hold all of its samples.
 class StripSums {
  public:
-  /// Takes rows of blocks, complete along x and consecutive along y, as stored.
-  using Out = std::function<void(std::int64_t z, std::int64_t y, std::span<const std::byte> rows)>;
-
-  StripSums(const CodingParameters& parameters, const BrickRows& rows, Out out);
+  StripSums(const CodingParameters& parameters, const BrickRows& rows, SumsSink& out);
 
   /// Adds the rows of a slice. Slices come in the order of z, from the first one that a block of the stretch
   /// needs or before, to the last one or after. REQUIRES: `rows` hold the rows of the stretch's blocks.
@@ -38,17 +42,17 @@ class StripSums {
   Box samples_;
   SlabSums sums_;
   std::vector<std::byte> taken_;
-  Out out_;
+  SumsSink& out_;
 };
 
 /// The sums of all blocks of a level, in a temporary file.
-class SumsFile {
+class SumsFile : public SumsSink {
  public:
   /// In the directory `spool`; messages name `output`.
   SumsFile(const SumsLayout& layout, const std::string& spool, const std::string& output);
 
   const SumsLayout& layout() const { return layout_; }
-  void write(std::int64_t z, std::int64_t y, std::span<const std::byte> rows);
+  void write(std::int64_t z, std::int64_t y, std::span<const std::byte> rows) override;
   /// Reads `count` rows, from row y of slice z on.
   void read(std::int64_t z, std::int64_t y, std::int64_t count, std::vector<std::byte>& rows);
 

@@ -15,8 +15,8 @@
 #include "io/samples/file_samples.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/encode/graph.h"
-#include "pipeline/encode/slices_ahead.h"
 #include "pipeline/job/options.h"
+#include "pipeline/slices/slices_ahead.h"
 
 namespace tagrid {
 namespace {
@@ -48,6 +48,34 @@ std::int64_t sample_bytes_of(const CodingParameters& parameters, const BrickRows
   return Box{first.low, last.high}.count() * static_cast<std::int64_t>(size_of(parameters.type));
 }
 
+// The sums of the blocks of a part, in a temporary file until its bricks are written.
+class SumsOfPart : public SumsSink {
+ public:
+  SumsOfPart(const std::string& part, const Box& blocks, const CodingParameters& parameters)
+      : blocks_(blocks),
+        row_bytes_(layout_of_parts(parameters).row_bytes()),
+        file_(SpoolFile::beside(part)) {}
+
+  void write(std::int64_t z, std::int64_t y, std::span<const std::byte> rows) override {
+    file_.write_at(
+        static_cast<std::uint64_t>((z - blocks_.low.z) * blocks_.size().y + y - blocks_.low.y) * row_bytes_,
+        rows);
+  }
+  void write_to(PartWriter& writer) {
+    std::vector<std::byte> bytes;
+    for (std::uint64_t done = 0; done < file_.size(); done += bytes.size()) {
+      bytes.resize(std::min<std::uint64_t>(file_.size() - done, 1 << 20));
+      file_.read_at(done, bytes);
+      writer.write_sums(bytes);
+    }
+  }
+
+ private:
+  Box blocks_;
+  std::uint64_t row_bytes_;
+  SpoolFile file_;
+};
+
 // The input, as opened by this rank.
 class PartEncoder {
  public:
@@ -55,9 +83,12 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         volume_(open_volume(order.input, order.source)),
-        plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                            {.besides = memory_besides_parts(*volume_), .sums = parts.has_sums()})),
-        kept_(slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks, order.resources))) {
+        job_{.header = parts.header(),
+             .plan = plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
+                                   {.besides = memory_besides_parts(*volume_), .sums = parts.has_sums()}),
+             .overviews = {},
+             .reason_of_bound = {}},
+        kept_(slices_kept_for_parts(*volume_, parts, job_.plan, of_this_rank(ranks, order.resources))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run started with");
     if (!volume_->traits().any_rows) {
@@ -66,42 +97,26 @@ class PartEncoder {
       volume_ =
           spool.empty() ? rows_of_slices(std::move(volume_), kept_) : spooled(std::move(volume_), spool);
     }
-    encoder_.emplace(parameters_, plan_,
-                     [this](const Box& rows) { return read_slice_on_threads(*volume_, rows); });
-    if (parts.has_sums())
-      encoder_->sum_blocks([this](std::int64_t z, std::int64_t y, std::span<const std::byte> rows) {
-        sums_->write_at(position_of_sums(z, y), rows);
-      });
+    slices_.emplace(*volume_, 0);
   }
 
-  void encode(std::int64_t part, const Watch& watch) {
+  void encode(std::int64_t part, Watch& watch) {
     PartWriter writer(parts_.path(part), parts_.id(part), parameters_);
-    if (parts_.has_sums()) sums_.emplace(SpoolFile::beside(parts_.path(part)));
-    blocks_ = parts_.blocks(part);
-    encoder_->encode(parts_.rows()[static_cast<std::size_t>(part)], writer, watch);
-    std::vector<std::byte> bytes;
-    for (std::uint64_t done = 0; sums_ && done < sums_->size(); done += bytes.size()) {
-      bytes.resize(std::min<std::uint64_t>(sums_->size() - done, 1 << 20));
-      sums_->read_at(done, bytes);
-      writer.write_sums(bytes);
-    }
+    std::optional<SumsOfPart> sums;
+    if (parts_.has_sums()) sums.emplace(parts_.path(part), parts_.blocks(part), parameters_);
+    tagrid::encode(job_, parts_.rows()[static_cast<std::size_t>(part)], *slices_, writer, watch,
+                   sums ? &*sums : nullptr);
+    if (sums) sums->write_to(writer);
     writer.finish();
   }
 
  private:
-  std::uint64_t position_of_sums(std::int64_t z, std::int64_t y) const {
-    return static_cast<std::uint64_t>((z - blocks_.low.z) * blocks_.size().y + y - blocks_.low.y) *
-           layout_of_parts(parameters_).row_bytes();
-  }
-
   const PartsOfRun& parts_;
   const CodingParameters& parameters_;
   std::unique_ptr<VolumeSource> volume_;
-  EncodePlan plan_;
+  EncodeJob job_;
   std::int64_t kept_;
-  std::optional<RowEncoder> encoder_;
-  Box blocks_;                     // of the part that is being encoded
-  std::optional<SpoolFile> sums_;  // of these blocks
+  std::optional<SlicesAhead> slices_;
 };
 
 void place_part(PartReader& part, const std::vector<PartPlace>& places, PlacedFile& file) {
@@ -177,17 +192,6 @@ PartId PartsOfRun::id(std::int64_t part) const {
   return {id_, part, rows.first_brick(bricks), rows.count(bricks), sums};
 }
 
-Watch watch_of(SharedWork& shared) {
-  const auto go_on = [&shared] {
-    if (shared.stop) throw Stopped();
-  };
-  return {[&shared, go_on](std::uint64_t bytes) {
-            go_on();
-            shared.add_done(static_cast<std::int64_t>(bytes));
-          },
-          go_on};
-}
-
 std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
                                                    const CodingParameters& parameters) {
   if (!progress) return {};
@@ -210,11 +214,12 @@ void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress) 
     encoder = std::make_unique<PartEncoder>(ranks, order, *parts);
   });
   SharedWork shared;
+  SharedWatch watch(shared);
   shared.count = parts->count();
   const CodingParameters& parameters = parts->header().parameters;
   shared.work = [&](std::int64_t part) {
     if (!is_complete(*parts, part))
-      encoder->encode(part, watch_of(shared));
+      encoder->encode(part, watch);
     else
       shared.add_done(sample_bytes_of(parameters, parts->rows()[static_cast<std::size_t>(part)]));
   };

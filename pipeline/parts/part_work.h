@@ -54,7 +54,20 @@ Resources of_this_rank(const Ranks& ranks, Resources given);
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.
-Watch watch_of(SharedWork& shared);
+class SharedWatch : public Watch {
+ public:
+  explicit SharedWatch(SharedWork& shared) : shared_(shared) {}
+  void before_reading() override {
+    if (shared_.stop) throw Stopped();
+  }
+  void done(std::uint64_t bytes) override {
+    before_reading();
+    shared_.add_done(static_cast<std::int64_t>(bytes));
+  }
+
+ private:
+  SharedWork& shared_;
+};
 /// Passes the progress of all ranks together, in samples of the volume, to `progress`, which may be empty.
 std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
                                                    const CodingParameters& parameters);

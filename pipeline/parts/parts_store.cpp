@@ -162,8 +162,9 @@ class PartsStore : public BrickStore {
     };
     Resources resources = of_this_rank(ranks_, run_.resources);
     resources.spool = spool_folder(resources.spool, run_.output);
+    Watch unwatched;
     tagrid::write_overviews(header, overviews_, pages_->index().total, std::move(*sums_), resources,
-                            run_.output, write);
+                            run_.output, write, unwatched);
   }
 
   bool read_earlier_record() {

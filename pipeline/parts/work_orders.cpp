@@ -58,24 +58,22 @@ class PartDecoder {
         file_(order.file, order.name),
         sample_bytes_(size_of(order.numbers.type(parameters().type))),
         parts_(parts_of(parameters().bricks())),
-        decoder_(parameters(),
-                 plan_decoding(parameters(), of_this_rank(ranks, order.resources), DecodeUse::write, 0,
-                               order.numbers.value_bytes())
-                     .budget,
-                 order.numbers) {}
+        budget_(plan_decoding(parameters(), of_this_rank(ranks, order.resources), DecodeUse::write, 0,
+                              order.numbers.value_bytes())
+                    .budget),
+        numbers_(order.numbers) {}
 
   const CodingParameters& parameters() const { return tag_.parameters(); }
   std::int64_t count() const { return static_cast<std::int64_t>(parts_.size()); }
 
-  void decode(std::int64_t part, const Watch& watch) {
+  void decode(std::int64_t part, Watch& watch) {
     const BrickRows& rows = parts_[static_cast<std::size_t>(part)];
-    decoder_.decode(
-        rows, tag_.bricks_from(rows.first_brick(parameters().bricks())),
-        [&](const DecodedRows& decoded) {
-          decoded.for_each_part_at_once(
-              [&](std::int64_t first, std::span<const std::byte> samples) { write(first, samples); });
-        },
-        watch);
+    BricksInOrder bricks(tag_, rows.first_brick(parameters().bricks()));
+    RowsTo sink([&](const DecodedRows& decoded) {
+      decoded.for_each_part_at_once(
+          [&](std::int64_t first, std::span<const std::byte> samples) { write(first, samples); });
+    });
+    tagrid::decode({parameters(), budget_, rows, numbers_}, bricks, sink, watch);
   }
 
   void finish() { file_.finish(); }
@@ -92,7 +90,8 @@ class PartDecoder {
   PlacedFile file_;
   std::size_t sample_bytes_;  ///< as written
   std::vector<BrickRows> parts_;
-  RowDecoder decoder_;
+  DecodeBudget budget_;
+  WrittenNumbers numbers_;
 };
 
 // Messages between ranks are small.
@@ -187,8 +186,9 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progre
   std::unique_ptr<PartDecoder> decoder;
   all_do(ranks, [&] { decoder = std::make_unique<PartDecoder>(ranks, order); });
   SharedWork shared;
+  SharedWatch watch(shared);
   shared.count = decoder->count();
-  shared.work = [&](std::int64_t part) { decoder->decode(part, watch_of(shared)); };
+  shared.work = [&](std::int64_t part) { decoder->decode(part, watch); };
   CodingParameters written = decoder->parameters();
   written.type = order.numbers.type(written.type);
   shared.look = look_for(progress, written);
@@ -230,7 +230,7 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
     if (!setup)
       setup = verify_setup(file->name(), file->header(), order.original, order.source,
                            of_this_rank(ranks, order.resources));
-    verifier.emplace(*file, std::move(*setup));
+    verifier.emplace(*file, file->index(), std::move(*setup));
   });
   const BrickGrid bricks = verifier->parameters().bricks();
   const std::vector<BrickRows> parts = parts_of(bricks);
@@ -238,9 +238,10 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<
   bool has_points = true;  // of all parts: ranks may have more memory or less
   OpenFacePairs faces(bricks);
   SharedWork shared;
+  SharedWatch watch(shared);
   shared.count = static_cast<std::int64_t>(parts.size());
   shared.work = [&](std::int64_t part) {
-    shared.account = packed_order(verifier->verify(parts[static_cast<std::size_t>(part)], watch_of(shared)));
+    shared.account = packed_order(verifier->verify(parts[static_cast<std::size_t>(part)], watch));
   };
   shared.take = [&](const Bytes& bytes) {
     const auto found = unpacked_order<Findings>(bytes);

@@ -37,7 +37,7 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
   const std::size_t slice_bytes = memory_size(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(memory_size(static_cast<std::uint64_t>(batch) * slice_bytes));
-  const Watch watch = watch_for(run.progress, total);
+  ProgressWatch watch(run.progress, total);
   Threads threads(run.threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -12,20 +13,61 @@ namespace tagrid {
 using Progress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Watches the work on rows of bricks. An exception from it ends the work.
-struct Watch {
+class Watch {
+ public:
+  virtual ~Watch() = default;
+  /// Called before each read, perhaps while done() runs.
+  virtual void before_reading() {}
+  /// Called by a worker when it is done with a brick, before bricks are put in order; several may call it at
+  /// once.
+  virtual void brick_done(std::int64_t /*brick*/) {}
   /// Takes the bytes of samples done since the previous call. Called by one thread at a time.
-  std::function<void(std::uint64_t bytes)> done;
-  /// Called before each read, perhaps while done() runs. May be empty.
-  std::function<void()> before_reading = {};
+  virtual void done(std::uint64_t /*bytes*/) {}
 };
 
-/// A watch that passes the progress towards `total` to `progress`, which may be empty. Copies count together.
-inline Watch watch_for(const Progress& progress, std::uint64_t total) {
-  if (!progress) return {[](std::uint64_t) {}};
-  return {[progress, total, done = std::make_shared<std::uint64_t>(0)](std::uint64_t bytes) {
-    progress(*done += bytes, total);
-  }};
-}
+/// Passes the progress towards `total` to `progress`, which may be empty.
+class ProgressWatch : public Watch {
+ public:
+  ProgressWatch(Progress progress, std::uint64_t total) : progress_(std::move(progress)), total_(total) {}
+  void done(std::uint64_t bytes) override {
+    done_ += bytes;
+    if (progress_) progress_(done_, total_);
+  }
+
+ private:
+  Progress progress_;
+  std::uint64_t total_, done_ = 0;
+};
+
+/// The failure of what takes the results of some work. It tells more than that of a source that gave up
+/// because of it, which may be thrown first.
+class SinkFailure {
+ public:
+  /// Calls `take`; if it fails, calls `stop`, which tells the source.
+  template <class Take, class Stop>
+  void guard(const Take& take, const Stop& stop) {
+    try {
+      take();
+    } catch (...) {
+      failure_ = std::current_exception();
+      stop();
+      throw;
+    }
+  }
+  /// Calls `work`, which calls guard(). Throws the failure of the sink if several fail.
+  template <class Work>
+  void run(const Work& work) {
+    try {
+      work();
+    } catch (...) {
+      if (failure_) std::rethrow_exception(failure_);
+      throw;
+    }
+  }
+
+ private:
+  std::exception_ptr failure_;
+};
 
 /// The result of a successful run: everything is written, but the output does not have its name yet. Steps
 /// that must succeed together with the run come before commit(). Without commit() the output is removed.

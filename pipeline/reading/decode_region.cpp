@@ -278,7 +278,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const std::shared_ptr<VolumeSink> sink = output.begin();
 
   const BrickGrid bricks = parameters.bricks();
-  const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
+  ProgressWatch watch(run.progress, sample_bytes(info.dims, info.type).value());
   BlocksInOrder& in_order = blocks.in_order;
   if (numbers.are_values()) {
     in_order.type = info.type;

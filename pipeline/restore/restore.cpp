@@ -143,15 +143,12 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
       std::make_shared<RestoredFiles>(info_of_all(file.header()), run.input, run.folder, options);
   EnvelopeReader envelope(file.name(), shape_of(file.header()), parameters.is_exact(), file.envelope());
   files->make(envelope);
-  const Watch watch =
-      watch_for(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
+  ProgressWatch watch(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
   for (int number = 0; number < file.header().volumes; ++number) {
     const auto volume = volume_in(all, number);
     RowOutput output(*files, "", run.folder, number * Box::of_size(parameters.dims).count());
-    RowDecoder(parameters, plan.budget)
-        .decode(
-            BrickRows::all(parameters.bricks()), volume->bricks_from(0),
-            [&](const DecodedRows& rows) { output.write(rows); }, watch);
+    BricksInOrder bricks(*volume);
+    decode({parameters, plan.budget, BrickRows::all(parameters.bricks())}, bricks, output, watch);
   }
   files->check();
   TagIndex index = file.index();

@@ -21,11 +21,11 @@
 #include "io/volume/one_of_volumes.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/overviews.h"
-#include "pipeline/encode/slices_ahead.h"
 #include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
+#include "pipeline/slices/slices_ahead.h"
 
 namespace tagrid {
 namespace {
@@ -87,16 +87,17 @@ class StreamStore : public BrickStore {
     const bool spools = job.plan.spooled && !source->traits().any_rows;
     if (spools) source = spooled(std::move(source), resources_.spool);
     const VolumeInfo& info = source->info();
-    watch_ = watch_for(run_.progress, sample_bytes(info.dims, info.type).value());
+    watch_.emplace(run_.progress, sample_bytes(info.dims, info.type).value());
     const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
-    overviews_.emplace(encode_bricks(job, job.header, first ? *first : *source, *writer_, result));
+    overviews_.emplace(encode_bricks(job, first ? *first : *source, *writer_, result));
     result.bytes_in = source->bytes_read();
     result.times_read +=
         times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
   }
 
   void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) override {
-    TagHeader header = job.header;
+    EncodeJob of_volume = job;
+    TagHeader& header = of_volume.header;
     header.volumes = 1;
     for (int number = 1; number < job.header.volumes; ++number) {
       const auto volume = one_of_volumes(source, number);
@@ -105,7 +106,7 @@ class StreamStore : public BrickStore {
       SpoolFile encoded = SpoolFile::in(folder_of_sums(), run_.output);
       SpoolSink sink(encoded);
       TagWriter writer(sink, header);
-      encode_bricks(job, header, *volume, writer, result).write(writer);
+      encode_bricks(of_volume, *volume, writer, result).write(writer, unwatched_);
       writer.finish();
       total_.add(writer.index().total);
       writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded.size(),
@@ -123,7 +124,7 @@ class StreamStore : public BrickStore {
   void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
 
   void finish(EncodeResult& result) override {
-    if (overviews_) overviews_->write(*writer_);
+    if (overviews_) overviews_->write(*writer_, unwatched_);
     writer_->finish();
     result.index = writer_->index();
     result.index.total.add(total_);
@@ -136,9 +137,9 @@ class StreamStore : public BrickStore {
  private:
   std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
 
-  /// Encodes the bricks of a volume with this header. Returns its overviews, which are not written yet.
-  OverviewsOfStream encode_bricks(const EncodeJob& job, const TagHeader& header, VolumeSource& volume,
-                                  TagWriter& writer, EncodeResult& result) {
+  /// Encodes the bricks of a volume. Returns its overviews, which are not written yet.
+  OverviewsOfStream encode_bricks(const EncodeJob& job, VolumeSource& volume, TagWriter& writer,
+                                  EncodeResult& result) {
     const CodingParameters& parameters = job.parameters();
     // Only programs give nothing but whole slices; they decode them while bricks are encoded.
     const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
@@ -146,15 +147,11 @@ class StreamStore : public BrickStore {
         volume.traits().whole_slices ? slices_beside(parameters, job.plan, resources_, layer) : 0;
     result.memory =
         std::max(result.memory, job.plan.memory + static_cast<std::uint64_t>(count) * volume.slice_bytes());
-    SlicesAhead ahead(volume, count);
-    RowEncoder encoder(parameters, job.plan, [&](const Box& rows) { return ahead.read(rows); });
-    ahead.stop_when(encoder.failed());
+    SlicesAhead slices(volume, count);
     Resources resources = resources_;
     resources.spool = folder_of_sums();
-    OverviewsOfStream overviews(header, job.overviews, resources, run_.output);
-    overviews.sum_blocks_of(encoder);
-    encoder.encode(BrickRows::all(parameters.bricks()), writer, watch_);
-    ahead.end();
+    OverviewsOfStream overviews(job.header, job.overviews, resources, run_.output);
+    tagrid::encode(job, BrickRows::all(parameters.bricks()), slices, writer, *watch_, overviews.sums());
     return overviews;
   }
 
@@ -163,8 +160,9 @@ class StreamStore : public BrickStore {
   std::unique_ptr<OutputFile> file_;
   std::optional<TagWriter> writer_;
   std::optional<OverviewsOfStream> overviews_;
-  Statistics total_;  // of the other volumes
-  Watch watch_;       // of all volumes
+  Statistics total_;                    // of the other volumes
+  std::optional<ProgressWatch> watch_;  // of all volumes
+  Watch unwatched_;
 };
 
 /// What users should know about bits that do not belong to samples; "" if that is nothing.

@@ -77,12 +77,10 @@ void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink&
     TagReader reader(std::make_unique<SourceStream>(source_of(of_level)));
     const DecodePlan plan = plan_decoding(reader.parameters(), resources, DecodeUse::stream,
                                           run.format.writes.memory(sink.info()), numbers.value_bytes());
-    RowOutput rows_out(sink.level(i), plan.spooled ? resources.spool : "", run.output);
-    RowDecoder decoder(reader.parameters(), plan.budget, numbers);
-    reader.stop_when(decoder.failed());
-    decoder.decode(
-        BrickRows::all(reader.parameters().bricks()), reader.bricks(),
-        [&](const DecodedRows& rows) { rows_out.write(rows); }, watch_for({}, 0));
+    RowOutput rows(sink.level(i), plan.spooled ? resources.spool : "", run.output);
+    Watch unwatched;
+    decode({reader.parameters(), plan.budget, BrickRows::all(reader.parameters().bricks()), numbers}, reader,
+           rows, unwatched);
   }
 }
 
@@ -102,13 +100,9 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   DecodeOutput output(run, info, numbers, parameters);
   const DecodePlan plan = plan_of(output, parameters, numbers, resources);
   const std::shared_ptr<VolumeSink> sink = output.begin();
-  RowOutput rows_out(*sink, plan.spooled ? resources.spool : "", run.output);
-  RowDecoder decoder(parameters, plan.budget, numbers);
-  reader.stop_when(decoder.failed());
-  decoder.decode(
-      BrickRows::all(parameters.bricks()), reader.bricks(),
-      [&](const DecodedRows& rows) { rows_out.write(rows); },
-      watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
+  RowOutput rows(*sink, plan.spooled ? resources.spool : "", run.output);
+  ProgressWatch watch(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value());
+  decode({parameters, plan.budget, BrickRows::all(parameters.bricks()), numbers}, reader, rows, watch);
   decode_levels(run, output, *sink, numbers, resources);
   return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
 }
@@ -127,15 +121,13 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   DecodeOutput output(run, info, numbers, parameters);
   const DecodePlan plan = plan_of(output, parameters, numbers, resources);
   const std::shared_ptr<VolumeSink> sink = output.begin();
-  const Watch watch = watch_for(run.progress, sample_bytes(info.dims, numbers.type(parameters.type)).value());
+  ProgressWatch watch(run.progress, sample_bytes(info.dims, numbers.type(parameters.type)).value());
   for (std::int64_t i = 0; i < count; ++i) {
     const auto volume = volume_in(file, number + i);
-    RowOutput rows_out(*sink, plan.spooled ? resources.spool : "", run.output,
-                       i * Box::of_size(parameters.dims).count());
-    RowDecoder(parameters, plan.budget, numbers)
-        .decode(
-            BrickRows::all(parameters.bricks()), volume->bricks_from(0),
-            [&](const DecodedRows& rows) { rows_out.write(rows); }, watch);
+    RowOutput rows(*sink, plan.spooled ? resources.spool : "", run.output,
+                   i * Box::of_size(parameters.dims).count());
+    BricksInOrder bricks(*volume);
+    decode({parameters, plan.budget, BrickRows::all(parameters.bricks()), numbers}, bricks, rows, watch);
   }
   decode_levels(run, output, *sink, numbers, resources);
   DecodeResult result =

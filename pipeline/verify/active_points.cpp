@@ -13,19 +13,16 @@ namespace tagrid {
 Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
-  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  ProgressWatch watch(progress, sample_bytes(parameters.dims, parameters.type).value());
   const BrickRows all = BrickRows::all(parameters.bricks());
   Statistics counted;
   DerivedGrid grid(parameters, all, [&](const SubdividedBrick& brick) {
     count_active(brick.active, parameters, brick.brick, counted);
   });
-  DecodeStreams streams;
-  streams.bricks = reader.bricks();
-  streams.write_rows = [&](const DecodedRows& decoded) {
+  RowsTo sink([&](const DecodedRows& decoded) {
     decoded.for_each_slice(grid.samples(), [&](SliceSamples slice) { grid.add_slice(std::move(slice)); });
-    watch.done(decoded.bytes());
-  };
-  run_decode_graph(parameters, all, plan.budget, streams);
+  });
+  decode({parameters, plan.budget, all}, reader, sink, watch);
   return counted;
 }
 

@@ -126,35 +126,31 @@ void RangesAndIndex::compare() {
   }
 }
 
-Verifier::Verifier(const TagBricks& file, VerifySetup setup)
-    : Verifier(file.name(), file.header(), file.index(), std::move(setup), [&file](const BrickRows& rows) {
-        return file.bricks_from(rows.first_brick(file.parameters().bricks()));
-      }) {
-  entry_ = [&file](std::int64_t brick) { return file.entry(brick); };
+void Verifier::decode_rows(const BrickRows& rows, RowSink& sink, Watch& watch) const {
+  const DecodeJob job{parameters(), setup_.plan.budget, rows};
+  if (reader_ != nullptr) return decode(job, *reader_, sink, watch);
+  BricksInOrder bricks(*file_, rows.first_brick(parameters().bricks()));
+  decode(job, bricks, sink, watch);
 }
 
 ClosedSamples Verifier::low_faces(const BrickRows& rows) const {
   ClosedSamples closed(parameters(), rows);
   const BrickGrid bricks = parameters().bricks();
-  for (const BrickRows& below : rows_below(rows)) {
-    DecodeStreams streams;
-    streams.bricks = open_(below);
-    streams.inspect_brick = [&](const DecodedBrick& brick) {
-      closed.complete(bricks.position(brick.id), brick.samples);
-    };
-    run_decode_graph(parameters(), below, setup_.plan.budget, streams);
-  }
+  BricksTo sink([&](const DecodedBrick& brick) { closed.complete(bricks.position(brick.id), brick.samples); },
+                ignore_rows);
+  Watch unwatched;
+  for (const BrickRows& below : rows_below(rows)) decode_rows(below, sink, unwatched);
   return closed;
 }
 
 void Verifier::fail_index(const std::string& what) const {
-  throw BrokenInput(name_ + ": the index: " + what);
+  throw BrokenInput(name() + ": the index: " + what);
 }
 
 // A point of padding is named as if it were a sample.
 void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 point) const {
   const Index3 p = point - parameters().domain().first();
-  throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name_, brick, what, p.x, p.y, p.z));
+  throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name(), brick, what, p.x, p.y, p.z));
 }
 
 void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const {
@@ -166,26 +162,23 @@ void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statist
   count_active(brick.active, parameters(), parameters().bricks().position(brick.id), counted);
 }
 
-Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
+Findings Verifier::verify(const BrickRows& rows, Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
-  const DecodeBudget& budget = setup_.plan.budget;
   Findings found;
   found.has_points = parameters().stores_activity() || setup_.plan.derives;
   SharedFaces faces(parameters());
   RangesAndIndex of_part;
-  RangesAndIndex& ranges = entry_ ? of_part : ranges_;
+  RangesAndIndex& ranges = file_ ? of_part : ranges_;
   AgainstOriginal* const against = setup_.against.get();
   const bool meshed = against && parameters().mesh_error >= 0;
   std::optional<ClosedSamples> closed;
   if (meshed && parameters().mode == FileMode::voxels) closed.emplace(low_faces(rows));
 
-  DecodeStreams streams;
-  streams.bricks = open_(rows);
-  streams.inspect_brick = [&](DecodedBrick& brick) {
+  const auto check = [&](DecodedBrick& brick) {
     if (parameters().stores_activity()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
     const ValueRange range = value_range(brick.samples, parameters().type);
-    if (entry_) ranges.add(std::array{entry_(brick.id)});
+    if (file_) ranges.add(std::array{file_->entry(brick.id)});
     ranges.add(range);
     if (against)
       against->add_activity(brick.active);
@@ -196,7 +189,6 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
       against->add_mesh(position, brick.active,
                         closed ? closed->complete(position, brick.samples) : std::move(brick.points));
     }
-    watch.done(brick.samples.size());
   };
   // A part needs samples of rows around it for its grid, and these are decoded once more.
   DerivedGrid derived(parameters(), rows, [&](const SubdividedBrick& brick) {
@@ -209,17 +201,15 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   std::vector<BrickRows> around;
   if (setup_.plan.derives) around = derived.stretches();
   const bool at_once = around == std::vector{rows};
-  streams.write_rows = [&](const DecodedRows& decoded) {
+  BricksTo sink(check, [&](const DecodedRows& decoded) {
     if (against) against->compare(decoded, found.counted);
     if (at_once) derive(decoded);
-  };
-  run_decode_graph(parameters(), rows, budget, streams);
-  for (const BrickRows& stretch : at_once ? std::vector<BrickRows>() : around) {
-    DecodeStreams again;
-    again.bricks = open_(stretch);
-    again.write_rows = derive;
-    run_decode_graph(parameters(), stretch, budget, again);
-  }
+  });
+  decode_rows(rows, sink, watch);
+  RowsTo again(derive);
+  Watch unwatched;
+  for (const BrickRows& stretch : at_once ? std::vector<BrickRows>() : around)
+    decode_rows(stretch, again, unwatched);
   assert(ranges.compared() == rows.count(bricks));
   if (ranges.least_error() > index_.total.max_error)
     fail_index(fmt::format("the value range of brick {} does not match its voxels",
@@ -241,7 +231,7 @@ void Verifier::compare_with_index(const Statistics& counted, bool has_points) co
   if (Status status = check_extremes(index_); !status.ok()) fail_index(status.what());
   if (!setup_.against) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
-    throw BrokenInput(fmt::format("{}: the mesh differs from the original by up to {}, more than {}", name_,
+    throw BrokenInput(fmt::format("{}: the mesh differs from the original by up to {}, more than {}", name(),
                                   counted.mesh_error, of_mesh));
   // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
@@ -275,17 +265,18 @@ void Verifier::tell_difference(const Disagreement& bricks) const {
   for (const std::int64_t id : {bricks.below, bricks.above}) {
     const Index3 position = grid.position(id);
     const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
-    DecodeStreams streams;
-    streams.bricks = open_(row);
-    streams.inspect_brick = [&](const DecodedBrick& brick) {
-      if (brick.id != id) return;
-      if (const auto p = faces.first_difference(brick))
-        fail_brick(brick.id, "it disagrees with its neighbor", *p);
-    };
-    run_decode_graph(parameters(), row, setup_.plan.budget, streams);
+    BricksTo sink(
+        [&](const DecodedBrick& brick) {
+          if (brick.id != id) return;
+          if (const auto p = faces.first_difference(brick))
+            fail_brick(brick.id, "it disagrees with its neighbor", *p);
+        },
+        ignore_rows);
+    Watch unwatched;
+    decode_rows(row, sink, unwatched);
   }
   throw WorldError(
-      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?", name_,
+      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?", name(),
                   bricks.below, bricks.above));
 }
 
@@ -298,10 +289,9 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 // All rows have none below them, so the file is opened once.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  Verifier verifier(reader.name(), reader.header(), reader.index(), std::move(setup),
-                    [&](const BrickRows&) { return reader.bricks(); });
+  Verifier verifier(reader, std::move(setup));
   reader.look_at_pages([&](std::span<const IndexEntry> page) { verifier.add_page(page); });
-  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  ProgressWatch watch(progress, sample_bytes(parameters.dims, parameters.type).value());
   const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
   return verifier.finish(found.counted, found.has_points, reader.sizes());
 }

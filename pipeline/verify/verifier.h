@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -15,6 +14,7 @@
 
 #include "io/tag/blocks.h"
 #include "io/tag/bricks.h"
+#include "io/tag/file.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/decode/graph.h"
@@ -138,21 +138,14 @@ VerifySetup setup_against(const std::string& name, const CodingParameters& param
 /// brick is checked with that of the brick before it, so that all parts together check the entire chain.
 class Verifier {
  public:
-  /// Gives the bricks of some rows.
-  using Open = std::function<BrickStream(const BrickRows&)>;
-  /// What the index says of a brick.
-  using Entry = std::function<IndexEntry(std::int64_t brick)>;
-
-  /// `name`, `header` and `index` are those of the file; the last two must outlive the verifier. Without a
-  /// function for entries of the index, add_page() must be called for each page.
-  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup, Open open)
-      : name_(std::move(name)),
-        header_(header),
-        index_(index),
-        setup_(std::move(setup)),
-        open_(std::move(open)) {}
-  /// Reads rows of bricks in any order. `file` must outlive the verifier. REQUIRES: setup.any_order.
-  Verifier(const TagBricks& file, VerifySetup setup);
+  /// Reads a file front to back, once: all rows at once. add_page() must be called for each page of the index.
+  /// `reader` must outlive the verifier.
+  Verifier(TagReader& reader, VerifySetup setup)
+      : reader_(&reader), header_(reader.header()), index_(reader.index()), setup_(std::move(setup)) {}
+  /// Reads rows of bricks in any order, and compares with `index`, which is that of the file. Both must outlive the
+  /// verifier. REQUIRES: setup.any_order.
+  Verifier(const TagBricks& file, const TagIndex& index, VerifySetup setup)
+      : file_(&file), header_(file.header()), index_(index), setup_(std::move(setup)) {}
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 
@@ -162,7 +155,7 @@ class Verifier {
   /// grid is derived, rows around them; of all of the volume, bricks are opened once. The index is complete
   /// after the bricks of `rows` were read. The caller checks what depends on other bricks, using the
   /// findings. Throws BrokenInput at the first error.
-  Findings verify(const BrickRows& rows, const Watch& watch);
+  Findings verify(const BrickRows& rows, Watch& watch);
 
   /// The entries of the next page of the index.
   void add_page(std::span<const IndexEntry> entries) { ranges_.add(entries); }
@@ -175,6 +168,9 @@ class Verifier {
   [[noreturn]] void tell_difference(const Disagreement& bricks) const;
 
  private:
+  const std::string& name() const { return file_ ? file_->name() : reader_->name(); }
+  /// Decodes rows of bricks.
+  void decode_rows(const BrickRows& rows, RowSink& sink, Watch& watch) const;
   /// The samples on the low faces of `rows`, which bricks below own.
   ClosedSamples low_faces(const BrickRows& rows) const;
   /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
@@ -183,13 +179,12 @@ class Verifier {
   [[noreturn]] void fail_index(const std::string& what) const;
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
-  std::string name_;
+  TagReader* reader_ = nullptr;  ///< one of these two
+  const TagBricks* file_ = nullptr;
   const TagHeader& header_;
   const TagIndex& index_;
   VerifySetup setup_;
-  Open open_;
-  Entry entry_;
-  RangesAndIndex ranges_;  ///< without entry_
+  RangesAndIndex ranges_;  ///< of a file that is read front to back
 };
 
 }  // namespace tagrid

@@ -9,7 +9,7 @@
 #include "pipeline/verify/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 #include "tests/support/runs.h"
 #include "tools/report/info.h"
 
@@ -32,15 +32,13 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
     TagReader reader(path);
     if (!is_small(reader.parameters())) return std::nullopt;
     std::vector<std::byte> samples;
-    DecodeStreams streams;
-    streams.bricks = reader.bricks();
-    streams.write_rows = [&](const DecodedRows& rows) {
+    RowsTo sink([&](const DecodedRows& rows) {
       rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
         samples.insert(samples.end(), part.begin(), part.end());
       });
-    };
-    run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
-                     generous_decoding(reader.parameters(), 1), streams);
+    });
+    Watch unwatched;
+    decode(decode_job_of(reader.parameters(), 1), reader, sink, unwatched);
     claim(samples.size() == *sample_bytes(reader.parameters().dims, reader.parameters().type),
           "a file that decodes has all its samples");
     return samples;

@@ -9,7 +9,7 @@
 
 #include "pipeline/decode/graph.h"
 #include "pipeline/encode/graph.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 #include "tests/support/volumes.h"
 
 namespace tagrid {
@@ -61,39 +61,48 @@ Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* sh
   const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y) * 2;
   std::size_t z = 0;
   Bricks bricks;
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box&) {
+  SlicesFrom slices([&](const Box&) {
     auto bytes = std::make_shared<std::byte[]>(slice);
     std::memcpy(bytes.get(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
     return bytes;
-  };
-  streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    bricks.push_back({id, std::move(code.activity), std::move(code.values)});
-  };
-  if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
-  run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   generous_encoding(parameters, thread_count), streams);
+  });
+  BricksInto sink([&](const BrickBytes& brick, const Statistics&) { bricks.push_back(brick); });
+  WatchBricks watch([&](std::int64_t brick) {
+    if (shuffle != nullptr) (*shuffle)(brick);
+  });
+  encode(job_of(parameters, thread_count), BrickRows::all(parameters.bricks()), slices, sink, watch);
   return bricks;
 }
 
+class GivenBricks : public BrickSource {
+ public:
+  explicit GivenBricks(const Bricks& bricks) : bricks_(bricks) {}
+  const std::string& name() const override { return name_; }
+  bool read_brick(BrickBytes& brick) override {
+    if (next_ == bricks_.size()) return false;
+    brick = bricks_[next_++];
+    return true;
+  }
+
+ private:
+  const Bricks& bricks_;
+  std::size_t next_ = 0;
+  std::string name_;
+};
+
 std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks& bricks, int thread_count,
                                Shuffle* shuffle) {
-  std::size_t next = 0;
   std::vector<std::byte> samples;
-  DecodeStreams streams;
-  streams.bricks.next = [&](BrickBytes& brick) {
-    if (next == bricks.size()) return false;
-    brick = bricks[next++];
-    return true;
-  };
-  streams.write_rows = [&](const DecodedRows& rows) {
+  GivenBricks source(bricks);
+  RowsTo sink([&](const DecodedRows& rows) {
     rows.for_each_part([&](std::int64_t, std::span<const std::byte> slices) {
       samples.insert(samples.end(), slices.begin(), slices.end());
     });
-  };
-  if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
-  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   generous_decoding(parameters, thread_count), streams);
+  });
+  WatchBricks watch([&](std::int64_t brick) {
+    if (shuffle != nullptr) (*shuffle)(brick);
+  });
+  decode(decode_job_of(parameters, thread_count), source, sink, watch);
   return samples;
 }
 

@@ -5,8 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "pipeline/encode/graph.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 
 using namespace tagrid;
 
@@ -21,15 +20,13 @@ int main(int argc, char** argv) {
     else
       ++improper;
   };
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box&) -> SliceSamples {
+  SlicesFrom slices([&](const Box&) -> SliceSamples {
     count();
     return std::make_shared<std::byte[]>(3600);
-  };
-  streams.write_brick = [](std::int64_t, BrickCode) {};
-  streams.brick_done = [&](std::int64_t) { count(); };
-  run_encode_graph(parameters, BrickRows::all(parameters.bricks()), generous_encoding(parameters, 4),
-                   streams);
+  });
+  BricksInto bricks([](const BrickBytes&, const Statistics&) {});
+  WatchBricks watch([&](std::int64_t) { count(); });
+  encode(job_of(parameters, 4), BrickRows::all(parameters.bricks()), slices, bricks, watch);
   std::printf("%ld slices and bricks\n", proper + improper);
   return 0;
 }

@@ -10,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/tag_in_memory.h"
@@ -135,15 +135,13 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
     bool failed = false;
     try {
       TagReader reader(path("b.tag"));
-      DecodeStreams streams;
-      streams.bricks = reader.bricks();
-      streams.write_rows = [&](const DecodedRows& rows) {
+      RowsTo sink([&](const DecodedRows& rows) {
         rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
           out.append(reinterpret_cast<const char*>(part.data()), part.size());
         });
-      };
-      run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
-                       generous_decoding(reader.parameters(), 2), streams);
+      });
+      Watch unwatched;
+      decode(decode_job_of(reader.parameters(), 2), reader, sink, unwatched);
     } catch (const BrokenInput& error) {
       failed = true;
       EXPECT_TRUE(has(error.what(), "b.tag: "));

@@ -45,17 +45,17 @@ class DecodedRowsTest : public TemporaryFolder {
 
   void decode(const TagBricks& file, const BrickRows& rows, const DecodeBudget& budget,
               const std::function<void(std::int64_t, std::span<const std::byte>)>& take) const {
-    DecodeStreams streams;
-    streams.bricks = file.bricks_from(rows.first_brick(file.parameters().bricks()));
-    streams.write_rows = [&](const DecodedRows& decoded) {
+    BricksInOrder bricks(file, rows.first_brick(file.parameters().bricks()));
+    RowsTo sink([&](const DecodedRows& decoded) {
       std::size_t bytes = 0;
       decoded.for_each_part([&](std::int64_t first, std::span<const std::byte> part) {
         bytes += part.size();
         take(first, part);
       });
       EXPECT_EQ(bytes, decoded.bytes());
-    };
-    run_decode_graph(file.parameters(), rows, budget, streams);
+    });
+    Watch unwatched;
+    tagrid::decode({file.parameters(), budget, rows}, bricks, sink, unwatched);
   }
 
   const std::string tag_ = path("a.tag");
@@ -121,10 +121,11 @@ TEST_F(DecodedRowsTest, ThreadsHandOutEachSampleOnceAndAFailureOfOneEndsIt) {
                 {.grid = GridOrigin::derived, .cube_size = 16, .brick_edge = 2}, Resources(2));
   const TagBricks file = opened(tag_);
   const auto decode_on = [&](int threads, const auto& take) {
-    DecodeStreams streams;
-    streams.bricks = file.bricks_from(0);
-    streams.write_rows = [&](const DecodedRows& decoded) { decoded.for_each_part_at_once(take); };
-    run_decode_graph(file.parameters(), BrickRows::all(file.parameters().bricks()), {threads, 8, 3}, streams);
+    BricksInOrder bricks(file);
+    RowsTo sink([&](const DecodedRows& decoded) { decoded.for_each_part_at_once(take); });
+    Watch unwatched;
+    tagrid::decode({file.parameters(), {threads, 8, 3}, BrickRows::all(file.parameters().bricks())}, bricks,
+                   sink, unwatched);
   };
   for (const int threads : sanitized ? std::vector{5} : std::vector{1, 2, 5}) {
     std::vector<std::int16_t> found(samples.size());

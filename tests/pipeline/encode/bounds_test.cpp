@@ -12,7 +12,7 @@
 #include "stages/activity/coding.h"
 #include "stages/criterion/mesh_criterion.h"
 #include "tests/support/encode_volume.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 
 namespace tagrid {
 namespace {
@@ -96,16 +96,16 @@ TEST_P(Air, HasTheGridOfTheWholeVolumeAtOnce) {
   const CodingParameters parameters = parameters_of(GetParam());
   const BrickGrid bricks = parameters.bricks();
   const auto volume = air_with_things(parameters.dims);
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box& rows) {
+  SlicesFrom slices([&](const Box& rows) {
     const std::size_t size = static_cast<std::size_t>(rows.count()) * 2;
     auto bytes = std::make_shared<std::byte[]>(size);
     std::memcpy(bytes.get(), volume.cut(rows).data(), size);
     return bytes;
-  };
+  });
   std::map<std::int64_t, std::vector<std::uint8_t>> activity;
-  streams.write_brick = [&](std::int64_t id, BrickCode code) { activity[id] = std::move(code.activity); };
-  run_encode_graph(parameters, BrickRows::all(bricks), generous_encoding(parameters, 2), streams);
+  BricksInto sink([&](const BrickBytes& brick, const Statistics&) { activity[brick.id] = brick.activity; });
+  Watch unwatched;
+  encode(job_of(parameters, 2), BrickRows::all(bricks), slices, sink, unwatched);
 
   LatticeBits active = all_marks(volume, parameters);
   close_under_parents(active, parameters.cube_size);

@@ -6,7 +6,7 @@
 
 #include "io/tag/file.h"
 #include "pipeline/encode/graph.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/volumes.h"
 
@@ -36,20 +36,19 @@ using Bricks = std::vector<Brick>;
 Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget) {
   static const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
   Bricks bricks;
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box& box) {
+  SlicesFrom slices([&](const Box& box) {
     EXPECT_EQ(box.size().x, dims.x);
     EXPECT_EQ(box.size().z, 1);
     const std::size_t size = static_cast<std::size_t>(box.count()) * 2;
     auto bytes = std::make_shared<std::byte[]>(size);
     std::memcpy(bytes.get(), &samples[static_cast<std::size_t>(Box::of_size(dims).offset(box.low))], size);
     return bytes;
-  };
-  streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    const double mesh_error = code.statistics.mesh_error;
-    bricks.push_back({{id, std::move(code.activity), std::move(code.values)}, mesh_error});
-  };
-  run_encode_graph(parameters, rows, budget, streams);
+  });
+  BricksInto sink([&](const BrickBytes& brick, const Statistics& statistics) {
+    bricks.push_back({brick, statistics.mesh_error});
+  });
+  Watch unwatched;
+  encode(job_of(parameters, budget), rows, slices, sink, unwatched);
   return bricks;
 }
 

@@ -160,11 +160,9 @@ TEST_F(DerivedGridOfFile, VerifyingComparesTheNumbersOfPointsIfThereIsMemory) {
   const CodingParameters& p = file.parameters();
   TagIndex index = file.index();
   ++index.total.active[3];
-  Verifier verifier(file.name(), file.header(), index, {plan_decoding(p, Resources(2), DecodeUse::verify)},
-                    [&](const BrickRows& rows) { return file.bricks_from(rows.first_brick(p.bricks())); });
-  for (std::int64_t brick = 0; brick < file.count(); ++brick)
-    verifier.add_page(std::array{file.entry(brick)});
-  const Findings found = verifier.verify(BrickRows::all(p.bricks()), {[](std::uint64_t) {}});
+  Verifier verifier(file, index, {plan_decoding(p, Resources(2), DecodeUse::verify)});
+  Watch unwatched;
+  const Findings found = verifier.verify(BrickRows::all(p.bricks()), unwatched);
   EXPECT_TRUE(found.has_points);
   EXPECT_THROW(verifier.finish(found.counted, found.has_points, file.sizes()), BrokenInput);
 

@@ -4,7 +4,7 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/encode/graph.h"
-#include "tests/support/generous_budgets.h"
+#include "tests/support/graph_ends.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -111,27 +111,55 @@ TEST_F(Run, AGridAloneHasMorePointsThanTheCornersOfItsRootCubes) {
 TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
   CodingParameters parameters{.dims = {20, 20, 100}, .cube_size = 8, .max_level = 9, .field_scale = 1};
   int read = 0;
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box&) -> SliceSamples {
+  SlicesFrom slices([&](const Box&) -> SliceSamples {
     if (++read == 60) throw WorldError("the disk is gone");
     return std::make_shared<std::byte[]>(400);
-  };
-  streams.write_brick = [](std::int64_t, BrickCode) {};
-  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                                generous_encoding(parameters, 2), streams),
-               WorldError);
+  });
+  BricksInto sink([](const BrickBytes&, const Statistics&) {});
+  Watch unwatched;
+  EXPECT_THROW(
+      tagrid::encode(job_of(parameters, 2), BrickRows::all(parameters.bricks()), slices, sink, unwatched),
+      WorldError);
 }
 
 TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
   CodingParameters parameters{.dims = {20, 20, 100}, .cube_size = 8, .max_level = 9, .field_scale = 1};
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box&) -> SliceSamples { return std::make_shared<std::byte[]>(400); };
-  streams.write_brick = [](std::int64_t id, BrickCode) {
-    if (id == 3) throw WorldError("the disk is full");
-  };
-  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                                generous_encoding(parameters, 2), streams),
-               WorldError);
+  SlicesFrom slices([&](const Box&) -> SliceSamples { return std::make_shared<std::byte[]>(400); });
+  BricksInto sink([](const BrickBytes& brick, const Statistics&) {
+    if (brick.id == 3) throw WorldError("the disk is full");
+  });
+  Watch unwatched;
+  EXPECT_THROW(
+      tagrid::encode(job_of(parameters, 2), BrickRows::all(parameters.bricks()), slices, sink, unwatched),
+      WorldError);
+}
+
+// A source that waits for samples is stopped, and what it throws is not what the caller sees.
+TEST_F(Run, AFailingWriterStopsASourceThatWaits) {
+  struct Waiting : SliceSource {
+    SliceSamples read(const Box&) override {
+      if (++slices == 60) {
+        stopped.wait(false);
+        throw WorldError("its samples are no longer needed");
+      }
+      return std::make_shared<std::byte[]>(400);
+    }
+    void stop() override {
+      stopped = true;
+      stopped.notify_all();
+    }
+    int slices = 0;
+    std::atomic<bool> stopped = false;
+  } slices;
+  const CodingParameters parameters{.dims = {20, 20, 100}, .cube_size = 8, .max_level = 9, .field_scale = 1};
+  BricksInto sink([](const BrickBytes& brick, const Statistics&) {
+    if (brick.id == 0) throw WorldError("the disk is full");
+  });
+  Watch unwatched;
+  const std::string message = message_of<WorldError>([&] {
+    tagrid::encode(job_of(parameters, 2), BrickRows::all(parameters.bricks()), slices, sink, unwatched);
+  });
+  EXPECT_EQ(message, "the disk is full");
 }
 
 TEST_F(Run, MetadataComesBackAsItWentIn) {

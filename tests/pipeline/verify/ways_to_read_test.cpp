@@ -84,15 +84,14 @@ TEST_F(WaysToRead, BricksFromAnyNumberOnAreThoseOfTheWholeFile) {
   encode(false);
   std::vector<BrickBytes> all;
   TagReader reader(tag_);
-  const BrickStream in_order = reader.bricks();
-  for (BrickBytes brick; in_order.next(brick);) all.push_back(brick);
+  for (BrickBytes brick; reader.read_brick(brick);) all.push_back(brick);
   const TagBricks file(std::make_shared<FileSource>(tag_));
   ASSERT_EQ(static_cast<std::int64_t>(all.size()), file.count());
   for (std::int64_t first = 0; first <= file.count(); ++first) {
-    const BrickStream bricks = file.bricks_from(first);
-    EXPECT_EQ(bricks.name, in_order.name);
+    BricksInOrder bricks(file, first);
+    EXPECT_EQ(bricks.name(), reader.name());
     auto expected = static_cast<std::size_t>(first);
-    for (BrickBytes brick; bricks.next(brick); ++expected) {
+    for (BrickBytes brick; bricks.read_brick(brick); ++expected) {
       ASSERT_LT(expected, all.size());
       EXPECT_EQ(brick.id, all[expected].id);
       EXPECT_EQ(brick.activity, all[expected].activity);

@@ -1,5 +1,5 @@
 // Slices that are read ahead: the same slices, no more at once than may wait, and the same failures.
-#include "pipeline/encode/slices_ahead.h"
+#include "pipeline/slices/slices_ahead.h"
 
 #include <gtest/gtest.h>
 
@@ -145,14 +145,12 @@ TEST(SlicesAhead, ASourceThatHangsIsStopped) {
   for (const int count : {0, 3}) {
     CountedSlices source(50);
     SlicesAhead ahead(source, count);
-    std::atomic<bool> stop = false;
-    ahead.stop_when(stop);
     ahead.read(box_of_slice(0));
     source.reaches(count + 1);
     source.hangs = true;
     std::jthread later([&] {
       std::this_thread::sleep_for(20ms);
-      stop = true;
+      ahead.stop();
     });
     EXPECT_THROW(for (int z = 1; z < 50; ++z) ahead.read(box_of_slice(z)), WorldError);
   }
@@ -160,9 +158,7 @@ TEST(SlicesAhead, ASourceThatHangsIsStopped) {
 
 TEST(SlicesAhead, OnesThatNobodyWantsDoNotKeepTheRunAlive) {
   CountedSlices source(50);
-  std::atomic<bool> stop = false;
   SlicesAhead ahead(source, 3);
-  ahead.stop_when(stop);
   ahead.read(box_of_slice(0));
   source.hangs = true;
 }
