@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/programs/answers.h"
 #include "stages/sample/coding_parameters.h"
 

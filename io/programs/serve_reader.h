@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/programs/reader_conversation.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/sandbox.h"

@@ -7,7 +7,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/programs/serve.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/programs/answers.h"
 #include "io/text/text.h"
 

@@ -7,8 +7,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/tag/bricks.h"
 #include "io/tag/members.h"
 

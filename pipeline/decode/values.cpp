@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 
 namespace tagrid {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/tag/header.h"
 #include "io/volume/one_of_volumes.h"
 #include "stages/grid/lattice.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/job/options.h"
 #include "pipeline/library/calls.h"

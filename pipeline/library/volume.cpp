@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "stages/grid/lattice.h"
 #include "stages/sample/statistics.h"
 

@@ -6,10 +6,10 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

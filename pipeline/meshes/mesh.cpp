@@ -1,7 +1,7 @@
 #include "pipeline/meshes/mesh.h"
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/meshes/formats.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"

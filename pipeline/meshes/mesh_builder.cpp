@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"

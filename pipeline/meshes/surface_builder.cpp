@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/decode/values.h"
 #include "stages/grid/lattice.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 
 namespace tagrid {
 namespace {

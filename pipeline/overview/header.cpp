@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 #include "io/tag/members.h"
 
 namespace tagrid {

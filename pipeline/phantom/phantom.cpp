@@ -8,7 +8,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"

@@ -9,8 +9,8 @@
 #include <mutex>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"

@@ -11,7 +11,7 @@
 #include "io/files/output_lock.h"
 #include "io/files/spool_file.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
 #include "io/parts/part_folder.h"

@@ -9,11 +9,11 @@
 #include <optional>
 #include <utility>
 
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/given_spacing.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
+#include "io/volume/given_spacing.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

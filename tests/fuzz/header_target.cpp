@@ -1,5 +1,5 @@
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/nrrd/header.h"
 #include "io/tag/header.h"
 #include "tests/fuzz/targets.h"

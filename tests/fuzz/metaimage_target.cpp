@@ -4,7 +4,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

@@ -1,7 +1,7 @@
 // A NIfTI file of one part, plain or in gzip.
 #include "io/errors/errors.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

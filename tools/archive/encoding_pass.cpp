@@ -9,7 +9,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/table/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"

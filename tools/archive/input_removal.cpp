@@ -14,7 +14,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/output_lock.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
 #include "io/tag/bricks.h"

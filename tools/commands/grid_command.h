@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/meshes/grid_input.h"
 #include "pipeline/progress/progress.h"
 #include "tools/options/output_options.h"

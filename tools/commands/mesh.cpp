@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/meshes/formats.h"
 #include "io/text/text.h"
 #include "tools/commands/commands.h"

@@ -7,10 +7,10 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/png/png_writer.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/preview/sheet.h"

@@ -8,7 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "tools/archive/removed_originals.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/meshes/formats.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"

@@ -7,10 +7,10 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
 #include "tools/report/human_bytes.h"

@@ -10,12 +10,12 @@
 #include <span>
 
 #include "io/envelope/envelope.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/region.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/entries.h"
+#include "io/metadata/region.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/region.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/region.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/threads/node_times.h"
 #include "tools/report/human_bytes.h"

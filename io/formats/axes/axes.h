@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 

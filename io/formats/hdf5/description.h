@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 
 namespace tagrid {
 

@@ -10,8 +10,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"

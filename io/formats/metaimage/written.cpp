@@ -5,10 +5,10 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

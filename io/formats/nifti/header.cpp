@@ -10,8 +10,8 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/nifti/fields.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/loss.h"
 #include "io/text/foreign_number.h"
 
 namespace tagrid {

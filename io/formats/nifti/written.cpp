@@ -11,12 +11,12 @@
 #include "io/formats/nifti/fields.h"
 #include "io/formats/nifti/forms.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "io/volume/one_of_volumes.h"
 
 namespace tagrid {

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/entries.h"
+#include "io/metadata/region.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/volume_info.h"

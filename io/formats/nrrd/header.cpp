@@ -11,7 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"
 

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/formats/nrrd/text_header.h"
 #include "io/samples/file_samples.h"
 

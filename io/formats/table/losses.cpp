@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/given_spacing.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/fields.h"
+#include "io/volume/given_spacing.h"
+#include "io/metadata/rescale.h"
 #include "io/formats/table/formats.h"
 #include "io/text/text.h"
 

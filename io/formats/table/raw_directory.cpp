@@ -8,7 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/numbered_names.h"
 

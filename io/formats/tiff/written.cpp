@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "io/bytes/little_endian.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/rescale.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/entries.h"
+#include "io/metadata/rescale.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/vdb/openvdb_library.h"
 #include "stages/grid/box.h"
 

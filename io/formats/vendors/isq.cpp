@@ -7,8 +7,8 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"

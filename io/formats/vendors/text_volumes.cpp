@@ -10,14 +10,14 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/vendors/descriptions.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/samples/data_files.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

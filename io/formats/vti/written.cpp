@@ -6,7 +6,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "io/volume/vtk.h"
 
 namespace tagrid {

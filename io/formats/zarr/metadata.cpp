@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

@@ -20,7 +20,7 @@
 #include "io/files/spool_file.h"
 #include "io/formats/zarr/container.h"
 #include "io/formats/zarr/metadata.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

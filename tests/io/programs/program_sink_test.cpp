@@ -8,7 +8,7 @@
 #include <array>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -12,7 +12,7 @@
 
 #include <array>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/programs/volumes.h"
 #include "tests/support/temporary_folder.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 #include "io/volume/volume_source.h"
 #include "tests/support/volume_in_memory.h"
 

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
 #include "tests/readers/vdb/openvdb_oracle.h"

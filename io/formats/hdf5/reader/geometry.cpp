@@ -21,7 +21,7 @@
 #include "io/formats/hdf5/reader/meaning.h"
 #include "io/formats/hdf5/reader/nexus.h"
 #include "io/formats/hdf5/reader/unread.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
 

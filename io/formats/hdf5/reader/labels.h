@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/formats/hdf5/reader/conventions.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 
 namespace tagrid {
 

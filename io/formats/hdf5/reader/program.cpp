@@ -17,7 +17,7 @@
 #include "io/formats/hdf5/reader/geometry.h"
 #include "io/formats/hdf5/reader/links.h"
 #include "io/formats/hdf5/reader/storage.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
 #include "io/text/text.h"

@@ -8,13 +8,13 @@
 
 #include "io/formats/axes/axes.h"
 #include "io/formats/axes/geometry_words.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/formats/zarr/reader/json.h"
 #include "io/programs/words.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

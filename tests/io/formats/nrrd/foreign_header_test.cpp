@@ -3,9 +3,9 @@
 
 #include <map>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 
 namespace tagrid {
 namespace {

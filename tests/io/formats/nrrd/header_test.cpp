@@ -1,5 +1,5 @@
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

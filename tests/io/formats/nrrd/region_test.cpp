@@ -1,12 +1,12 @@
 // The header lines of a region: its samples have the same positions as in the whole volume.
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/formats/table/formats.h"
 
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 

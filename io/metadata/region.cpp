@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
 
 namespace tagrid {

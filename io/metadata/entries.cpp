@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/entries.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 #include <fmt/format.h>
 

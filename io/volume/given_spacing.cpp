@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/given_spacing.h"
+#include "io/volume/given_spacing.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/entries.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

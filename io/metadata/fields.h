@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/entries.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {

@@ -1,9 +1,9 @@
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 
 #include <algorithm>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/entries.h"
 
 namespace tagrid {
 namespace {
