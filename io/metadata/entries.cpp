@@ -1,9 +1,11 @@
 #include "io/metadata/entries.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <map>
-#include <span>
+#include <limits>
+#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
@@ -16,16 +18,16 @@ struct FieldName {
   std::string_view field, other = field;
 };
 
-constexpr std::array storage_fields = {FieldName{"type"},
+constexpr std::size_t storage_fields = 8;  // the first ones of the list
+constexpr std::array known_fields = {FieldName{"type"},
                                        FieldName{"dimension"},
                                        FieldName{"sizes"},
                                        FieldName{"encoding"},
                                        FieldName{"endian"},
                                        FieldName{"data file", "datafile"},
                                        FieldName{"line skip", "lineskip"},
-                                       FieldName{"byte skip", "byteskip"}};
-
-constexpr std::array other_fields = {FieldName{"content"},
+                                       FieldName{"byte skip", "byteskip"},
+                               FieldName{"content"},
                                      FieldName{"number"},
                                      FieldName{"block size", "blocksize"},
                                      FieldName{"min"},
@@ -48,86 +50,94 @@ constexpr std::array other_fields = {FieldName{"content"},
                                      FieldName{"space directions"},
                                      FieldName{"measurement frame"}};
 
-std::string_view field_named(std::string_view name) {
+/// The number of a field in the list; nothing if there is none of this name.
+std::optional<std::size_t> field_named(std::string_view name) {
   const std::string lower = lower_case(name);
-  for (const std::span<const FieldName> fields :
-       {std::span<const FieldName>(storage_fields), std::span<const FieldName>(other_fields)})
-    for (const FieldName& f : fields)
-      if (f.field == lower || f.other == lower) return f.field;
-  return {};
+  const auto found = std::ranges::find_if(
+      known_fields, [&](const FieldName& f) { return f.field == lower || f.other == lower; });
+  if (found == known_fields.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - known_fields.begin());
 }
 
-}  // namespace
+struct Parts {
+  MetadataEntry::Kind kind = MetadataEntry::Kind::comment;
+  std::size_t name_length = 0, field = 0;
+};
 
-NrrdLine parse_nrrd_line(std::string_view line) {
-  if (!line.empty() && line.front() == '#') return {.text = line};
+Parts parts_of(std::string_view line) {
+  using enum MetadataEntry::Kind;
+  if (!line.empty() && line.front() == '#') return {};
   if (line.find('\0') != line.npos) throw BrokenInput("NRRD header: a line contains a zero byte");
   const std::size_t colon = line.find(':');
-  if (colon != line.npos && line.substr(colon, 2) != ":=") {
-    const std::string_view field = field_named(line.substr(0, colon));
-    if (!field.empty()) return {NrrdLine::Kind::field, field, trimmed(line.substr(colon + 1)), "", line};
-  }
+  if (colon != line.npos && line.substr(colon, 2) != ":=")
+    if (const auto number = field_named(line.substr(0, colon))) return {field, colon, *number};
   // A key may contain a colon, but not ":=".
-  if (const std::size_t sign = line.find(":="); sign != line.npos)
-    return {NrrdLine::Kind::key_value, "", line.substr(sign + 2), line.substr(0, sign), line};
+  if (const std::size_t sign = line.find(":="); sign != line.npos) return {pair, sign, 0};
   throw BrokenInput("NRRD header: the line " + quoted(line) +
                     " is neither a field, a key:=value nor a comment");
 }
 
+MetadataEntry entry_of(std::string_view line, const Parts& parts) {
+  using enum MetadataEntry::Kind;
+  if (parts.kind == field)
+    return {field, known_fields[parts.field].field, trimmed(line.substr(parts.name_length + 1)), "", line};
+  if (parts.kind == pair)
+    return {pair, "", line.substr(parts.name_length + 2), line.substr(0, parts.name_length), line};
+  return {.line = line};
+}
+
+}  // namespace
+
+MetadataEntry entry_of_line(std::string_view line) { return entry_of(line, parts_of(line)); }
+
 bool is_storage_field(std::string_view field) {
-  return std::ranges::find(storage_fields, field, &FieldName::field) != storage_fields.end();
+  return std::ranges::find(known_fields.begin(), known_fields.begin() + storage_fields, field, &FieldName::field) !=
+         known_fields.begin() + storage_fields;
 }
 
-NrrdLines::Iterator& NrrdLines::Iterator::operator++() {
-  is_at_end_ = rest_.empty();
-  if (!is_at_end_) line_ = parse_nrrd_line(take_line(rest_));
-  return *this;
+void MetadataEntries::add_field(std::string_view field, std::string_view value) {
+  add_line(fmt::format("{}:{}{}", field, value.empty() ? "" : " ", value));
 }
 
-std::string text_of_key(std::string_view nrrd_fields, std::string_view key) {
-  for (auto& [name, text] : key_values_of(nrrd_fields))
-    if (name == key) return std::move(text);
-  return "";
-}
-
-KeyValues key_values_of(std::string_view nrrd_fields) {
-  KeyValues pairs;
-  std::map<std::string_view, std::size_t> places;
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    if (line.kind != NrrdLine::Kind::key_value) continue;
-    std::string value;
-    for (std::string_view rest = line.value; !rest.empty(); rest.remove_prefix(1)) {
-      const bool is_escape = rest[0] == '\\' && rest.size() > 1 && (rest[1] == 'n' || rest[1] == '\\');
-      if (is_escape) rest.remove_prefix(1);
-      value += is_escape && rest[0] == 'n' ? '\n' : rest[0];
-    }
-    if (const auto [place, is_new] = places.try_emplace(line.key, pairs.size()); is_new)
-      pairs.emplace_back(line.key, std::move(value));
-    else
-      pairs[place->second].second = std::move(value);
+void MetadataEntries::add_pair(std::string_view key, std::string_view text) {
+  std::string line;
+  for (const char c : key) {
+    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                          std::string_view(" .,-+/()_").find(c) != std::string_view::npos;
+    line += is_plain ? c : '_';
   }
-  return pairs;
+  if (line.empty()) line.push_back('_');
+  line += ":=";
+  for (const char c : text)
+    if (c == '\n')
+      line += "\\n";
+    else if (c == '\\')
+      line += "\\\\";
+    else if (c != '\r' && c != '\0')
+      line += c;
+  add_line(line);
 }
 
-KeyValues pairs_without_places(std::string_view nrrd_fields) {
-  KeyValues pairs = key_values_of(nrrd_fields);
-  std::erase_if(pairs, [](const auto& pair) { return pair.first == "slice_positions"; });
-  return pairs;
+void MetadataEntries::add_written_pair(std::string_view key, std::string_view value) {
+  add_line(fmt::format("{}:={}", key, value));
 }
 
-std::string stripped(std::string_view nrrd_fields) {
-  std::string kept;
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    bool is_needed = line.kind == NrrdLine::Kind::field && line.field != "content" && line.field != "number";
-    if (line.kind == NrrdLine::Kind::key_value)
-      for (const std::string_view key :
-           {"rescale_slope", "rescale_intercept", "rescale_units", "slice_positions", "slice_slopes",
-            "slice_intercepts", "dicom_added_intercept", "applied_", "slice_applied_", "vdb_", "lossy source",
-            "scale doubt", "not understood", "given spacing", "overridden spacing"})
-        is_needed = is_needed || line.text.starts_with(key);
-    if (is_needed) kept.append(line.text).append("\n");
-  }
-  return kept;
+void MetadataEntries::add_line(std::string_view line) {
+  if (line.find('\n') != line.npos || line.ends_with('\r'))
+    throw BrokenInput("NRRD header: lines here must end with a single line feed");
+  const Parts parts = parts_of(line);
+  if (line.size() >= std::numeric_limits<std::uint32_t>::max() - text_.size())
+    throw BrokenInput("NRRD header: there are more than 4 GiB of lines");
+  places_.push_back({static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(parts.name_length),
+                     parts.kind, static_cast<std::uint8_t>(parts.field)});
+  text_.append(line).append("\n");
+}
+
+MetadataEntry MetadataEntries::entry(std::size_t number) const {
+  const Place& place = places_[number];
+  const std::size_t end = number + 1 < places_.size() ? places_[number + 1].begin : text_.size();
+  const auto line = std::string_view(text_).substr(place.begin, end - place.begin - 1);
+  return entry_of(line, {place.kind, place.name_length, place.field});
 }
 
 }  // namespace tagrid

@@ -1,33 +1,31 @@
-// The position of samples in the world, as NRRD header lines give it.
+// The fields of a description that say where samples lie.
 #pragma once
 
 #include <array>
-#include <string>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "io/metadata/entries.h"
-#include "io/volume/volume_info.h"
+#include "io/metadata/geometry.h"
 
 namespace tagrid {
 
-/// The geometry that NRRD header lines (see VolumeInfo::nrrd_fields) give. Throws BrokenInput if a line is
-/// not one of an NRRD header, does not belong there, or has content that is not supported.
-Geometry geometry_of(std::string_view nrrd_fields);
+/// The geometry that fields give. Throws BrokenInput if a field says how samples are stored, is given twice, or
+/// has content that is not supported.
+Geometry geometry_of_fields(const MetadataEntries& entries);
 
-/// The description of a volume with these header lines, and the geometry that they give. Throws as
-/// geometry_of() does.
-VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields);
+/// Adds fields for a geometry. Reading them gives the same numbers. Throws BrokenInput if the name of the space
+/// does not fit into a line.
+void add_fields(const Geometry& geometry, MetadataEntries& entries);
 
-/// Adds what samples mean, if they are not the values themselves: rescale_slope, rescale_intercept,
-/// rescale_units.
-void add_rescale(const Rescale& rescale, KeyValues& pairs);
+/// Adds the field with spacings alone.
+void add_spacings(const std::array<double, 3>& spacing, MetadataEntries& entries);
 
-/// NRRD header lines for a geometry and key-value pairs. Reading them back gives the same numbers. In keys,
-/// characters that NRRD could take for something else become '_'; in texts, line feeds and backslashes are
-/// escaped as NRRD has it.
-std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs);
+/// The numbers of "(a,b,c)"; nothing if it is not like that.
+std::optional<std::vector<double>> vector_of(std::string_view value);
 
-/// The NRRD header line for spacings, with its '\n'. Reading it back gives the same numbers.
-std::string spacings_line(const std::array<double, 3>& spacing);
+/// True if an axis of this kind may be one of space: "none" and "???" say nothing.
+bool is_spatial_kind(std::string_view kind);
 
 }  // namespace tagrid

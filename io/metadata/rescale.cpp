@@ -6,47 +6,21 @@
 #include <array>
 #include <cmath>
 
-#include "io/metadata/fields.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 
-Rescale rescale_of(std::string_view nrrd_fields) {
-  Rescale rescale;
-  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
-    if (key == "slice_slopes") return {};
-    if (key == "rescale_slope") rescale.slope = number_of(value).value_or(0);
-    if (key == "rescale_intercept") rescale.intercept = number_of(value).value_or(NAN);
-    if (key == "rescale_units") rescale.units = value;
-  }
-  const bool valid = std::isfinite(rescale.slope) && rescale.slope != 0 && std::isfinite(rescale.intercept);
-  return valid ? rescale : Rescale{};
+void add_rescale(const Rescale& rescale, KeyValues& pairs) {
+  if (rescale.slope == 1 && rescale.intercept == 0) return;
+  pairs.emplace_back("rescale_slope", fmt::format("{}", rescale.slope));
+  pairs.emplace_back("rescale_intercept", fmt::format("{}", rescale.intercept));
+  if (!rescale.units.empty()) pairs.emplace_back("rescale_units", rescale.units);
 }
 
-bool has_slopes_of_slices(std::string_view nrrd_fields) {
-  return std::ranges::any_of(key_values_of(nrrd_fields),
-                             [](const auto& pair) { return pair.first == "slice_slopes"; });
-}
-
-double largest_slope(std::string_view nrrd_fields) {
-  double largest = 0;
-  for (const auto& [key, value] : key_values_of(nrrd_fields))
-    if (key == "slice_slopes")
-      for (const std::string_view word : words_of(value))
-        if (const auto slope = number_of(word); slope && std::isfinite(*slope))
-          largest = std::max(largest, std::abs(*slope));
-  return largest > 0 ? largest : std::abs(rescale_of(nrrd_fields).slope);
-}
-
-Rescale rescale_of_bounds(std::string_view nrrd_fields) {
-  return has_slopes_of_slices(nrrd_fields) ? Rescale{.slope = largest_slope(nrrd_fields), .intercept = 0}
-                                           : rescale_of(nrrd_fields);
-}
-
-std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices) {
+std::string doubt_of_rescale(const Metadata& metadata, std::int64_t slices) {
   constexpr std::string_view consequence = "what values samples mean is unknown";
-  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
+  for (const auto& [key, value] : metadata.pairs()) {
     ForeignNumbers numbers;
     if (key == "rescale_slope" || key == "rescale_intercept")
       numbers = foreign_numbers(value, 1);
@@ -60,9 +34,9 @@ std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices) 
   return "";
 }
 
-std::optional<RescaleOfSlices> rescale_of_slices(std::string_view nrrd_fields, std::int64_t slices) {
+std::optional<RescaleOfSlices> rescale_of_slices(const Metadata& metadata, std::int64_t slices) {
   RescaleOfSlices found;
-  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
+  for (const auto& [key, value] : metadata.pairs()) {
     if (key != "slice_slopes" && key != "slice_intercepts") continue;
     auto& numbers = key == "slice_slopes" ? found.slopes : found.intercepts;
     for (const std::string_view word : words_of(value)) {
@@ -80,48 +54,46 @@ std::optional<RescaleOfSlices> rescale_of_slices(std::string_view nrrd_fields, s
 namespace {
 
 /// What is known of the samples alone: false for values.
-bool is_of_samples(const NrrdLine& line) {
+bool is_of_samples(const MetadataEntry& entry) {
   constexpr std::array<std::string_view, 4> fields = {"min", "max", "old min", "old max"};
   constexpr std::array<std::string_view, 6> keys = {
       "rescale_slope:=",     "rescale_intercept:=",    applied_slope_key,
       applied_intercept_key, "metaimage_ElementMin:=", "metaimage_ElementMax:="};
-  if (line.kind == NrrdLine::Kind::field) return std::ranges::find(fields, line.field) != fields.end();
-  return line.kind == NrrdLine::Kind::key_value &&
-         std::ranges::any_of(keys, [&](std::string_view key) { return line.text.starts_with(key); });
+  if (entry.kind == MetadataEntry::Kind::field) return std::ranges::find(fields, entry.field) != fields.end();
+  return entry.kind == MetadataEntry::Kind::pair &&
+         std::ranges::any_of(keys, [&](std::string_view key) { return entry.line.starts_with(key); });
 }
 
-/// The lines that tell how samples became values, those of an earlier time included.
-std::string lines_of_applied(std::string_view nrrd_fields, const Rescale& rescale) {
-  const auto before = [&](std::string_view key, double otherwise) {
-    return number_of(text_of_key(nrrd_fields, key)).value_or(otherwise);
+/// Records how samples became values, those of an earlier time included.
+void add_applied(const Metadata& before, MetadataEntries& entries) {
+  const Rescale& rescale = before.rescale();
+  const auto earlier = [&](std::string_view key, double otherwise) {
+    return number_of(before.text_of(key)).value_or(otherwise);
   };
-  const double slope = rescale.slope * before(applied_slope_key, 1),
-               intercept = rescale.slope * before(applied_intercept_key, 0) + rescale.intercept;
-  std::string lines;
-  if (slope != 1) lines += fmt::format("{}:={}\n", applied_slope_key, slope);
-  if (slope != 1 || intercept != 0) lines += fmt::format("{}:={}\n", applied_intercept_key, intercept);
-  return lines;
+  const double slope = rescale.slope * earlier(applied_slope_key, 1),
+               intercept = rescale.slope * earlier(applied_intercept_key, 0) + rescale.intercept;
+  if (slope != 1) entries.add_pair(applied_slope_key, fmt::format("{}", slope));
+  if (slope != 1 || intercept != 0) entries.add_pair(applied_intercept_key, fmt::format("{}", intercept));
 }
 
 }  // namespace
 
-std::string fields_of_values(std::string_view nrrd_fields) {
-  const Rescale rescale = rescale_of(nrrd_fields);
-  std::string lines;
-  constexpr std::string_view background = "vdb_background:=";
-  for (const NrrdLine& parsed : nrrd_lines(nrrd_fields)) {
-    if (is_of_samples(parsed)) continue;
-    const std::string_view line = parsed.text;
-    if (line.starts_with("slice_slopes:=") || line.starts_with("slice_intercepts:="))
-      lines.append("slice_applied_").append(line.substr(6));
-    else if (const auto number = number_of(line.substr(std::min(background.size(), line.size())));
-             number && line.starts_with(background))
-      lines += fmt::format("{}{}", background, rescale.slope * *number + rescale.intercept);
+Metadata metadata_of_values(const Metadata& metadata) {
+  const Rescale& rescale = metadata.rescale();
+  MetadataEntries entries;
+  constexpr std::string_view background = "vdb_background";
+  for (const MetadataEntry& entry : metadata.entries()) {
+    if (is_of_samples(entry)) continue;
+    const bool is_pair = entry.kind == MetadataEntry::Kind::pair;
+    if (is_pair && (entry.key == "slice_slopes" || entry.key == "slice_intercepts"))
+      entries.add_written_pair(fmt::format("slice_applied_{}", entry.key.substr(6)), entry.value);
+    else if (const auto number = is_pair && entry.key == background ? number_of(entry.value) : std::nullopt)
+      entries.add_written_pair(background, fmt::format("{}", rescale.slope * *number + rescale.intercept));
     else
-      lines.append(line);
-    lines += '\n';
+      entries.add(entry);
   }
-  return lines + lines_of_applied(nrrd_fields, rescale);
+  add_applied(metadata, entries);
+  return Metadata(std::move(entries));
 }
 
 double error_in_samples(double error, const Rescale& rescale) {
@@ -148,28 +120,28 @@ std::string without_names(std::string sentence, const std::vector<std::string>& 
 
 }  // namespace
 
-std::string lines_of_doubts(const SourceFacts& facts, const std::vector<std::string>& names) {
-  const std::string& fields = facts.info.nrrd_fields;
+void add_doubts(const std::string& scale_doubt, const std::vector<std::string>& not_understood,
+                const std::vector<std::string>& names, Metadata& metadata) {
   KeyValues pairs;
-  if (!facts.scale_doubt.empty() && text_of_key(fields, scale_doubt_key).empty())
-    pairs.emplace_back(scale_doubt_key, without_names(facts.scale_doubt, names));
+  if (!scale_doubt.empty() && metadata.text_of(scale_doubt_key).empty())
+    pairs.emplace_back(scale_doubt_key, without_names(scale_doubt, names));
   std::string all;
-  for (const std::string& sentence : facts.not_understood)
+  for (const std::string& sentence : not_understood)
     all += (all.empty() ? "" : "; ") + without_names(sentence, names);
-  if (!all.empty() && text_of_key(fields, not_understood_key).empty())
+  if (!all.empty() && metadata.text_of(not_understood_key).empty())
     pairs.emplace_back(not_understood_key, all);
-  return nrrd_fields_of({}, pairs);
+  metadata.add_pairs(pairs);
 }
 
-std::string scale_doubt_in(std::string_view nrrd_fields) {
-  std::string doubt = text_of_key(nrrd_fields, scale_doubt_key);
-  if (!doubt.empty() || has_slopes_of_slices(nrrd_fields)) return doubt;
-  return doubt_of_rescale(nrrd_fields, 1);
+std::string scale_doubt_in(const Metadata& metadata) {
+  std::string doubt = metadata.text_of(scale_doubt_key);
+  if (!doubt.empty() || metadata.has_slopes_of_slices()) return doubt;
+  return doubt_of_rescale(metadata, 1);
 }
 
-std::vector<std::string> doubts_in(std::string_view nrrd_fields) {
+std::vector<std::string> doubts_in(const Metadata& metadata) {
   std::vector<std::string> doubts;
-  for (std::string sentence : {scale_doubt_in(nrrd_fields), text_of_key(nrrd_fields, not_understood_key)})
+  for (std::string sentence : {scale_doubt_in(metadata), metadata.text_of(not_understood_key)})
     if (!sentence.empty()) doubts.push_back(std::move(sentence));
   return doubts;
 }
