@@ -81,7 +81,8 @@ void Metadata::erase(std::string_view key) {
 
 void Metadata::find_rescale() {
   rescale_ = {};
-  const auto slope = value("rescale_slope"), intercept = value("rescale_intercept"), slopes = value("slice_slopes");
+  const auto slope = value("rescale_slope"), intercept = value("rescale_intercept"),
+             slopes = value("slice_slopes");
   has_slopes_of_slices_ = slopes.has_value();
   if (!slopes) {
     Rescale given;
@@ -124,12 +125,16 @@ Metadata stripped(const Metadata& metadata) {
   return Metadata(std::move(kept));
 }
 
-Metadata parse_metadata(std::string_view text) {
+void add_text(std::string_view text, MetadataEntries& entries) {
   // Otherwise a header that contains these lines would not give them back.
   if (!text.empty() && (!text.ends_with('\n') || text.find("\r\n") != text.npos))
     throw BrokenInput("NRRD header: lines here must end with a single line feed");
-  MetadataEntries entries;
   while (!text.empty()) entries.add_line(take_line(text));
+}
+
+Metadata parse_metadata(std::string_view text) {
+  MetadataEntries entries;
+  add_text(text, entries);
   return Metadata(std::move(entries));
 }
 

@@ -93,7 +93,9 @@ Metadata metadata_of_values(const Metadata& metadata) {
       entries.add(entry);
   }
   add_applied(metadata, entries);
-  return Metadata(std::move(entries));
+  Metadata of_values(std::move(entries));
+  of_values.set_origin(metadata.geometry().origin);
+  return of_values;
 }
 
 double error_in_samples(double error, const Rescale& rescale) {

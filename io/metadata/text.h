@@ -13,6 +13,9 @@ namespace tagrid {
 /// supported. Safe for any text.
 Metadata parse_metadata(std::string_view text);
 
+/// Adds the entries of a text. Throws BrokenInput if a line is not one of an NRRD header.
+void add_text(std::string_view text, MetadataEntries& entries);
+
 /// The same bytes that were parsed. They end with the metadata.
 const std::string& text_of(const Metadata& metadata);
 

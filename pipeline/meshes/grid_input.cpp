@@ -7,8 +7,6 @@
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
 #include "io/metadata/foreign_geometry.h"
-#include "io/metadata/fields.h"
-#include "io/metadata/rescale.h"
 #include "io/metadata/lengths.h"
 
 namespace tagrid {
@@ -40,8 +38,8 @@ GridInput::GridInput(const std::string& path, std::int64_t volume, bool is_part,
 }
 
 MeshNotes GridInput::notes() const {
-  const Geometry geometry = in_one_unit(geometry_of(header().nrrd_fields));
-  return {short_name_of_space(geometry.space), rescale_of(header().nrrd_fields), smallest_spacing(geometry)};
+  const Geometry geometry = in_one_unit(header().metadata.geometry());
+  return {short_name_of_space(geometry.space), header().metadata.rescale(), smallest_spacing(geometry)};
 }
 
 Box GridInput::positions(const std::optional<Box>& box) const {

@@ -1,5 +1,4 @@
 #include "io/errors/errors.h"
-#include "io/metadata/fields.h"
 #include "io/formats/nrrd/header.h"
 #include "io/tag/header.h"
 #include "tests/fuzz/targets.h"
@@ -12,15 +11,15 @@ void fields_come_back(const TagHeader& header) {
   VolumeInfo info;
   info.dims = header.parameters.dims;
   info.type = header.parameters.type;
-  info.nrrd_fields = header.nrrd_fields;
+  info.metadata = header.metadata;
   try {
-    info.geometry = geometry_of(info.nrrd_fields);
+    info.geometry() = info.metadata.geometry();
   } catch (const BrokenInput&) {
     return;
   }
   for (const char* data_file : {"", "x.raw"}) {
     const NrrdHeader again = parse_nrrd_header(nrrd_header_text(info, data_file));
-    claim(again.info.nrrd_fields == info.nrrd_fields, "the source's fields come back in NRRD");
+    claim(again.info.metadata == info.metadata, "the source's fields come back in NRRD");
     claim(again.info.dims == info.dims && again.info.type == info.type, "dims and type come back in NRRD");
   }
 }

@@ -239,7 +239,7 @@ TEST_P(GoldenFiles, AreReadWithinTheirBound) {
   decode_volume(golden_path(), path("out.nrrd"), format_named("nrrd"), true, Resources(2));
   const CodingParameters& parameters = result.header.parameters;
   const bool is_lossless = parameters.mode == FileMode::voxels && parameters.max_error == 0;
-  EXPECT_THAT(open_volume(path("out.nrrd"))->info().nrrd_fields,
+  EXPECT_THAT(open_volume(path("out.nrrd"))->info().metadata,
               testing::MatchesRegex(is_lossless ? "content: golden\n"
                                                 : "content: golden\nlossy source:=tagrid, [^\n]*\n"));
 }

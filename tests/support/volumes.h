@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "io/metadata/fields.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
 #include "io/volume/volume_info.h"

@@ -211,7 +211,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
     throw usage_error("{}: {}; it is kept", line.input, lost);
   require_kept_files(line, *volume);
-  if (info_of_volume(volume->facts(), 0).nrrd_fields != found.header.nrrd_fields) {
+  if (info_of_volume(volume->facts(), 0).metadata != found.header.metadata) {
     const std::string version = ordered_json::parse(known.record).value("version", "");
     if (version != TAGRID_VERSION)
       throw broken_input_error(

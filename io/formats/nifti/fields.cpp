@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "io/formats/nifti/forms.h"
+#include "io/metadata/fields.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/text/foreign_number.h"
 

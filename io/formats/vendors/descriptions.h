@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
-#include "io/metadata/entries.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {

@@ -8,7 +8,6 @@
 #include <array>
 
 #include "io/errors/errors.h"
-#include "io/metadata/fields.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

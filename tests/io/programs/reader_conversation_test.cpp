@@ -60,7 +60,7 @@ TEST_F(ReaderConversationTest, AVolumeHasWhatItsReaderSays) {
       R"("places": [{"file": 1, "offset": 99, "slices": 2, "step": 30, "big_endian": true}, {"slices": 3}])");
   EXPECT_EQ(volume.info.dims, (Index3{4, 3, 5}));
   EXPECT_EQ(volume.info.type, SampleType::int16);
-  EXPECT_THAT(volume.info.nrrd_fields,
+  EXPECT_THAT(volume.info.metadata,
               testing::AllOf(HasSubstr("spacings: 0.5 1 2"), HasSubstr("mm"), HasSubstr("key:=a value")));
   EXPECT_THAT(volume.warnings, ElementsAre("take care"));
   EXPECT_THAT(volume.files, ElementsAre("a", "b"));

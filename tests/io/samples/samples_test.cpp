@@ -8,7 +8,6 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/metadata/fields.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "tests/support/temporary_folder.h"
@@ -130,7 +129,7 @@ TEST_F(SpooledTest, APipeAndAVolumeOfWholeSlicesCanBeReadInAnyOrder) {
 TEST_F(SpooledTest, WhatElseIsKnownStays) {
   const auto source = spooled(std::make_unique<VolumeInMemory>(dims, SourceTraits{}), folder_.string());
   EXPECT_EQ(source->files(), (std::vector<std::string>{"header", "numbers"}));
-  EXPECT_EQ(source->info().nrrd_fields, "content: numbers\n");
+  EXPECT_EQ(source->info().metadata, "content: numbers\n");
   EXPECT_TRUE(source->facts().holds_other_bytes && source->facts().headerless);
   rows_of(*source, {{0, 0, 0}, {299, 0, 0}});
   EXPECT_EQ(source->bytes_read(), 77U) << "of the files, not of the copy";

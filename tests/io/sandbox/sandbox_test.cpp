@@ -12,7 +12,6 @@
 
 #include <array>
 
-#include "io/metadata/fields.h"
 #include "io/programs/volumes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -57,7 +56,7 @@ class Sandbox : public TemporaryFolder {
   std::array<std::string, 2> outcomes(const std::string& what, const std::string& at) const {
     const auto source =
         open_with_reader(TAGRID_RAMP_READER, file("scans/a.ramp", "3 4 5 tries " + what + " " + at), {});
-    const std::string& fields = source->info().nrrd_fields;
+    const std::string& fields = source->info().metadata;
     return {text_of_key(fields, "outcome"), text_of_key(fields, "outcome of a thread")};
   }
   void expect_refused(const std::string& what, const std::string& at) const {
@@ -111,7 +110,7 @@ TEST_F(Sandbox, LetsItReadTheSourceAndWhatLinksLeadTo) {
   std::filesystem::create_symlink(file("elsewhere/c.ramp", "3 4 5 tries read " + other),
                                   path("scans/c.ramp"));
   const auto source = open_with_reader(TAGRID_RAMP_READER, path("scans/c.ramp"), {});
-  EXPECT_EQ(text_of_key(source->info().nrrd_fields, "outcome"), "done");
+  EXPECT_EQ(source->info().metadata.text_of("outcome"), "done");
 }
 
 // A scan in the home of a user is no way to the rest of it.

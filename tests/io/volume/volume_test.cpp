@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "io/metadata/fields.h"
 #include "io/metadata/lengths.h"
 #include "io/volume/volume_source.h"
 #include "tests/support/volume_in_memory.h"
@@ -189,7 +188,7 @@ TEST_F(RowsOfSlices, TakeTheMemoryOfASliceMore) {
   EXPECT_FALSE(source_->traits().whole_slices);
   EXPECT_EQ(source_->traits().memory, 1000U + 24);
   EXPECT_EQ(source_->files(), memory_->files());
-  EXPECT_EQ(source_->info().nrrd_fields, memory_->info().nrrd_fields);
+  EXPECT_EQ(source_->info().metadata, memory_->info().metadata);
 }
 
 TEST(VolumeSource, RowsOfWholeSlicesAreRefused) {

@@ -13,7 +13,7 @@ namespace {
 TEST(Captions, ASliceAtItsOwnDistanceIsSaidToLieThere) {
   TagHeader header;
   header.parameters.dims = {8, 8, 4};
-  header.nrrd_fields =
+  header.metadata =
       "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1.25)\nspace units: \"mm\" \"mm\" \"um\"\n"
       "slice_positions:=0 0 5; 0 0 6.25; 0 0 7.5; 0 0 11.75\n";
   const Lengths lengths = lengths_of(header);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "io/formats/hdf5/reader/conventions.h"
-#include "io/metadata/fields.h"
 
 namespace tagrid {
 

@@ -3,7 +3,6 @@
 
 #include <map>
 
-#include "io/metadata/fields.h"
 #include "io/formats/nrrd/header.h"
 #include "io/metadata/rescale.h"
 
@@ -53,21 +52,21 @@ TEST(ForeignNrrdHeader, WhatCannotBeReadIsUnknownAndSaid) {
 
 TEST(ForeignNrrdHeader, AScaleThatCannotBeReadStaysInDoubt) {
   for (const std::string fields : {"rescale_slope:=\n", "rescale_slope:=1,024\n", "rescale_intercept:=nan\n"})
-    EXPECT_NE(doubt_of_rescale(
-                  parse_nrrd_header(foreign_nrrd_header(plain_header + fields).text).info.nrrd_fields, 5),
-              "")
+    EXPECT_NE(
+        doubt_of_rescale(parse_nrrd_header(foreign_nrrd_header(plain_header + fields).text).info.metadata, 5),
+        "")
         << fields;
   EXPECT_EQ(foreign_nrrd_header(plain_header + "slice_positions:=0 0 1; 0 x 2\n").warnings.size(), 1U);
   const ForeignNrrdHeader half =
       foreign_nrrd_header(plain_header + "rescale_slope:=2\nrescale_intercept:=x\n");
-  EXPECT_EQ(rescale_of(parse_nrrd_header(half.text).info.nrrd_fields), Rescale{});
+  EXPECT_EQ(rescale_of(parse_nrrd_header(half.text).info.metadata), Rescale{});
   EXPECT_EQ(foreign_nrrd_header(plain_header + "old min: 0\nold max: 5\n").not_understood.size(), 2U);
 }
 TEST(Rescaling, IsThatWhichWasAdded) {
   for (const Rescale& rescale : {Rescale{2, -1000, "HU"}, {-0.1, 3, ""}, {1, 0.5, "g/cm3"}}) {
     KeyValues pairs;
     add_rescale(rescale, pairs);
-    EXPECT_EQ(rescale_of(nrrd_fields_of({}, pairs)), rescale);
+    EXPECT_EQ(rescale_of(Metadata({}, pairs)), rescale);
   }
 }
 
@@ -107,17 +106,17 @@ TEST(Rescaling, OfSlicesHasANumberForEach) {
 }
 
 TEST(Rescaling, WhatWasAppliedIsToldAndCountsNoLonger) {
-  EXPECT_EQ(
-      fields_of_values("content: x\nrescale_slope:=1\nrescale_intercept:=-1024\nrescale_units:=HU\nmin: 0\n"),
-      "content: x\nrescale_units:=HU\napplied_intercept:=-1024\n");
-  EXPECT_EQ(fields_of_values("rescale_slope:=2\nrescale_intercept:=0\nvdb_background:=5\n"),
+  EXPECT_EQ(metadata_of_values(
+                "content: x\nrescale_slope:=1\nrescale_intercept:=-1024\nrescale_units:=HU\nmin: 0\n"),
+            "content: x\nrescale_units:=HU\napplied_intercept:=-1024\n");
+  EXPECT_EQ(metadata_of_values("rescale_slope:=2\nrescale_intercept:=0\nvdb_background:=5\n"),
             "vdb_background:=10\napplied_slope:=2\napplied_intercept:=0\n");
   // Twice.
-  EXPECT_EQ(fields_of_values("applied_intercept:=-1024\nrescale_slope:=2\nrescale_intercept:=1\n"),
+  EXPECT_EQ(metadata_of_values("applied_intercept:=-1024\nrescale_slope:=2\nrescale_intercept:=1\n"),
             "applied_slope:=2\napplied_intercept:=-2047\n");
-  EXPECT_EQ(fields_of_values("slice_slopes:=1 2\nslice_intercepts:=3 4\nrescale_slope:=2\n"),
+  EXPECT_EQ(metadata_of_values("slice_slopes:=1 2\nslice_intercepts:=3 4\nrescale_slope:=2\n"),
             "slice_applied_slopes:=1 2\nslice_applied_intercepts:=3 4\n");
-  EXPECT_EQ(rescale_of(fields_of_values("rescale_slope:=2\nrescale_intercept:=9\n")), Rescale{});
+  EXPECT_EQ(rescale_of(metadata_of_values("rescale_slope:=2\nrescale_intercept:=9\n")), Rescale{});
 }
 
 }  // namespace

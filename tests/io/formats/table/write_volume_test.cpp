@@ -1,4 +1,3 @@
-#include "io/metadata/fields.h"
 #include "io/formats/table/formats.h"
 
 #include <fcntl.h>
@@ -23,8 +22,8 @@ VolumeInfo info_of(SampleType type) {
   VolumeInfo info;
   info.dims = {5, 3, 4};
   info.type = type;
-  info.nrrd_fields = fields;
-  info.geometry = geometry_of(fields);
+  info.metadata = fields;
+  info.geometry() = geometry_of(fields);
   return info;
 }
 
@@ -51,7 +50,7 @@ TEST_F(WriteVolumeTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
       const auto reader = open_volume(name);
       EXPECT_EQ(reader->info().type, type);
       EXPECT_EQ(reader->info().dims, info.dims);
-      EXPECT_EQ(reader->info().nrrd_fields, fields);
+      EXPECT_EQ(reader->info().metadata, fields);
       std::vector<std::byte> samples(*sample_bytes(info.dims, type));
       reader->read_slices(samples.data(), info.dims.z);
       reader->finish();
