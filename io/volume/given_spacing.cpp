@@ -10,8 +10,8 @@
 
 #include "io/errors/errors.h"
 #include "io/metadata/fields.h"
-#include "io/text/text.h"
 #include "io/metadata/lengths.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -25,9 +25,10 @@ constexpr double rounding = 1e-6;
 std::string text_of_spacing(const Distances& distances, std::string_view unit,
                             std::string_view unknown = "unknown") {
   std::string text;
-  for (const double distance : distances)
-    text += (text.empty() ? "" : " ") +
-            (std::isnan(distance) ? std::string(unknown) : fmt::format("{}", distance));
+  for (const double distance : distances) {
+    if (!text.empty()) text += ' ';
+    text += std::isnan(distance) ? std::string(unknown) : fmt::format("{}", distance);
+  }
   return text.append(unit.empty() ? "" : " ").append(unit);
 }
 
@@ -173,8 +174,8 @@ Metadata with_overridden_spacing(const Metadata& original, const Metadata& ours)
       !is_spacing_of(before, overridden))
     return original;
   const Geometry& geometry = ours.geometry();
-  return metadata_with(with_spacing(before, {distances_of(geometry), common_unit(geometry).name, true}), original,
-                       {}, false);
+  return metadata_with(with_spacing(before, {distances_of(geometry), common_unit(geometry).name, true}),
+                       original, {}, false);
 }
 
 std::string missing_of_voxel_size(const Geometry& geometry, bool needs_unit) {

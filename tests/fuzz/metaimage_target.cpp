@@ -22,7 +22,6 @@ void metaimage(Bytes bytes) {
     const MetaImageHeader header = parse_meta_image_header(text.substr(0, end));
     claim(sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has a size");
-    header.info.metadata.geometry();
     to_world(header.info.geometry(), Index3{1, 2, 3});
     if (header.data_files.empty()) {
       read_volume(MemoryFile(bytes).path());

@@ -13,7 +13,6 @@ void nifti(Bytes bytes) {
     const NiftiHeader header = parse_nifti_header(text.substr(0, max_nifti_header_bytes));
     claim(header.volumes > 0 && sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has volumes with a size");
-    header.info.metadata.geometry();
     to_world(header.info.geometry(), Index3{1, 2, 3});
   } catch (const BrokenInput&) {
     // The file may be compressed.

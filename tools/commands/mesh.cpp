@@ -1,6 +1,7 @@
 // tagrid mesh: writes the tetrahedra of a .tag file.
 
 #include "pipeline/meshes/mesh.h"
+#include "io/metadata/metadata.h"
 
 #include <fmt/format.h>
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "io/metadata/lengths.h"
+#include "io/metadata/text.h"
 #include "io/volume/volume_source.h"
 #include "tests/support/volume_in_memory.h"
 
@@ -44,7 +45,7 @@ TEST(Lengths, AreRoundedOnceIfOneUnitIsAWholeNumberOfTheOther) {
   EXPECT_EQ(in_mm(2, "in"), 50.8);
 }
 
-Geometry geometry(const std::string& fields) { return geometry_of(fields); }
+Geometry geometry(const std::string& fields) { return parse_metadata(fields).geometry(); }
 
 TEST(Lengths, InOneUnitPlacesStay) {
   const Geometry spaced = in_one_unit(geometry(

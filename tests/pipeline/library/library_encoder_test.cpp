@@ -484,7 +484,7 @@ TEST_F(LibraryEncoder, AnyGeometryOfAReaderIsTakenAndComesBack) {
         Encoded encoded;
         encode(options, samples.data(), encoded);
         ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
-        const tagrid_geometry& found = encoded.info.geometry();
+        const tagrid_geometry& found = encoded.info.geometry;
         EXPECT_EQ(found.has_origin, has_origin);
         EXPECT_EQ(found.has_spacing, has_spacing);
         for (int axis = 0; axis < 3; ++axis) {

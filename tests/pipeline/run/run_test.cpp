@@ -142,7 +142,7 @@ TEST_F(Run, MetadataComesBackAsItWentIn) {
   write_nrrd(in_, {2, 3, 4}, samples, fields);
   encode({});
   decode<std::uint8_t>();
-  EXPECT_EQ(open_volume(out_)->info().metadata, fields);
+  EXPECT_EQ(text_of(open_volume(out_)->info().metadata), fields);
 }
 
 }  // namespace

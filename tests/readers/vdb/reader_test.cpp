@@ -103,7 +103,7 @@ TEST_F(VdbReaderTest, OtherMetadataOfTheGridAndOfTheFileBecomesPairs) {
   Grid grid = awkward(Type::floats);
   grid.metadata = {{"creator", "a simulation"}, {"frame", "12"}};
   oracle::write_file(path("a.vdb"), {grid}, 6, {{"creator", "a program"}, {"license", "two\nlines"}});
-  const std::string fields = open_grid(path("a.vdb"))->info().metadata;
+  const std::string fields = text_of(open_grid(path("a.vdb"))->info().metadata);
   EXPECT_THAT(fields, HasSubstr("openvdb_creator:=a simulation\n"));
   EXPECT_THAT(fields, HasSubstr("openvdb_frame:=12\n"));
   EXPECT_THAT(fields, HasSubstr("openvdb_license:=two\\nlines\n"));

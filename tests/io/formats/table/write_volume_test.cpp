@@ -1,4 +1,5 @@
 #include "io/formats/table/formats.h"
+#include "io/metadata/text.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -22,8 +23,7 @@ VolumeInfo info_of(SampleType type) {
   VolumeInfo info;
   info.dims = {5, 3, 4};
   info.type = type;
-  info.metadata = fields;
-  info.geometry() = geometry_of(fields);
+  info.metadata = parse_metadata(fields);
   return info;
 }
 
@@ -50,7 +50,7 @@ TEST_F(WriteVolumeTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
       const auto reader = open_volume(name);
       EXPECT_EQ(reader->info().type, type);
       EXPECT_EQ(reader->info().dims, info.dims);
-      EXPECT_EQ(reader->info().metadata, fields);
+      EXPECT_EQ(text_of(reader->info().metadata), fields);
       std::vector<std::byte> samples(*sample_bytes(info.dims, type));
       reader->read_slices(samples.data(), info.dims.z);
       reader->finish();
