@@ -1,5 +1,6 @@
 // The half of the library that reads without threads and files: see tagrid_blocks.h.
 #include "io/tag/blocks.h"
+#include "io/metadata/text.h"
 
 #include <algorithm>
 #include <exception>

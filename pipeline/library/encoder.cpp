@@ -8,6 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/metadata/fields.h"
 #include "io/metadata/metadata.h"
+#include "io/metadata/text.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/job/options.h"
 #include "pipeline/library/calls.h"

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/verify/verify.h"
 #include "stages/grid/lattice.h"

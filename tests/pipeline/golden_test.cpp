@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "io/metadata/text.h"
 #include "stages/phantom/phantom.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"

@@ -8,6 +8,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "tests/support/temporary_folder.h"

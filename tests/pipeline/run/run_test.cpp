@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "pipeline/encode/graph.h"
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"

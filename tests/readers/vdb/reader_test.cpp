@@ -10,6 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,4 +1,5 @@
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 
 #include <fcntl.h>
 #include <rapidcheck.h>
