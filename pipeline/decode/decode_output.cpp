@@ -67,22 +67,26 @@ DecodeOutput::DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, c
   // A value that stands for lost samples can be off by any amount.
   if (parameters.max_error >= 0 && !run.fill)
     options_.wishes["max-error"] = fmt::format("{}", numbers.error_in_values(parameters.max_error));
-  if (run.format.has_levels) options_.known = known_facts(run, numbers, parameters);
+  if (run.format.writes.has_levels) options_.known = known_facts(run, numbers, parameters);
 }
 
-WriterProgram DecodeOutput::program() const { return {run_.format.writer, run_.format.writer_keeps_volume}; }
+WriterProgram DecodeOutput::program() const {
+  return {run_.format.writes.program, run_.format.writes.holds_volume};
+}
 
 void DecodeOutput::open() {
   if (!sink_) sink_ = create_volume(run_.format, run_.output, info_, options_);
 }
 
 std::uint64_t DecodeOutput::memory_of_program() {
-  if (run_.format.writer.empty()) return 0;
+  if (run_.format.writes.program.empty()) return 0;
   open();
   return sink_->memory();
 }
 
-bool DecodeOutput::any_order() const { return run_.format.any_order && is_regular_output(run_.output); }
+bool DecodeOutput::any_order() const {
+  return run_.format.writes.any_order && is_regular_output(run_.output);
+}
 
 std::shared_ptr<VolumeSink> DecodeOutput::begin() {
   require_memory_of_writer(program(), memory_of_program(), run_.resources);

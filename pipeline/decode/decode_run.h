@@ -111,7 +111,7 @@ class DecodeOutput {
   template <class Make>
   auto plan(Make make) {
     try {
-      return make(run_.format.memory(info_) + memory_of_program());
+      return make(run_.format.writes.memory(info_) + memory_of_program());
     } catch (const MemoryLimit& limit) {
       const std::uint64_t bytes = memory_of_program();
       if (bytes == 0) throw;

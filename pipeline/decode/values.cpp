@@ -123,7 +123,8 @@ std::optional<std::array<double, 2>> WrittenNumbers::range_in_values(double low,
 }
 
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header) {
-  if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.applies_rescale)) return false;
+  if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.keeps.applies_rescale))
+    return false;
   if (header.metadata.has_slopes_of_slices()) return wanted == Numbers::values;
   const Rescale rescale = header.metadata.rescale();
   return rescale.slope != 1 || rescale.intercept != 0;

@@ -34,7 +34,7 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
   const VolumeInfo info = info_of(options);
   const std::shared_ptr<VolumeSink> sink =
       create_volume(run.format, run.output, info, {.files = {.overwrite = run.overwrite}});
-  require_memory_of_writer({run.format.writer, run.format.writer_keeps_volume}, sink->memory(),
+  require_memory_of_writer({run.format.writes.program, run.format.writes.holds_volume}, sink->memory(),
                            Resources(run.threads));
   const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(run.threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);

@@ -56,7 +56,7 @@ WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header,
 /// Throws UsageError if a file of several volumes is decoded to something that has only one.
 void require_one_volume(const DecodeRun& run, int volumes) {
   const bool is_part = !run.region.is_all() || run.overview != 0 || run.fill;
-  if (run.volume || volumes == 1 || (run.format.has_volumes && !is_part)) return;
+  if (run.volume || volumes == 1 || (run.format.keeps.volumes && !is_part)) return;
   const Setting volume = {"volume", "its number,"};
   if (is_part)
     throw UsageError(
@@ -77,7 +77,7 @@ void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink&
     of_level.overview = output.levels()[i].factor;
     TagReader reader(std::make_unique<SourceStream>(source_of(of_level)));
     const DecodePlan plan = plan_decoding(reader.parameters(), resources, DecodeUse::stream,
-                                          run.format.memory(sink.info()), numbers.value_bytes());
+                                          run.format.writes.memory(sink.info()), numbers.value_bytes());
     RowOutput rows_out(sink.level(i), plan.spooled ? resources.spool : "", run.output);
     RowDecoder decoder(reader.parameters(), plan.budget, numbers);
     reader.stop_when(decoder.failed());
@@ -203,7 +203,7 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
   if (!run.region.is_all() || run.fill) return decode_region(run, resources);
   if (run.volume || volumes > 1) return decode_volumes(run, resources);
   const bool in_parts =
-      ranks.count() > 1 && run.format.any_order && parts_are_possible(run.input, run.output);
+      ranks.count() > 1 && run.format.writes.any_order && parts_are_possible(run.input, run.output);
   return in_parts ? decode_to_parts(ranks, run, resources) : decode_at_once(run, resources);
 }
 

@@ -108,9 +108,9 @@ class Finder {
           lines_.pass_over(file, why_no_volume(file));
         else if (format->name == "dicom" && is_directory_of_dicom(file))
           look_at_directory(file, *format);
-        else if (format->has_folders)
+        else if (format->reads.has_folders)
           slices[format->name].push_back(file);
-        else if (!format->reader.empty() || !is_in_a_set(file))
+        else if (!format->reads.program.empty() || !is_in_a_set(file))
           look_at_volume(file, {}, *format);
       } catch (const Error& error) {
         lines_.give_broken(file, {}, error);

@@ -57,7 +57,7 @@ std::string lost_by_options(const Decoding& decoding) {
   if (decoding.vdb.tolerance > 0)
     return "--vdb-tolerance changes samples, and only the .tag file has the original ones";
   if (format.name == "raw") return "samples without a header do not record their size and type";
-  if (!format.is_read() && format.read_as.empty())
+  if (!format.reads.any() && format.reads.as.empty())
     return fmt::format("tagrid cannot read {} files, so it cannot verify the output", format.name);
   return "";
 }
@@ -79,11 +79,11 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   if (std::ranges::count(numbers.rule.slopes, 0.0) > 0)
     return "slices have the slope 0, so their values do not tell their samples";
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
-  if (std::string lost = format.lost_rescale(info); !lost.empty()) return lost;
+  if (std::string lost = format.keeps.lost_rescale(info); !lost.empty()) return lost;
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (std::string lost = usual_losses(format, info); !lost.empty()) return lost;
   // losses() looks at the pairs of other formats one by one.
-  if (!format.keeps_header && !format.slices_are_alike && stripped(info.metadata) != info.metadata)
+  if (!format.keeps.header && !format.keeps.slices_are_alike && stripped(info.metadata) != info.metadata)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
   return "";
 }

@@ -62,7 +62,7 @@ struct DecodeCommand {
     check_vdb_options(vdb, chosen);
     refuse_contradictions();
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
-    if (chosen.create != nullptr && path != "-") remove_abandoned_folders({path});
+    if (chosen.writes.create != nullptr && path != "-") remove_abandoned_folders({path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
     const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
@@ -78,7 +78,7 @@ struct DecodeCommand {
     const UnchangedFiles written(remove ? std::vector{path, samples_path(path, chosen)}
                                         : std::vector<std::string>());
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
-    if (chosen.has_levels && !run.quiet && facts.at("levels").size() == 1)
+    if (chosen.writes.has_levels && !run.quiet && facts.at("levels").size() == 1)
       say("tagrid: {}: has the finest level alone; --overviews of encode makes others", path);
     for (const std::string& warning : result.warnings) warn(run, warning);
     tell_of_result(path, chosen, result);
@@ -127,7 +127,7 @@ struct DecodeCommand {
     const std::string name = shown_output(path);
     const VolumeInfo written = {result.dims, result.numbers.type(result.header.parameters.type),
                                 result.metadata};
-    tell_of_numbers(name, chosen, result, chosen.lost_rescale(written));
+    tell_of_numbers(name, chosen, result, chosen.keeps.lost_rescale(written));
     const std::vector<std::string> doubts = doubts_in(result.header.metadata);
     if (!doubts.empty())
       warn(run, "{}: was encoded in doubt: {}", shown_input(input),
@@ -170,7 +170,7 @@ struct DecodeCommand {
                   "{}: has stored samples, because each slice has its own slope and intercept; --values "
                   "writes values",
                   name);
-    if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return tell_of_loss();
+    if (chosen.keeps.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return tell_of_loss();
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
     warn(run, "{}: has stored samples; values are {} * sample {}{}, but {}; --values writes values", name,
          rescale.slope, added(), units, lost.empty() ? "few programs apply this to such a file" : lost);

@@ -29,12 +29,12 @@ struct KnownFormat {
 
 KnownFormat known(const Format& format) {
   // The row that reads such files.
-  const Format& reading = format.read_as.empty() ? format : *read_format_named(format.read_as);
+  const Format& reading = format.reads.as.empty() ? format : *read_format_named(format.reads.as);
   KnownFormat result{.name = std::string(format.name),
                      .help = std::string(format.help),
                      .extensions = fmt::format("{}", fmt::join(format.extensions, " ")),
-                     .reads = reading.is_read(),
-                     .writes = format.is_written()};
+                     .reads = reading.reads.any(),
+                     .writes = format.writes.any()};
   const auto look = [&](std::string_view name, const auto& program, const char* kind, std::string& path,
                         bool& can) {
     if (name.empty()) return;
@@ -42,15 +42,15 @@ KnownFormat known(const Format& format) {
     path = program.value_or("");
     if (!can) result.missing.push_back(fmt::format("tagrid-{}-{}", kind, name));
   };
-  look(reading.reader, find_reader(reading.reader), "read", result.reader, result.reads);
-  look(format.writer, find_writer(format.writer), "write", result.writer, result.writes);
+  look(reading.reads.program, find_reader(reading.reads.program), "read", result.reader, result.reads);
+  look(format.writes.program, find_writer(format.writes.program), "write", result.writer, result.writes);
   return result;
 }
 
 std::vector<KnownFormat> known_formats() {
   std::vector<KnownFormat> list;
   for (const Format& format : formats())
-    if (format.is_read() || format.is_written()) list.push_back(known(format));
+    if (format.reads.any() || format.writes.any()) list.push_back(known(format));
   std::map<std::string, KnownFormat> added;
   const auto add = [&](const std::vector<FoundProgram>& programs, bool KnownFormat::*can,
                        std::string KnownFormat::*path) {

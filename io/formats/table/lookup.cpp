@@ -16,7 +16,7 @@
 
 namespace tagrid {
 
-std::size_t Format::bytes_to_recognize() const {
+std::size_t Reads::bytes_to_recognize() const {
   std::size_t most = peek;
   for (const Magic& one : magic) most = std::max(most, one.at + one.bytes.size());
   return most;
@@ -28,7 +28,7 @@ bool begins_with_any(std::string_view beginning, const std::vector<Magic>& magic
   });
 }
 
-bool Format::begins(std::string_view beginning) const {
+bool Reads::begins(std::string_view beginning) const {
   return begins_with_any(beginning, magic) || (is_mine != nullptr && is_mine(beginning));
 }
 
@@ -47,7 +47,7 @@ const Format* added_format(std::string_view name) {
   added.name = name;
   added.extension = "." + added.name;
   added.help = "written by tagrid-write-" + added.name;
-  added.format.name = added.format.writer = added.name;
+  added.format.name = added.format.writes.program = added.name;
   added.format.extensions = {added.extension};
   added.format.help = added.help;
   return &added.format;
@@ -58,7 +58,7 @@ const Format* added_format(std::string_view name) {
 std::vector<const Format*> written_formats() {
   std::vector<const Format*> written;
   for (const Format& format : formats())
-    if (format.is_written()) written.push_back(&format);
+    if (format.writes.any()) written.push_back(&format);
   return written;
 }
 
@@ -104,11 +104,12 @@ std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::str
                                             const VolumeInfo& info, const SinkOptions& options) {
   if (path == "-")
     throw UsageError(fmt::format("a detached header ({}) needs a file name; choose {} or raw", format.name,
-                                 read_format_named(format.read_as)->extensions.front().substr(1)));
+                                 read_format_named(format.reads.as)->extensions.front().substr(1)));
   const std::filesystem::path samples = samples_path(path, format);
   if (samples == std::filesystem::path(path))
-    throw UsageError(fmt::format("{}: a detached header cannot be named {}", path, format.samples_extension));
-  const std::string header = format.detached_header(info, samples.filename().string());
+    throw UsageError(
+        fmt::format("{}: a detached header cannot be named {}", path, format.writes.samples_extension));
+  const std::string header = format.writes.detached_header(info, samples.filename().string());
   auto header_file =
       std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});
   auto samples_file =
@@ -120,15 +121,15 @@ std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::str
 
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
-  if (format.detached_header != nullptr) return create_detached(format, path, info, options.files);
-  if (format.create != nullptr) return format.create(path, info, options.known, options.files);
-  if (format.header != nullptr) {
-    const std::string header = format.header(info);
+  if (format.writes.detached_header != nullptr) return create_detached(format, path, info, options.files);
+  if (format.writes.create != nullptr) return format.writes.create(path, info, options.known, options.files);
+  if (format.writes.header != nullptr) {
+    const std::string header = format.writes.header(info);
     auto file = std::make_unique<OutputFile>(path, options.files.overwrite, output_options(options.files));
-    if (format.writes_gzip) return gzip_sink(info, std::move(file), header);
-    return std::make_unique<AttachedSink>(info, std::move(file), header, std::string(format.trailer));
+    if (format.writes.in_gzip) return gzip_sink(info, std::move(file), header);
+    return std::make_unique<AttachedSink>(info, std::move(file), header, std::string(format.writes.trailer));
   }
-  const std::string program = writer_for(path, format.help, format.writer);
+  const std::string program = writer_for(path, format.help, format.writes.program);
   auto wishes = options.wishes;
   wishes["format"] = format.name;
   return create_with_writer(program, path, info, options.files, wishes, options.first_memory);
@@ -136,39 +137,39 @@ std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::strin
 
 const Format* read_format_named(std::string_view name) {
   for (const Format& format : formats())
-    if (format.name == name && format.is_read()) return &format;
+    if (format.name == name && format.reads.any()) return &format;
   return nullptr;
 }
 
 std::vector<std::string> read_format_names() {
   std::set<std::string> names;
   for (const Format& format : formats())
-    if (format.is_read()) names.emplace(format.name);
+    if (format.reads.any()) names.emplace(format.name);
   for (const FoundProgram& reader : all_readers()) names.insert(reader.name);
   return {names.begin(), names.end()};
 }
 
 std::size_t bytes_to_recognize() {
   std::size_t most = 0;
-  for (const Format& format : formats()) most = std::max(most, format.bytes_to_recognize());
+  for (const Format& format : formats()) most = std::max(most, format.reads.bytes_to_recognize());
   return most;
 }
 
 const Format* format_of(std::string_view beginning) {
   for (const Format& format : formats())
-    if (format.is_read() && format.begins(beginning)) return &format;
+    if (format.reads.any() && format.reads.begins(beginning)) return &format;
   return nullptr;
 }
 
 const Format* format_of_folder(const std::string& folder) {
   for (const Format& format : formats())
-    if (format.is_folder != nullptr && format.is_folder(folder)) return &format;
+    if (format.reads.is_folder != nullptr && format.reads.is_folder(folder)) return &format;
   return nullptr;
 }
 
 std::string samples_path(const std::string& path, const Format& format) {
-  if (format.samples_extension.empty()) return path;
-  return std::filesystem::path(path).replace_extension(format.samples_extension).string();
+  if (format.writes.samples_extension.empty()) return path;
+  return std::filesystem::path(path).replace_extension(format.writes.samples_extension).string();
 }
 
 }  // namespace tagrid

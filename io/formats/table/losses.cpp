@@ -34,14 +34,14 @@ bool is_said_otherwise(std::string_view key, std::string_view value, const Forma
                                                      "nifti_qform_",
                                                      "nifti_sform_",
                                                      "nifti_srow_"};
-  if (key == lossy_source_key) return format.keeps_loss;
+  if (key == lossy_source_key) return format.keeps.loss;
   const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
   // ITK writes it into every file.
   if (key == "metaimage_CenterOfRotation" &&
       std::ranges::all_of(words_of(value), [](auto word) { return number_of(word) == 0.0; }))
     return true;
   return begins("vdb_") || std::ranges::any_of(said, begins) ||
-         (!format.own_pairs.empty() && begins(format.own_pairs));
+         (!format.keeps.own_pairs.empty() && begins(format.keeps.own_pairs));
 }
 
 /// False for the two lines that NRRD's own library puts into every header.
@@ -55,7 +55,7 @@ bool is_usual_unit(std::string_view unit) { return trimmed(unit) == "HU"; }
 
 /// True if a file of the format has no place for the unit of values.
 bool loses_unit(const Format& format, const VolumeInfo& info) {
-  return !format.keeps_header && !format.keeps_units(info);
+  return !format.keeps.header && !format.keeps.units(info);
 }
 
 /// True for what the reader of DICOM notes for each series.
@@ -99,7 +99,7 @@ std::string lost_texts(const Format& format, const VolumeInfo& info) {
 }  // namespace
 
 std::string usual_losses(const Format& format, const VolumeInfo& info) {
-  if (!format.slices_are_alike || format.keeps_header) return "";
+  if (!format.keeps.slices_are_alike || format.keeps.header) return "";
   std::vector<std::string> keys, lost;
   for (const auto& [key, value] : info.metadata.pairs()) {
     if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
@@ -111,9 +111,9 @@ std::string usual_losses(const Format& format, const VolumeInfo& info) {
 }
 
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
-  std::vector<std::string> all = format.lost(info);
-  if (!format.slices_are_alike) return all;
-  if (!format.keeps_header)
+  std::vector<std::string> all = format.keeps.lost(info);
+  if (!format.keeps.slices_are_alike) return all;
+  if (!format.keeps.header)
     if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
   std::vector<std::string> differences;
   for (const auto& [key, value] : info.metadata.pairs()) {

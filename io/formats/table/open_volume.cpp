@@ -35,13 +35,13 @@ struct Way {
 };
 
 Way way_of(const Format& format, const std::string& name) {
-  if (format.reader.empty()) return {&format, ""};
-  if (const auto program = find_reader(format.reader)) return {&format, *program};
-  const bool has_files = format.is_folder == nullptr && is_folder(name);
+  if (format.reads.program.empty()) return {&format, ""};
+  if (const auto program = find_reader(format.reads.program)) return {&format, *program};
+  const bool has_files = format.reads.is_folder == nullptr && is_folder(name);
   throw WorldError(
       fmt::format("{}: {}, which tagrid-read-{} reads; that program is not installed {}", name,
                   has_files ? fmt::format("has {} files", format.help) : fmt::format("is {}", format.what),
-                  format.reader, about_missing_program(format.reader)));
+                  format.reads.program, about_missing_program(format.reads.program)));
 }
 
 Way way_named(const std::string& from, const std::string& name) {
@@ -81,7 +81,7 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
 std::string known_formats() {
   std::vector<std::string_view> known;
   for (const Format& format : formats())
-    if (format.is_read() && format.is_recognized()) known.push_back(format.what);
+    if (format.reads.any() && format.reads.is_recognized()) known.push_back(format.what);
   const std::string_view last = known.back();
   known.pop_back();
   return fmt::format("{} or {}", fmt::join(known, ", "), last);
@@ -132,10 +132,10 @@ std::string contradicts_its_name(const std::string& path) {
   const std::string name = lower_case(fs::path(path).filename().string());
   for (const Format& format : formats()) {
     const std::string_view what =
-        format.read_as.empty() ? format.what : read_format_named(format.read_as)->what;
-    const bool is_recognized = format.is_recognized() || !format.read_as.empty();
+        format.reads.as.empty() ? format.what : read_format_named(format.reads.as)->what;
+    const bool is_recognized = format.reads.is_recognized() || !format.reads.as.empty();
     for (const std::string_view ending : format.extensions)
-      if (is_recognized && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
+      if (is_recognized && (format.reads.any() || !format.reads.as.empty()) && name.size() > ending.size() &&
           name.ends_with(ending))
         return fmt::format(
             "its name says that it is {}, but its content does not match; it may be truncated or damaged",
@@ -176,7 +176,8 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
 const Format* format_of_name(const std::string& path) {
   const std::string extension = lower_case(fs::path(path).extension().string());
   for (const Format& format : formats())
-    if (!format.reader.empty() && std::ranges::find(format.extensions, extension) != format.extensions.end())
+    if (!format.reads.program.empty() &&
+        std::ranges::find(format.extensions, extension) != format.extensions.end())
       return &format;
   return nullptr;
 }
@@ -192,7 +193,7 @@ const Format* recognized(FileBytes& file) {
   if (const Format* format = format_of(file.peek(bytes_to_recognize()))) return format;
   if (!begins_gzip(file)) return nullptr;
   const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognize()));
-  return format != nullptr && format->in_gzip ? format : nullptr;
+  return format != nullptr && format->reads.in_gzip ? format : nullptr;
 }
 
 Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
@@ -227,11 +228,12 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
       throw UsageError(
           Sentence{"{}: samples without a header need {} and {}",
                    {file->name(), Setting{"dims", "their size"}, Setting{"type", "their type"}}});
-    if ((!source.series.empty() && !way.format->has_series) || !source.dataset.empty())
+    if ((!source.series.empty() && !way.format->reads.has_series) || !source.dataset.empty())
       throw UsageError(Sentence{"{}: is one volume; leave out {}",
                                 {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
                                                                       : Setting{"dataset", "the data set"}}});
-    if (!source.raw || way.format->takes_description) return way.format->open(std::move(file), path, source);
+    if (!source.raw || way.format->reads.takes_description)
+      return way.format->reads.open(std::move(file), path, source);
   }
   if (source.raw)
     throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);
@@ -281,7 +283,7 @@ BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
   }
   std::string known;
   for (const Format& format : formats())
-    if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
+    if (format.reads.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
   return BrokenInput(
       Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
                "slices; {} lists the volumes in it",
@@ -306,7 +308,7 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
     }
     const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()));
     if (format == nullptr) format = format_of_name(file);
-    if (format != nullptr && format->has_folders) return way_of(*format, folder);
+    if (format != nullptr && format->reads.has_folders) return way_of(*format, folder);
   }
   // What is kept beside slices, such as notes, may be all that is left of them.
   if (!dead.empty()) throw dead_link(dead);
@@ -317,7 +319,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   if (source.raw) return open_raw_directory(folder, source);
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() ||
-      (way.format != nullptr && !way.format->has_folders && way.format->is_folder == nullptr))
+      (way.format != nullptr && !way.format->reads.has_folders && way.format->reads.is_folder == nullptr))
     throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
   require_name_for_all(folder, way);
   return open_way(way, folder, source);

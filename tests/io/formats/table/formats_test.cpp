@@ -62,20 +62,20 @@ std::map<std::string, std::vector<std::string>> beginnings() {
 TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
   const auto all = beginnings();
   for (const Format& format : formats()) {
-    ASSERT_EQ(format.is_recognized(), all.contains(std::string(format.name))) << format.name;
-    if (!format.is_recognized()) continue;
+    ASSERT_EQ(format.reads.is_recognized(), all.contains(std::string(format.name))) << format.name;
+    if (!format.reads.is_recognized()) continue;
     for (const auto& [name, texts] : all)
       for (const std::string& text : texts) {
         const std::string longer = text + std::string(400, '\n');
-        EXPECT_EQ(format.begins(longer), name == format.name) << format.name << ", " << text;
+        EXPECT_EQ(format.reads.begins(longer), name == format.name) << format.name << ", " << text;
         if (name != format.name) continue;
-        EXPECT_TRUE(format.begins(longer.substr(0, format.bytes_to_recognize())))
+        EXPECT_TRUE(format.reads.begins(longer.substr(0, format.reads.bytes_to_recognize())))
             << "these bytes are enough: " << format.name;
-        EXPECT_LE(format.bytes_to_recognize(), bytes_to_recognize());
+        EXPECT_LE(format.reads.bytes_to_recognize(), bytes_to_recognize());
         EXPECT_EQ(format_of(longer), &format);
         EXPECT_EQ(other_format_of(longer, "volume"), nullptr) << format.name;
         for (std::size_t size = 0; size < 2; ++size)
-          EXPECT_FALSE(format.begins(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
+          EXPECT_FALSE(format.reads.begins(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
       }
   }
 }
@@ -97,7 +97,7 @@ TEST(Formats, NamesAndExtensionsAreOfOneRowEach) {
 TEST(Formats, TheNameOfAFileSaysTheFormatThatIsWritten) {
   for (const Format& format : formats())
     for (const std::string_view extension : format.extensions) {
-      const Format* expected = format.is_written() ? &format : nullptr;
+      const Format* expected = format.writes.any() ? &format : nullptr;
       for (const std::string folder : {"", "a/b.c/", "/x.nrrd/"}) {
         EXPECT_EQ(format_with_extension(folder + "volume" + std::string(extension)), expected) << extension;
         EXPECT_EQ(format_with_extension(folder + std::string(extension)), nullptr) << "only an extension";
@@ -140,7 +140,7 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
     if (sanitized && format->name == "vdb") continue;  // its programs take minutes to compile with sanitizers
     const std::string name = path(std::string(format->name) + std::string(format->extensions.front()));
     const auto sink = create_volume(*format, name, info, {});
-    EXPECT_EQ(sink->any_order(), format->any_order) << name;
+    EXPECT_EQ(sink->any_order(), format->writes.any_order) << name;
     sink->write_slices(samples);
     sink->commit();
     EXPECT_TRUE(std::filesystem::exists(samples_path(name, *format))) << name;
