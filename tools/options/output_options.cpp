@@ -58,7 +58,7 @@ void add_format_option(CLI::App& command, std::string& format) {
 const Format& volume_format_option(const std::string& format, const std::string& output) {
   // A device or a named pipe is treated like standard output.
   const Format* named = format_with_extension(output);
-  const bool replaces_folder = named != nullptr && named->create != nullptr && is_folder(output);
+  const bool replaces_folder = named != nullptr && named->writes.create != nullptr && is_folder(output);
   const bool is_file = output != "-" && (is_regular_output(output) || replaces_folder);
   if (format.empty()) return is_file ? format_from_name(output) : format_named("raw");
   const Format& asked = format_named(format);
