@@ -5,7 +5,7 @@ set(rooms stages/grid stages/sample stages/bound stages/criterion stages/entropy
           stages/values/best stages/values/few stages/values/points stages/values/transform stages/values/voxels
           stages/values/wavefront stages/values/wide stages/brick io/bytes)
 set(sources io/errors/errors.cpp io/text/text.cpp io/volume/volume_info.cpp
-            io/formats/nrrd/axes.cpp io/formats/nrrd/geometry.cpp io/formats/nrrd/line.cpp
+            io/metadata/entries.cpp io/metadata/fields.cpp io/metadata/geometry.cpp io/metadata/metadata.cpp
             io/parity/layout.cpp
             stages/mesh/plane_edges.cpp
             io/tag/blocks.cpp io/tag/bricks.cpp io/tag/header.cpp io/tag/index.cpp io/tag/members.cpp io/tag/pages.cpp

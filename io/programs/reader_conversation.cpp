@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
+#include "io/metadata/text.h"
 #include "io/programs/answers.h"
 #include "stages/sample/coding_parameters.h"
 
@@ -89,8 +89,8 @@ VolumeInfo info_of(const Json& answer, const Rescale& rescale) {
   if (!is_of_slices) add_rescale(rescale, pairs);
   try {
     if (const std::string lines = text_in(answer, "nrrd"); !lines.empty())
-      return volume_info(size, *type, lines);
-    return volume_info(size, *type, nrrd_fields_of(geometry_of_volume(answer), pairs));
+      return {size, *type, parse_metadata(lines)};
+    return {size, *type, Metadata(geometry_of_volume(answer), pairs)};
   } catch (const BrokenInput& error) {
     throw WrongAnswer(error.what());
   }
@@ -126,7 +126,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   volume.rescale = rescale_of(answer);
   volume.info = info_of(answer, volume.rescale);
   // Lines that a writer was given say it themselves.
-  if (member(answer, "rescale").is_null()) volume.rescale = rescale_of_bounds(volume.info.nrrd_fields);
+  if (member(answer, "rescale").is_null()) volume.rescale = volume.info.metadata.rescale_of_bounds();
   volume.files = texts_in(answer, "files");
   if (volume.files.empty()) volume.files = {path};
   for (const std::string& file : volume.files)
@@ -134,7 +134,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   volume.warnings = texts_in(answer, "warnings");
   volume.not_understood = not_understood_in(answer, path);
   volume.scale_doubt = text_in(answer, "scale_doubt");
-  const std::string doubt = doubt_of_rescale(volume.info.nrrd_fields, volume.info.dims.z);
+  const std::string doubt = doubt_of_rescale(volume.info.metadata, volume.info.dims.z);
   if (volume.scale_doubt.empty() && !doubt.empty()) volume.scale_doubt = path + ": " + doubt;
   volume.lasting_name = text_in(answer, "name");
   volume.places = places_in(answer, volume.info, volume.files.size());

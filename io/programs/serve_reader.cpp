@@ -8,6 +8,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "io/programs/answers.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/sandbox.h"
@@ -28,7 +29,7 @@ OrderedJson json_of(const ServedVolume& volume) {
   if (!g.space.empty()) json["space"] = g.space;
   if (!g.units[0].empty()) json["units"] = g.units[0];
   for (const auto& [key, value] : volume.pairs) json["pairs"][key] = value;
-  if (!volume.nrrd.empty()) json["nrrd"] = volume.nrrd;
+  if (volume.metadata && !volume.metadata->empty()) json["nrrd"] = text_of(*volume.metadata);
   if (volume.rescale != Rescale{})
     json["rescale"] = {{"slope", volume.rescale.slope},
                        {"intercept", volume.rescale.intercept},

@@ -5,11 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/metadata.h"
 #include "io/programs/reader_conversation.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/sandbox.h"
@@ -26,7 +27,8 @@ class ServedVolume {
   SampleType type = SampleType::uint8;
   Geometry geometry;
   KeyValues pairs;
-  std::string nrrd;  ///< the lines of an NRRD header instead of geometry and pairs, if the file has them
+  /// Instead of geometry and pairs, if the file says more.
+  std::optional<Metadata> metadata;
   std::vector<std::string> files, warnings;
   /// By which `series` means this volume, whatever lies beside it; "" if there is none.
   std::string lasting_name;

@@ -7,7 +7,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/text.h"
 #include "io/programs/serve.h"
 
 namespace tagrid {
@@ -18,8 +18,8 @@ WriteRequest request_of(const OrderedJson& json) {
   const auto& dims = volume.at("dims");
   const auto type = sample_type_named(volume.at("type").get<std::string>());
   if (!type) throw UsageError(fmt::format("the type {} is not known", volume.at("type").dump()));
-  VolumeInfo info = volume_info({dims.at(0), dims.at(1), dims.at(2)}, *type, volume.value("nrrd", ""));
-  if (volume.contains("origin")) volume.at("origin").get_to(info.geometry.origin);
+  VolumeInfo info{{dims.at(0), dims.at(1), dims.at(2)}, *type, parse_metadata(volume.value("nrrd", ""))};
+  if (volume.contains("origin")) info.metadata.set_origin(volume.at("origin"));
   return {json.at("path"), json.value("name", json.at("path").get<std::string>()), std::move(info),
           json.value("options", WriterOptions())};
 }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/text.h"
 #include "io/programs/answers.h"
 #include "io/text/text.h"
 
@@ -12,10 +12,10 @@ namespace tagrid {
 namespace {
 
 Json json_of(const VolumeInfo& info) {
-  const Geometry& g = info.geometry;
+  const Geometry& g = info.geometry();
   Json json = {{"dims", {info.dims.x, info.dims.y, info.dims.z}},
                {"type", name_of(info.type)},
-               {"nrrd", info.nrrd_fields},
+               {"nrrd", text_of(info.metadata)},
                {"pairs", Json::object()}};
   if (g.has_directions)
     json["directions"] = g.directions;
@@ -24,7 +24,7 @@ Json json_of(const VolumeInfo& info) {
   if (g.has_origin || g.origin != Geometry().origin) json["origin"] = g.origin;
   if (!g.space.empty()) json["space"] = g.space;
   if (!g.units[0].empty()) json["units"] = g.units[0];
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) json["pairs"][key] = value;
+  for (const auto& [key, value] : info.metadata.pairs()) json["pairs"][key] = value;
   return json;
 }
 
@@ -75,9 +75,13 @@ WriterConversation::WriterConversation(const std::string& program, const FormatP
 
 WriterReady WriterConversation::begin(const std::string& path, const std::string& name,
                                       const VolumeInfo& info, const WriterOptions& options) {
-  const bool is_text = is_utf8(info.nrrd_fields);
-  VolumeInfo volume = is_text ? info : volume_info(info.dims, info.type, in_utf8(info.nrrd_fields));
-  volume.geometry.origin = info.geometry.origin;
+  const std::string& text = text_of(info.metadata);
+  const bool is_text = is_utf8(text);
+  VolumeInfo volume = info;
+  if (!is_text) {
+    volume.metadata = parse_metadata(in_utf8(text));
+    volume.metadata.set_origin(info.geometry().origin);
+  }
   WriterReady ready = begin({{"request", "write"},
                              {"path", path},
                              {"name", name},

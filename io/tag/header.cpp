@@ -11,8 +11,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/text.h"
 #include "io/tag/index.h"
 #include "io/volume/one_of_volumes.h"
 #include "stages/bound/bounds.h"
@@ -144,13 +143,13 @@ Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
   return {};
 }
 
-Status check_fields(const std::string& nrrd_fields) {
-  // Compressed lines are hardly longer than the lines, so few of them have to be compressed to know.
+Status check_metadata(const Metadata& metadata) {
+  // Compressed text is hardly longer than the text, so little of it has to be compressed to know.
   constexpr std::size_t surely_fits = max_header_size / 2;
-  if (nrrd_fields.size() <= surely_fits) return {};
-  if (nrrd_fields.size() <= max_fields_size && serialize_header({{}, nrrd_fields}).size() <= max_header_size)
-    return {};
-  return Status::broken("its metadata takes " + std::to_string(nrrd_fields.size()) +
+  const std::size_t size = text_of(metadata).size();
+  if (size <= surely_fits) return {};
+  if (size <= max_fields_size && serialize_header({{}, metadata}).size() <= max_header_size) return {};
+  return Status::broken("its metadata takes " + std::to_string(size) +
                         " bytes, but a .tag file has room for only " + std::to_string(max_fields_size) +
                         ", compressed or not");
 }
@@ -158,7 +157,7 @@ Status check_fields(const std::string& nrrd_fields) {
 std::vector<std::byte> serialize_header(const TagHeader& header) {
   FieldWriter fields;
   parameter_fields(fields, header.parameters);
-  const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
+  const auto text = std::as_bytes(std::span(text_of(header.metadata)));
   const std::vector<std::byte> packed = zstd_compress(text);
   fields.put(static_cast<std::uint32_t>(header.volumes));
   fields.put(static_cast<std::uint32_t>(text.size()));
@@ -234,30 +233,31 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());
-  header.nrrd_fields.assign(reinterpret_cast<const char*>(text.data()), text.size());
   header.volumes = static_cast<int>(std::min<std::uint32_t>(volumes, most_volumes + 1));
   if (Status status = check_parameters(header.parameters); !status.ok()) return status;
-  return check_volumes(header.parameters, header.volumes);
+  if (Status status = check_volumes(header.parameters, header.volumes); !status.ok()) return status;
+  try {
+    header.metadata = parse_metadata({reinterpret_cast<const char*>(text.data()), text.size()});
+  } catch (const BrokenInput& broken) {
+    return Status::broken(std::string("the source's fields in the header: ") + broken.what());
+  }
+  return {};
 }
 
 VolumeInfo volume_info_of(const TagHeader& header) {
-  return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
+  return {header.parameters.dims, header.parameters.type, header.metadata};
 }
 
 VolumeInfo info_of_all(const TagHeader& header) {
+  VolumeInfo info = volume_info_of(header);
   // The name of the first one is not that of all.
-  std::string fields;
-  for (const NrrdLine& line : nrrd_lines(header.nrrd_fields))
-    if (header.volumes == 1 || line.key != volume_name_key) fields += std::string(line.text) + "\n";
-  VolumeInfo info = volume_info(header.parameters.dims, header.parameters.type, std::move(fields));
+  if (header.volumes > 1) info.metadata.erase(volume_name_key);
   info.dims = header.all_dims();
   info.volumes = header.volumes;
   return info;
 }
 
-std::string name_of_volume(const TagHeader& header) {
-  return text_of_key(header.nrrd_fields, volume_name_key);
-}
+std::string name_of_volume(const TagHeader& header) { return header.metadata.text_of(volume_name_key); }
 
 BrokenInput broken_input_of(const std::string& file, const Status& status) {
   return BrokenInput(file + ": " + status.what(), status.is_newer() ? Problem::newer_format : Problem::none);
@@ -276,11 +276,6 @@ TagHeader header_of(const std::string& file, std::span<const std::byte> bytes, s
   TagHeader header;
   if (Status status = parse_header(bytes, header, checksum); !status.ok())
     throw broken_input_of(file, status);
-  try {
-    volume_info_of(header);
-  } catch (const BrokenInput& broken) {
-    throw BrokenInput(file + ": the source's fields in the header: " + broken.what());
-  }
   return header;
 }
 

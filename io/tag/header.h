@@ -17,8 +17,8 @@ namespace tagrid {
 
 struct TagHeader {
   CodingParameters parameters;
-  std::string nrrd_fields;  ///< the metadata of the source; see VolumeInfo
-  int volumes = 1;          ///< in the file; the parameters are those of each of them
+  Metadata metadata;  ///< of the source
+  int volumes = 1;    ///< in the file; the parameters are those of each of them
 
   /// All volumes, one after the other along z.
   Index3 all_dims() const { return {parameters.dims.x, parameters.dims.y, parameters.dims.z * volumes}; }
@@ -28,7 +28,7 @@ inline constexpr std::size_t tag_preamble_size = 16;
 /// The largest header that is read, whatever size it claims.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
-/// The entire header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok().
+/// The entire header: preamble, fields, checksum. REQUIRES: check_metadata(header.metadata).ok().
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
 /// True if a file with these first bytes is a .tag file, of any version.
@@ -49,13 +49,13 @@ bool are_same(const CodingParameters& a, const CodingParameters& b);
 /// Checks that a file may have so many volumes with these parameters; says what is wrong.
 Status check_volumes(const CodingParameters& parameters, std::int64_t volumes);
 
-/// Checks that the lines fit into a header that parse_header() reads; says what is wrong.
-Status check_fields(const std::string& nrrd_fields);
+/// Checks that the metadata fits into a header that parse_header() reads; says what is wrong.
+Status check_metadata(const Metadata& metadata);
 
-/// Describes the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header lines.
+/// Describes the volume in a file.
 VolumeInfo volume_info_of(const TagHeader& header);
 
-/// Describes all volumes of a file; see VolumeInfo::volumes. Throws as above.
+/// Describes all volumes of a file; see VolumeInfo::volumes.
 VolumeInfo info_of_all(const TagHeader& header);
 
 /// The name or the moment of the volume of a header; "" if it has none.

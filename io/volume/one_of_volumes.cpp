@@ -95,7 +95,7 @@ VolumeInfo info_of_volume(const SourceFacts& several, std::int64_t number) {
   one.volumes = 1;
   const auto named = static_cast<std::size_t>(number);
   if (named < several.volume_names.size())
-    one.nrrd_fields += std::string(volume_name_key) + ":=" + several.volume_names[named] + "\n";
+    one.metadata.add_written_pair(volume_name_key, several.volume_names[named]);
   return one;
 }
 

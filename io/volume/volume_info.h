@@ -3,60 +3,16 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "io/metadata/metadata.h"
 #include "stages/grid/box.h"
 #include "stages/sample/sample_type.h"
 
 namespace tagrid {
-
-/// The position of the samples in the world, as far as the source gives it. Units are those of the source.
-struct Geometry {
-  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-
-  /// Distances between neighboring samples (x, y, z), NaN if unknown; the lengths of directions.
-  std::array<double, 3> spacing = {unknown, unknown, unknown};
-  /// World position of sample (0, 0, 0); without has_origin, in the entire volume with samples 1 apart.
-  std::array<double, 3> origin = {0, 0, 0};
-  /// directions[axis] is the vector in the world from one sample to the next one along `axis`.
-  std::array<std::array<double, 3>, 3> directions = {};
-  /// The name of the coordinate system, such as "left-posterior-superior" or "LPS"; "" if unknown.
-  std::string space;
-  /// The units of the axes if there are no directions, otherwise those of the coordinates; "" if unknown.
-  std::array<std::string, 3> units;
-  bool has_spacing = false;  ///< The source gave spacings or directions.
-  bool has_origin = false;
-  bool has_directions = false;
-};
-
-/// The spacing along an axis; an unknown one counts as 1.
-double spacing_or_1(const Geometry& geometry, std::size_t axis);
-/// True if the source did not give spacings along all axes.
-bool has_unknown_spacing(const Geometry& geometry);
-
-/// World position of a lattice point, which may lie outside the volume. An unknown spacing counts as 1.
-std::array<double, 3> to_world(const Geometry& geometry, const Index3& point);
-/// The same for a place between lattice points, in samples along each axis.
-std::array<double, 3> to_world(const Geometry& geometry, const std::array<double, 3>& place);
-
-/// True if the determinant of the axis directions is negative (or the number of negative spacings is odd), so
-/// that the volume is mirrored in the world.
-bool is_mirrored(const Geometry& geometry);
-
-/// The determinant of the directions: 0 if they do not span a volume, negative if they mirror it.
-double determinant(const std::array<std::array<double, 3>, 3>& directions);
-
-/// What samples mean: value = slope * sample + intercept.
-struct Rescale {
-  double slope = 1, intercept = 0;
-  std::string units = "";  ///< of the values; "" if unknown
-
-  bool operator==(const Rescale&) const = default;
-};
 
 /// A .tag file has no more volumes.
 inline constexpr int most_volumes = 10'000;
@@ -65,15 +21,12 @@ struct VolumeInfo {
   /// Of several volumes: dims.z is the number of the slices of all of them.
   Index3 dims;
   SampleType type = SampleType::uint8;
-  /// geometry_of(nrrd_fields), kept for convenience.
-  Geometry geometry;
-  /// The lines of the source's NRRD header, verbatim and in order, each with '\n', except those that say how
-  /// samples are stored (type, dimension, sizes, encoding, endian, data file, skips). They include content,
-  /// space and its directions, spacings, units, kinds, key:=value pairs and comments. A writer puts them into
-  /// its header.
-  std::string nrrd_fields;
+  /// All else that is known of the volume.
+  Metadata metadata = {};
   /// Volumes of the same size, one after the other along z; see one_of_volumes().
   std::int64_t volumes = 1;
+
+  const Geometry& geometry() const { return metadata.geometry(); }
 };
 
 /// "3 x 4 x 5 int16", for messages.

@@ -91,17 +91,10 @@ class VolumeSource {
   const std::vector<std::string>& files() const { return facts_.files; }
   std::string name() const { return facts_.shown_name(); }
   void set_name(const std::string& name) { facts_.name = name; }
-  /// Sets the positions of samples: `nrrd_fields` are all lines of VolumeInfo, and `geometry` is
-  /// the geometry that they describe.
-  void set_geometry(Geometry geometry, std::string nrrd_fields) {
-    facts_.info.geometry = std::move(geometry);
-    facts_.info.nrrd_fields = std::move(nrrd_fields);
-  }
+  void set_metadata(Metadata metadata) { facts_.info.metadata = std::move(metadata); }
   void add_warning(std::string sentence) { facts_.warnings.push_back(std::move(sentence)); }
   void set_missing_of_voxel_size(std::string clause) { facts_.missing_of_voxel_size = std::move(clause); }
-  /// Adds header lines that tell of doubts.
-  void keep_in_header(const std::string& lines) { facts_.info.nrrd_fields += lines; }
-  /// Doubts of an earlier reader, which the header tells.
+  /// Doubts of an earlier reader, which the description tells.
   void set_doubts(std::string scale_doubt, std::vector<std::string> not_understood) {
     facts_.scale_doubt = std::move(scale_doubt);
     facts_.not_understood = std::move(not_understood);

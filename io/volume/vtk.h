@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "io/volume/volume_info.h"
 #include "stages/sample/sample_type.h"
 

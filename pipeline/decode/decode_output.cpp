@@ -7,8 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/loss.h"
 #include "io/tag/bricks.h"
 #include "io/tag/members.h"
 
@@ -21,11 +20,11 @@ std::shared_ptr<const ByteSource> source_of(const DecodeRun& run) {
 }
 
 VolumeInfo with_loss_of(VolumeInfo samples, const CodingParameters& parameters) {
-  std::string& fields = samples.nrrd_fields;
   if (parameters.is_exact()) return samples;
-  const double error = parameters.max_error * std::abs(rescale_of_bounds(fields).slope);
-  fields = with_loss(fields, parameters.max_error < 0 ? "tagrid, without a bound"
-                                                      : fmt::format("tagrid, maximum error {:.6g}", error));
+  const double error = parameters.max_error * std::abs(samples.metadata.rescale_of_bounds().slope);
+  add_loss(parameters.max_error < 0 ? "tagrid, without a bound"
+                                    : fmt::format("tagrid, maximum error {:.6g}", error),
+           samples.metadata);
   return samples;
 }
 

@@ -90,10 +90,10 @@ struct DecodeResult {
   std::string facts = {};                  ///< VolumeSink::facts()
   std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
   WrittenNumbers numbers = {};
-  Index3 dims = header.parameters.dims;                          ///< of the volume that was written
-  std::string nrrd_fields = numbers.fields(header.nrrd_fields);  ///< of the volume that was written
-  std::optional<Salvage> salvage = {};                           ///< if DecodeRun::fill is set
-  bool is_one_of_several = false;                                ///< the file has other volumes, too
+  Index3 dims = header.parameters.dims;                   ///< of the volume that was written
+  Metadata metadata = numbers.metadata(header.metadata);  ///< of the volume that was written
+  std::optional<Salvage> salvage = {};                    ///< if DecodeRun::fill is set
+  bool is_one_of_several = false;                         ///< the file has other volumes, too
 };
 
 using FinishedDecode = Finished<DecodeResult>;

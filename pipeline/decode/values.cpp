@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 
 namespace tagrid {
 namespace {
@@ -82,7 +81,7 @@ ValueRule rule_of_values(SampleType from, const Interval& samples, std::vector<d
 
 ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
   const CodingParameters& p = header.parameters;
-  const auto slices = rescale_of_slices(header.nrrd_fields, p.dims.z);
+  const auto slices = rescale_of_slices(header.metadata, p.dims.z);
   if (!slices)
     throw UsageError(
         Sentence{"slices have individual slopes (slice_slopes), but not one for each of {} slices, so values "
@@ -93,8 +92,8 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
 
 }  // namespace
 
-void require_scale(const std::string& nrrd_fields, const Setting& of_values) {
-  const std::string doubt = scale_doubt_in(nrrd_fields);
+void require_scale(const Metadata& metadata, const Setting& of_values) {
+  const std::string doubt = scale_doubt_in(metadata);
   if (doubt.empty()) return;
   throw UsageError(Sentence{"{}. The values that {} needs are therefore unknown; give {}",
                             {doubt, of_values, Setting{"samples", "stored samples"}}});
@@ -103,12 +102,12 @@ void require_scale(const std::string& nrrd_fields, const Setting& of_values) {
 VolumeInfo WrittenNumbers::info(const VolumeInfo& samples) const {
   VolumeInfo written = samples;
   written.type = type(samples.type);
-  written.nrrd_fields = fields(samples.nrrd_fields);
+  written.metadata = metadata(samples.metadata);
   return written;
 }
 
-std::string WrittenNumbers::fields(const std::string& of_samples) const {
-  return are_values() ? fields_of_values(of_samples) : of_samples;
+Metadata WrittenNumbers::metadata(const Metadata& of_samples) const {
+  return are_values() ? metadata_of_values(of_samples) : of_samples;
 }
 
 double WrittenNumbers::error_in_values(double error) const {
@@ -126,24 +125,24 @@ std::optional<std::array<double, 2>> WrittenNumbers::range_in_values(double low,
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header) {
   if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.keeps.applies_rescale))
     return false;
-  if (has_slopes_of_slices(header.nrrd_fields)) return wanted == Numbers::values;
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  if (header.metadata.has_slopes_of_slices()) return wanted == Numbers::values;
+  const Rescale rescale = header.metadata.rescale();
   return rescale.slope != 1 || rescale.intercept != 0;
 }
 
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index) {
-  if (wanted == Numbers::values) require_scale(header.nrrd_fields, {"values", "decoding to values"});
+  if (wanted == Numbers::values) require_scale(header.metadata, {"values", "decoding to values"});
   const SampleType type = header.parameters.type;
   WrittenNumbers numbers{{type, type}};
   const bool has_range = index != nullptr && index->total.finite > 0;
   const Interval samples = range_of_samples(type, index);
   if (!depends_on_range(format, wanted, header)) return numbers;
-  if (has_slopes_of_slices(header.nrrd_fields)) {
+  if (header.metadata.has_slopes_of_slices()) {
     numbers.rule = rule_of_slices(header, samples);
     return numbers;
   }
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const Rescale rescale = header.metadata.rescale();
   if (wanted == Numbers::values) {
     numbers.rule = rule_of_values(type, samples, {rescale.slope}, {rescale.intercept});
     return numbers;

@@ -37,8 +37,8 @@ struct WrittenNumbers {
   /// Bytes of a value; 0 if samples stay as they are.
   std::size_t value_bytes() const { return are_values() ? size_of(rule.to) : 0; }
   SampleType type(SampleType of_samples) const { return are_values() ? rule.to : of_samples; }
-  /// VolumeInfo::nrrd_fields of what is written, from those of the samples.
-  std::string fields(const std::string& of_samples) const;
+  /// The metadata of what is written, from that of the samples.
+  Metadata metadata(const Metadata& of_samples) const;
   /// The largest error of what is written, if that of samples is `error`.
   double error_in_values(double error) const;
   /// The smallest and the largest value, if those of samples are so; nothing if each slice has a slope of its
@@ -48,8 +48,8 @@ struct WrittenNumbers {
   VolumeInfo info(const VolumeInfo& samples) const;
 };
 
-/// Throws UsageError if header lines leave the scale of values in doubt. `of_values` is what needs it.
-void require_scale(const std::string& nrrd_fields, const Setting& of_values);
+/// Throws UsageError if the metadata leaves the scale of values in doubt. `of_values` is what needs it.
+void require_scale(const Metadata& metadata, const Setting& of_values);
 
 /// True if the choice below depends on the range of samples, so on the index: values may be written.
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header);

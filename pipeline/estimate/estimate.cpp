@@ -182,7 +182,7 @@ class Estimator {
     const PageLayout layout(bricks_.count());
     facts.sizes_bytes = facts.statistics_bytes = static_cast<std::uint32_t>(some) / 2;
     index.pages.resize(static_cast<std::size_t>(std::min(layout.pages(), PageLayout::most_pages)), facts);
-    const auto header = static_cast<double>(serialize_header({p, source_.info().nrrd_fields}).size()),
+    const auto header = static_cast<double>(serialize_header({p, source_.info().metadata}).size()),
                end = static_cast<double>(file_end(p, index, 0, 0, 0).size());
     return header + end + none * static_cast<double>(layout.pages()) +
            (some - none) / static_cast<double>(page.size()) * static_cast<double>(bricks_.count());
@@ -246,7 +246,7 @@ void add_overviews(VolumeSource& source, const std::vector<CodingParameters>& of
   total.high = result.high;
   std::vector<CodingParameters> of_means;
   for (const CodingParameters& p : of_bounds)
-    of_means.push_back(overview_header({p, ""}, block_edge, total).parameters);
+    of_means.push_back(overview_header({p, {}}, block_edge, total).parameters);
   BlockMeans means(source);
   const SampleSize size = {.bytes = SampleSize().bytes / samples_per_block,
                            .bricks = most_bricks_of_overview};
@@ -256,7 +256,7 @@ void add_overviews(VolumeSource& source, const std::vector<CodingParameters>& of
       const Estimate& of_finest = finest.estimates[bound];
       const double share = share_of_level(factor);
       // Every level has all lines of the header.
-      const double least = bytes_besides_bricks({of_means[bound], means.info().nrrd_fields});
+      const double least = bytes_besides_bricks({of_means[bound], means.info().metadata});
       Estimate& e = result.estimates[bound];
       e.file_bytes += least + share * (of_finest.file_bytes - least) + static_cast<double>(member_frame_size);
       e.encoding_seconds += share * of_finest.encoding_seconds;

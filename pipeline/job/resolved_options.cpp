@@ -7,8 +7,7 @@
 #include <limits>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/tag/header.h"
 #include "io/volume/one_of_volumes.h"
 #include "stages/grid/lattice.h"
@@ -138,7 +137,7 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
 
 std::vector<int> overviews_of(const EncodeOptions& options, const VolumeInfo& info) {
   // The mean of samples from slices with different scales is the mean of no values.
-  const bool possible = !has_slopes_of_slices(info.nrrd_fields);
+  const bool possible = !info.metadata.has_slopes_of_slices();
   if (!options.overviews) return possible && !options.grid_only ? factors_for(info.dims) : std::vector<int>();
   require(possible || options.overviews->empty(),
           {"{} are means, but each slice of this volume has its own slope and intercept; give {} none",
@@ -170,7 +169,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
           {"{}. The bound therefore cannot be converted to stored samples; give {} 0, which is lossless",
            {source.scale_doubt, setting::max_error}});
   const VolumeInfo info = info_of_volume(source, 0);
-  require_valid(check_fields(info.nrrd_fields), "this volume");
+  require_valid(check_metadata(info.metadata), "this volume");
   ResolvedOptions resolved;
   resolved.options = options;
   EncodeOptions& o = resolved.options;
@@ -178,7 +177,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   resolved.reason_of_bound = turn_into_samples(source.rescale, info.type, o);
   o.validate();
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
-  resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
+  resolved.metadata = o.strip ? stripped(info.metadata) : info.metadata;
   resolved.parameters = parameters_but_scale(o, info);
   resolved.volumes = static_cast<int>(source.info.volumes);
   resolved.overviews = overviews_of(o, info);

@@ -29,7 +29,7 @@ struct ResolvedOptions {
   int volumes = 1;               ///< in the file
   std::vector<int> overviews;    ///< their factors
   bool range_from_data = false;  ///< the value range and the field scale follow from the samples
-  std::string fields;            ///< the metadata that the file keeps
+  Metadata metadata;             ///< that the file keeps
   std::string reason_of_bound;   ///< how a bound of samples follows from that of values; "" if it is the same
   std::string volume;            ///< its name, for messages
 

@@ -232,7 +232,7 @@ double bits_besides(Subject& subject, double max_error, double step, const Progr
   constexpr double bytes_of_index_entry = 12;
   constexpr std::int64_t most_means = sampled_voxels / 64;
   const ResolvedOptions options = with_bound(subject.options, max_error, step);
-  const TagHeader header{options.parameters, options.fields};
+  const TagHeader header{options.parameters, options.metadata};
   const auto volume = one_of_volumes(subject.source, 0);
   const double around = bytes_besides_bricks(header);
   double bytes = around + bytes_of_index_entry * static_cast<double>(options.parameters.bricks().count());

@@ -68,7 +68,7 @@ std::pair<double, double> range_for(VolumeSource& source) {
 }
 
 EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.fields, options.volumes},
+  return {{options.parameters, options.metadata, options.volumes},
           plan,
           options.overviews,
           options.reason_of_bound};

@@ -1,5 +1,6 @@
 // The half of the library that reads without threads and files: see tagrid_blocks.h.
 #include "io/tag/blocks.h"
+#include "io/metadata/text.h"
 
 #include <algorithm>
 #include <exception>
@@ -221,7 +222,7 @@ tagrid_status tagrid_blocks_info(tagrid_blocks* blocks, tagrid_info* info) {
 }
 
 const char* tagrid_blocks_metadata(const tagrid_blocks* blocks) {
-  return blocks == nullptr || blocks->file == nullptr ? "" : blocks->file->header().nrrd_fields.c_str();
+  return blocks == nullptr || blocks->file == nullptr ? "" : text_of(blocks->file->header().metadata).c_str();
 }
 
 tagrid_status tagrid_blocks_overviews(tagrid_blocks* blocks, int64_t* factors) {

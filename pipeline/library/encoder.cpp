@@ -6,7 +6,9 @@
 #include <memory>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/metadata.h"
+#include "io/metadata/text.h"
 #include "pipeline/encode/push_encoder.h"
 #include "pipeline/job/options.h"
 #include "pipeline/library/calls.h"
@@ -108,29 +110,30 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
   return options;
 }
 
-// The lines of an NRRD header with the same content; "" if nothing is known.
-std::string nrrd_fields_of(const tagrid_geometry& geometry) {
+// Entries with the same content; none if nothing is known.
+MetadataEntries entries_of(const tagrid_geometry& geometry) {
   const auto vector = [](const double* v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); };
-  if (!geometry.has_directions && !geometry.has_origin)
-    return geometry.has_spacing
-               ? spacings_line({geometry.spacing[0], geometry.spacing[1], geometry.spacing[2]})
-               : "";
-  const std::string origin =
-      geometry.has_origin ? "space origin: " + vector(geometry.origin) + "\n" : std::string();
+  const std::array<double, 3> spacing = {geometry.spacing[0], geometry.spacing[1], geometry.spacing[2]};
   bool is_known = geometry.has_spacing;
-  for (const double spacing : geometry.spacing) is_known &= !std::isnan(spacing);
+  for (const double length : spacing) is_known &= !std::isnan(length);
+  MetadataEntries entries;
   // Directions would state a distance between samples, but it is unknown.
-  if (!geometry.has_directions && !is_known) {
-    const auto& s = geometry.spacing;
-    return (geometry.has_spacing ? spacings_line({s[0], s[1], s[2]}) : "") + "space dimension: 3\n" + origin;
+  const bool has_origin = geometry.has_origin,
+             are_directions_known = geometry.has_directions || (has_origin && is_known);
+  if (!are_directions_known && geometry.has_spacing) add_spacings(spacing, entries);
+  if (geometry.has_directions || has_origin) entries.add_field("space dimension", "3");
+  if (are_directions_known) {
+    std::string directions;
+    for (int axis = 0; axis < 3; ++axis) {
+      double along_axis[3] = {0, 0, 0};
+      along_axis[axis] = geometry.spacing[axis];
+      directions += axis == 0 ? "" : " ";
+      directions += vector(geometry.has_directions ? geometry.directions[axis] : along_axis);
+    }
+    entries.add_field("space directions", directions);
   }
-  std::string lines = "space dimension: 3\nspace directions:";
-  for (int axis = 0; axis < 3; ++axis) {
-    double along_axis[3] = {0, 0, 0};
-    along_axis[axis] = geometry.spacing[axis];
-    lines += fmt::format(" {}", vector(geometry.has_directions ? geometry.directions[axis] : along_axis));
-  }
-  return lines + "\n" + origin;
+  if (has_origin) entries.add_field("space origin", vector(geometry.origin));
+  return entries;
 }
 
 VolumeInfo volume_of(const tagrid_encode_options& given) {
@@ -139,10 +142,11 @@ VolumeInfo volume_of(const tagrid_encode_options& given) {
   require(is_volume_size(info.dims), "dims must be from 1 to 2^31 each, and at most 2^58 samples");
   require(given.type >= TAGRID_UINT8 && given.type <= TAGRID_FLOAT64, "there is no such sample type");
   info.type = static_cast<SampleType>(given.type);
-  if (given.geometry != nullptr) info.nrrd_fields = nrrd_fields_of(*given.geometry);
-  if (given.metadata != nullptr) info.nrrd_fields += given.metadata;
   try {
-    info.geometry = geometry_of(info.nrrd_fields);
+    MetadataEntries entries;
+    if (given.geometry != nullptr) entries = entries_of(*given.geometry);
+    if (given.metadata != nullptr) add_text(given.metadata, entries);
+    info.metadata = Metadata(std::move(entries));
   } catch (const BrokenInput& broken) {
     throw UsageError(std::string("geometry or metadata: ") + broken.what());
   }

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/verify/verify.h"
 #include "stages/grid/lattice.h"
@@ -77,7 +78,7 @@ tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info)
 }
 
 const char* tagrid_reader_metadata(const tagrid_reader* reader) {
-  return reader == nullptr || !reader->file ? "" : reader->file->header().nrrd_fields.c_str();
+  return reader == nullptr || !reader->file ? "" : text_of(reader->file->header().metadata).c_str();
 }
 
 tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, tagrid_brick* brick) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
 #include "stages/grid/lattice.h"
 #include "stages/sample/statistics.h"
 
@@ -86,7 +85,7 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   const VolumeInfo volume = volume_info_of(header);
   copy(volume.dims, info.dims);
   info.type = static_cast<tagrid_type>(volume.type);
-  info.geometry = geometry_of_volume(volume.geometry);
+  info.geometry = geometry_of_volume(volume.geometry());
   info.grid_only = p.mode == FileMode::grid;
   info.grid_derived = !p.counts_points();
   info.max_error = nan_unless(p.max_error >= 0, p.max_error);

@@ -6,10 +6,8 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -40,8 +38,8 @@ GridInput::GridInput(const std::string& path, std::int64_t volume, bool is_part,
 }
 
 MeshNotes GridInput::notes() const {
-  const Geometry geometry = in_one_unit(geometry_of(header().nrrd_fields));
-  return {short_name_of_space(geometry.space), rescale_of(header().nrrd_fields), smallest_spacing(geometry)};
+  const Geometry geometry = in_one_unit(header().metadata.geometry());
+  return {short_name_of_space(geometry.space), header().metadata.rescale(), smallest_spacing(geometry)};
 }
 
 Box GridInput::positions(const std::optional<Box>& box) const {

@@ -1,8 +1,8 @@
 #include "pipeline/meshes/mesh.h"
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/meshes/formats.h"
+#include "io/metadata/rescale.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/meshes/coarsened_grid.h"
@@ -22,7 +22,7 @@ void check_coarsening(const MeshOptions& options) {
 
 double error_of_samples(const MeshOptions& options, const TagHeader& header) {
   if (options.of_samples) return *options.coarsen;
-  return error_in_samples(*options.coarsen, {largest_slope(header.nrrd_fields), 0});
+  return error_in_samples(*options.coarsen, {header.metadata.largest_slope(), 0});
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   GridInput input(run.input, run.volume, !options.region.is_all() && !options.coarsen, run.output,
                   options.overwrite);
   if (options.coarsen && !options.of_samples)
-    require_scale(input.header().nrrd_fields, {"coarsen", "the error of a mesh"});
+    require_scale(input.header().metadata, {"coarsen", "the error of a mesh"});
   const CodingParameters& parameters = input.header().parameters;
   MeshPart part = {checked_level(options.level, parameters.cube_size), options.padded};
   if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;

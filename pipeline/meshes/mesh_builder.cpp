@@ -5,8 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
@@ -41,7 +40,7 @@ std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters&
 
 MeshBuilder::MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink)
     : parameters_(header.parameters),
-      geometry_(in_one_unit(geometry_of(header.nrrd_fields))),
+      geometry_(in_one_unit(header.metadata.geometry())),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
       ids_(parameters_.bricks(), positions),

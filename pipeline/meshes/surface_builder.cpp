@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/decode/values.h"
 #include "stages/grid/lattice.h"
@@ -46,7 +44,7 @@ Index3 point_of(const Box& box, std::uint32_t number) {
 SurfaceBuilder::SurfaceBuilder(const TagHeader& header, const Box& positions, const SurfacePart& part,
                                const SurfaceLevel& level, SurfaceSink& sink)
     : parameters_(header.parameters),
-      geometry_(in_one_unit(geometry_of(header.nrrd_fields))),
+      geometry_(in_one_unit(header.metadata.geometry())),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
       grid_{parameters_.cube_size, parameters_.domain().volume(), part.box, part.close},
@@ -125,18 +123,18 @@ void SurfaceBuilder::add_area(const SurfacePiece& piece) {
 }
 
 SurfaceLevel surface_level(double iso, const TagHeader& header, const std::string& name) {
-  if (has_slopes_of_slices(header.nrrd_fields))
+  if (header.metadata.has_slopes_of_slices())
     throw UsageError(Sentence{
         "{}: each slice has its own slope (slice_slopes), so a value is a different sample in each; with {}, "
         "the level is a stored sample; for a level in values, decode the volume with {}, and encode the "
         "result",
         {name, Setting{"samples", "stored samples"}, Setting{"values", "values"}}});
-  require_scale(header.nrrd_fields, {"iso", "the level of a surface"});
-  for (const auto& [key, value] : key_values_of(header.nrrd_fields))
+  require_scale(header.metadata, {"iso", "the level of a surface"});
+  for (const auto& [key, value] : header.metadata.pairs())
     if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
       throw BrokenInput(fmt::format("{}: the header: rescale_slope is {}, which is not a slope", name,
                                     quoted(std::string_view(value))));
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const Rescale rescale = header.metadata.rescale();
   const SurfaceLevel level{(iso - rescale.intercept) / rescale.slope, rescale.slope < 0};
   if (!std::isfinite(level.value))
     throw UsageError(fmt::format("{}: the value {} has no finite sample with the slope {} of this file", name,

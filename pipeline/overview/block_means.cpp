@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 
 namespace tagrid {
 namespace {
@@ -14,7 +14,7 @@ SourceFacts facts_of(const VolumeInfo& volume) {
   SourceFacts facts;
   facts.info.dims = layout_of_sums(volume.dims, volume.type, block_edge).blocks;
   facts.info.type = volume.type;
-  facts.info.nrrd_fields = fields_of_overview(volume.nrrd_fields, block_edge, volume.dims.z);
+  facts.info.metadata = metadata_of_overview(volume.metadata, block_edge, volume.dims.z);
   facts.traits.again = facts.traits.any_rows = true;
   facts.name = "the means of the volume";
   return facts;

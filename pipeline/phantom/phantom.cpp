@@ -8,7 +8,7 @@
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/metadata.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"
@@ -21,7 +21,10 @@ VolumeInfo info_of(const PhantomOptions& options) {
   require(sample_bytes(n, options.type).has_value(),
           {"{} {},{},{}: the volume must be smaller than 2^62 bytes",
            {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
-  return volume_info(n, options.type, spacings_line({1, 1, 1}));
+  Geometry geometry;
+  geometry.spacing = {1, 1, 1};
+  geometry.has_spacing = true;
+  return {n, options.type, Metadata(geometry)};
 }
 
 }  // namespace

@@ -9,8 +9,7 @@
 #include <mutex>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
@@ -252,7 +251,7 @@ bool can_open(const TagBricks& file, const Member& member, Overviews& overviews)
 Overviews choose_panels(const TagBricks& file, const PreviewWishes& wishes, PreviewContent& content) {
   Overviews overviews;
   const Index3& dims = file.parameters().dims;
-  const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
+  const Geometry geometry = in_one_unit(file.header().metadata.geometry());
   const int largest = file.parameters().counts_points() ? wishes.largest : wishes.largest_of_three;
   for (int axis = 0; axis < 3; ++axis) {
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;

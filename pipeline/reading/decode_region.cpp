@@ -13,8 +13,7 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
@@ -132,15 +131,17 @@ void fill_with(double value, SampleType type, std::vector<std::byte>& samples) {
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
   const CodingParameters& parameters = header.parameters;
   const Index3 first = parameters.domain().samples_at(region.box).low;
-  VolumeInfo info = volume_info(
+  VolumeInfo info{
       region.shape(), parameters.type,
-      fields_of_region(header.nrrd_fields, first, region.step, region.shape().z, parameters.dims.z));
+      metadata_of_region(header.metadata, first, region.step, region.shape().z, parameters.dims.z)};
   // Formats that must say a place put both the whole and the part where samples are 1 apart.
-  const Geometry whole = geometry_of(header.nrrd_fields);
+  const Geometry& whole = header.metadata.geometry();
   if (whole.has_directions) return info;
   const auto place = to_world(whole, first);
+  auto origin = info.geometry().origin;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (std::isnan(whole.spacing[axis])) info.geometry.origin[axis] = place[axis];
+    if (std::isnan(whole.spacing[axis])) origin[axis] = place[axis];
+  info.metadata.set_origin(origin);
   return info;
 }
 
@@ -312,7 +313,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .warnings = sink->warnings(),
                          .numbers = numbers,
                          .dims = info.dims,
-                         .nrrd_fields = info.nrrd_fields};
+                         .metadata = info.metadata};
   blocks.finish(result, region);
   return {std::move(result), sink};
 }

@@ -9,7 +9,6 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
 #include "pipeline/decode/decode_run.h"

@@ -11,8 +11,8 @@
 #include "io/files/output_lock.h"
 #include "io/files/spool_file.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/loss.h"
 #include "io/parity/parity.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/stored_bits.h"
@@ -101,8 +101,8 @@ class StreamStore : public BrickStore {
     header.volumes = 1;
     for (int number = 1; number < job.header.volumes; ++number) {
       const auto volume = one_of_volumes(source, number);
-      const std::string& fields = volume->info().nrrd_fields;
-      header.nrrd_fields = run_.options.strip ? stripped(fields) : fields;
+      const Metadata& metadata = volume->info().metadata;
+      header.metadata = run_.options.strip ? stripped(metadata) : metadata;
       SpoolFile encoded = SpoolFile::in(folder_of_sums(), run_.output);
       SpoolSink sink(encoded);
       TagWriter writer(sink, header);
@@ -278,7 +278,7 @@ FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& r
   result.warnings = all_warnings(volume->facts());
   result.missing_of_voxel_size = volume->facts().missing_of_voxel_size;
   if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume->name() + ": " + job.doubt_of_bound);
-  result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
+  result.lossy_source = volume->info().metadata.text_of(lossy_source_key);
   const Made made = store->take(job, *volume);
   if (made == Made::no) {
     store->encode(job, volume, result);

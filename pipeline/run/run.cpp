@@ -9,6 +9,7 @@
 #include "io/files/open_source.h"
 #include "io/files/spool_file.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/metadata.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/graph.h"
@@ -132,7 +133,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   decode_levels(run, output, *sink, numbers, resources);
   DecodeResult result =
       result_of(first->header(), std::move(index), file->sizes().file, plan, *sink, numbers);
-  result.nrrd_fields = numbers.fields(info.nrrd_fields);
+  result.metadata = numbers.metadata(info.metadata);
   result.is_one_of_several = count < file->header().volumes;
   result.header.volumes = static_cast<int>(count);
   return {std::move(result), sink};
@@ -204,7 +205,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   VerifySetup setup = verify_setup(reader.name(), reader.header(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
-  const std::string fields_of_original = setup.fields_of_original;
+  const Metadata metadata_of_original = setup.metadata_of_original;
   const bool has_scale = !setup.is_original_headerless, again = setup.again;
   const auto verified = [&] {
     // Only this rank knows what the user declared.
@@ -217,7 +218,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   };
   VerifyResult result = verified();
   if (!run.original.empty())
-    result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original, has_scale);
+    result.geometry = compare_geometry(result.header.metadata, metadata_of_original, has_scale);
   // Of a pipe, only the checksums of the envelope and of members are checked.
   const bool has_members = !result.index.members.empty();
   result.are_members_decoded = is_file || !has_members;

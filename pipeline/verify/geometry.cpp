@@ -9,11 +9,10 @@
 #include <optional>
 #include <utility>
 
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/given_spacing.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/volume/given_spacing.h"
 
 namespace tagrid {
 namespace {
@@ -53,10 +52,10 @@ std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& th
 
 class GeometryOfBoth {
  public:
-  GeometryOfBoth(std::string_view fields, std::string_view original)
-      : pairs_{key_values_of(fields), key_values_of(original)},
-        ours_(geometry_of(fields)),
-        theirs_(geometry_of(original)),
+  GeometryOfBoth(const Metadata& metadata, const Metadata& original)
+      : metadata_{&metadata, &original},
+        ours_(metadata.geometry()),
+        theirs_(original.geometry()),
         factor_(factor_of_lengths(ours_, theirs_)) {}
 
   GeometryComparison compare(bool original_has_scale) {
@@ -90,7 +89,7 @@ class GeometryOfBoth {
     };
     for (const auto& [key, otherwise] :
          {Pair{"rescale_slope", 1}, {"rescale_intercept", 0}, {"slice_slopes", 1}, {"slice_intercepts", 0}}) {
-      const auto ours = numbers_of(pairs_[0], key), theirs = numbers_of(pairs_[1], key);
+      const auto ours = numbers_of(*metadata_[0], key), theirs = numbers_of(*metadata_[1], key);
       if (ours.empty() == theirs.empty()) continue;
       const auto says_more = [none = otherwise](double number) { return number != none; };
       if (std::ranges::any_of(ours.empty() ? theirs : ours, says_more))
@@ -152,8 +151,8 @@ class GeometryOfBoth {
 
   /// Compares numbers with the tolerance of the largest. `factors` multiply those of the original in turn.
   void compare_numbers(std::string_view key, double tolerance, const Vector& factors) {
-    const auto a = numbers_of(pairs_[0], key);
-    auto b = numbers_of(pairs_[1], key);
+    const auto a = numbers_of(*metadata_[0], key);
+    auto b = numbers_of(*metadata_[1], key);
     for (std::size_t i = 0; i < b.size(); ++i) b[i] *= factors[i % 3];
     if (a.empty() || b.empty()) return;
     found_.compared.emplace_back(key);
@@ -170,29 +169,26 @@ class GeometryOfBoth {
       }
   }
 
-  static std::vector<double> numbers_of(const KeyValues& pairs, std::string_view key) {
+  static std::vector<double> numbers_of(const Metadata& metadata, std::string_view key) {
     std::vector<double> numbers;
-    for (const auto& [name, value] : pairs) {
-      if (name != key) continue;
-      std::string list = value;
-      std::ranges::replace(list, ';', ' ');
-      for (const std::string_view word : words_of(list)) numbers.push_back(number_of(word).value_or(NAN));
-    }
+    std::string list = metadata.text_of(key);
+    std::ranges::replace(list, ';', ' ');
+    for (const std::string_view word : words_of(list)) numbers.push_back(number_of(word).value_or(NAN));
     return numbers;
   }
 
-  std::array<KeyValues, 2> pairs_;
-  Geometry ours_, theirs_;
+  std::array<const Metadata*, 2> metadata_;
+  const Geometry &ours_, &theirs_;
   std::optional<double> factor_;
   GeometryComparison found_;
 };
 
 }  // namespace
 
-GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
+GeometryComparison compare_geometry(const Metadata& metadata, const Metadata& of_original,
                                     bool original_has_scale) {
-  const std::string original = with_overridden_spacing(fields_of_original, fields);
-  return GeometryOfBoth(fields, original).compare(original_has_scale);
+  const Metadata original = with_overridden_spacing(of_original, metadata);
+  return GeometryOfBoth(metadata, original).compare(original_has_scale);
 }
 
 }  // namespace tagrid

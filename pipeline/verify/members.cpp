@@ -56,9 +56,9 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
   TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
   VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};
   if (original) setup = against(reader.name(), reader.parameters(), of_original(), resources);
-  const std::string fields = setup.fields_of_original;
+  const Metadata metadata = setup.metadata_of_original;
   VerifyResult found = verify_all(reader, std::move(setup));
-  if (original) found.geometry = compare_geometry(found.header.nrrd_fields, fields);
+  if (original) found.geometry = compare_geometry(found.header.metadata, metadata);
   const auto again = of_original();
   verify_members(*volume, again.get(), resources);
   if (all) add(found, *all);

@@ -119,8 +119,8 @@ struct VerifySetup {
   std::unique_ptr<AgainstOriginal> against = nullptr;  ///< comparison with an original; null if there is none
   bool any_order = true;                               ///< rows may be compared in any order
   bool again = false;                                  ///< the original can be read once more
-  std::string fields_of_original = "";                 ///< what the original says of itself; see VolumeInfo
-  bool is_original_headerless = false;                 ///< it has no place for a scale of values
+  Metadata metadata_of_original = {};
+  bool is_original_headerless = false;  ///< it has no place for a scale of values
 };
 
 /// Opens the original of the file `name`, if `original` is not "", and plans how the file is verified. The

@@ -24,13 +24,13 @@ struct GeometryComparison {
   std::vector<std::string> differences;  ///< "the spacing along x is 0.5, but 0.7 in the original"
 };
 
-/// Compares NRRD header lines (see VolumeInfo) of a file with those of an original, where both have them:
+/// Compares the metadata of a file with that of an original, where both have it:
 /// spacings, directions, origin, slopes, intercepts, positions of slices. Known units and spaces that differ
 /// in signs are converted; what cannot be compared is left out. Numbers may differ by 1e-5 of a spacing or a
 /// coordinate, and by 1e-6 of a slope or an intercept, as formats with float32 or six digits make them. A
 /// slope or an intercept on one side alone is a difference, unless it changes nothing or the original has no
-/// place for it (`original_has_scale`). Throws BrokenInput for an invalid line.
-GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
+/// place for it (`original_has_scale`).
+GeometryComparison compare_geometry(const Metadata& metadata, const Metadata& of_original,
                                     bool original_has_scale = true);
 
 struct VerifyRun {

@@ -52,7 +52,7 @@ VerifySetup setup_against(const std::string& name, const CodingParameters& param
   VerifySetup setup;
   setup.any_order = volume->traits().any_rows;
   setup.again = volume->traits().again;
-  setup.fields_of_original = volume->info().nrrd_fields;
+  setup.metadata_of_original = volume->info().metadata;
   setup.plan =
       plan_decoding(parameters, resources, setup.any_order ? DecodeUse::verify : DecodeUse::verify_stream,
                     volume->traits().memory + besides);

@@ -4,7 +4,6 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/nrrd/geometry.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"
@@ -23,8 +22,7 @@ void metaimage(Bytes bytes) {
     const MetaImageHeader header = parse_meta_image_header(text.substr(0, end));
     claim(sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has a size");
-    geometry_of(header.info.nrrd_fields);
-    to_world(header.info.geometry, Index3{1, 2, 3});
+    to_world(header.info.geometry(), Index3{1, 2, 3});
     if (header.data_files.empty()) {
       read_volume(MemoryFile(bytes).path());
       if (bytes.size() <= pipe_holds) read_volume(MemoryPipe(bytes).path());

@@ -1,7 +1,6 @@
 // A NIfTI file of one part, plain or in gzip.
 #include "io/errors/errors.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nrrd/geometry.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"
@@ -14,8 +13,7 @@ void nifti(Bytes bytes) {
     const NiftiHeader header = parse_nifti_header(text.substr(0, max_nifti_header_bytes));
     claim(header.volumes > 0 && sample_bytes(header.info.dims, header.info.type).has_value(),
           "a header that was accepted has volumes with a size");
-    geometry_of(header.info.nrrd_fields);
-    to_world(header.info.geometry, Index3{1, 2, 3});
+    to_world(header.info.geometry(), Index3{1, 2, 3});
   } catch (const BrokenInput&) {
     // The file may be compressed.
   }

@@ -16,10 +16,10 @@ void nrrd(Bytes bytes) {
   try {
     header = parse_nrrd_header(text.substr(0, blank));
     const NrrdHeader again = parse_nrrd_header(nrrd_header_text(header.info, "x.raw"));
-    claim(again.info.nrrd_fields == header.info.nrrd_fields && again.info.dims == header.info.dims &&
+    claim(again.info.metadata == header.info.metadata && again.info.dims == header.info.dims &&
               again.info.type == header.info.type,
           "what a header says comes back");
-    to_world(header.info.geometry, Index3{1, 2, 3});
+    to_world(header.info.geometry(), Index3{1, 2, 3});
   } catch (const BrokenInput&) {
     // The reader finds the end of a header in a different way, so it reads the header, too.
     header.data_files.clear();

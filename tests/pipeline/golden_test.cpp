@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "io/metadata/text.h"
 #include "stages/phantom/phantom.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"
@@ -210,7 +211,7 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
           sample = static_cast<T>(golden_.instead({x, y, z}, static_cast<double>(sample)));
         }
       if (golden_.volumes == 1) return write_nrrd(source(), dims, samples, "content: golden\n");
-      VolumeInfo info{{dims.x, dims.y, slices}, golden_.type, {}, ""};
+      VolumeInfo info{{dims.x, dims.y, slices}, golden_.type};
       info.volumes = golden_.volumes;
       const auto writer =
           create_volume(format_named("nifti"), source(), info, {.files = {.overwrite = true}});
@@ -239,7 +240,7 @@ TEST_P(GoldenFiles, AreReadWithinTheirBound) {
   decode_volume(golden_path(), path("out.nrrd"), format_named("nrrd"), true, Resources(2));
   const CodingParameters& parameters = result.header.parameters;
   const bool is_lossless = parameters.mode == FileMode::voxels && parameters.max_error == 0;
-  EXPECT_THAT(open_volume(path("out.nrrd"))->info().nrrd_fields,
+  EXPECT_THAT(text_of(open_volume(path("out.nrrd"))->info().metadata),
               testing::MatchesRegex(is_lossless ? "content: golden\n"
                                                 : "content: golden\nlossy source:=tagrid, [^\n]*\n"));
 }

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 #include "io/volume/volume_info.h"
 #include "stages/sample/sample_type.h"
 #include "tests/support/points.h"
@@ -20,7 +20,7 @@ namespace tagrid {
 template <class T>
 void write_nrrd(const std::string& path, Index3 dims, const std::vector<T>& samples,
                 const std::string& fields = "") {
-  VolumeInfo info{dims, sample_type_of<T>(), geometry_of(fields), fields};
+  VolumeInfo info{dims, sample_type_of<T>(), parse_metadata(fields)};
   const auto writer = create_volume(format_named("nrrd"), path, info, {.files = {.overwrite = true}});
   writer->write_slices(std::as_bytes(std::span(samples)));
   writer->commit();

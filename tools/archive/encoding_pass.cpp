@@ -10,8 +10,8 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/loss.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/one_of_volumes.h"
@@ -259,7 +259,7 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
                                      ? ""
                                      : source_files(original->facts()).why_not_restorable();
     describe(volume, found.header, found.index, found.bytes_in,
-             text_of_key(original->info().nrrd_fields, lossy_source_key),
+             original->info().metadata.text_of(lossy_source_key),
              why_not_restorable(why_lost, job.parameters()),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
     record["compared"] = true;

@@ -10,9 +10,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/region.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/region.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "io/volume/one_of_volumes.h"
@@ -45,7 +44,7 @@ std::string told_by(const Choice& choice) {
 
 /// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
 const char* oddity_of(const VolumeInfo& info) {
-  return text_of_key(info.nrrd_fields, slice_positions_key).empty()
+  return info.metadata.text_of(slice_positions_key).empty()
              ? ""
              : "; slices are unequally spaced, or some are missing";
 }
@@ -279,7 +278,7 @@ class Finder {
 
   /// Says that a series has images in a directory that came before.
   std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
-    const std::string uid = text_of_key(info.nrrd_fields, "dicom_SeriesInstanceUID"),
+    const std::string uid = info.metadata.text_of("dicom_SeriesInstanceUID"),
                       folder = path.lexically_relative(root_).string();
     if (uid.empty()) return "";
     const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);

@@ -14,7 +14,6 @@
 #include "io/files/file_bytes.h"
 #include "io/files/output_lock.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
 #include "io/tag/bricks.h"
@@ -84,8 +83,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (std::string lost = usual_losses(format, info); !lost.empty()) return lost;
   // losses() looks at the pairs of other formats one by one.
-  if (!format.keeps.header && !format.keeps.slices_are_alike &&
-      stripped(info.nrrd_fields) != info.nrrd_fields)
+  if (!format.keeps.header && !format.keeps.slices_are_alike && stripped(info.metadata) != info.metadata)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
   return "";
 }

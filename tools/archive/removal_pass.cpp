@@ -270,7 +270,7 @@ void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
     throw usage_error("{}: {}; it is kept", input, lost);
   require_kept_files(volume, *original);
-  if (info_of_volume(original->facts(), 0).nrrd_fields != found.header.nrrd_fields) {
+  if (info_of_volume(original->facts(), 0).metadata != found.header.metadata) {
     const std::string version = ordered_json::parse(known.record).value("version", "");
     if (version != TAGRID_VERSION)
       throw broken_input_error(

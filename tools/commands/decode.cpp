@@ -11,8 +11,7 @@
 #include "io/files/open_source.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
 #include "pipeline/run/run.h"
@@ -126,10 +125,10 @@ struct DecodeCommand {
   /// Says what users should know of the output, and with -v what was done.
   void tell_of_result(const std::string& path, const Format& chosen, const DecodeResult& result) const {
     const std::string name = shown_output(path);
-    const VolumeInfo written =
-        volume_info(result.dims, result.numbers.type(result.header.parameters.type), result.nrrd_fields);
+    const VolumeInfo written = {result.dims, result.numbers.type(result.header.parameters.type),
+                                result.metadata};
     tell_of_numbers(name, chosen, result, chosen.keeps.lost_rescale(written));
-    const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
+    const std::vector<std::string> doubts = doubts_in(result.header.metadata);
     if (!doubts.empty())
       warn(run, "{}: was encoded in doubt: {}", shown_input(input),
            printable(fmt::format("{}", fmt::join(doubts, "; "))));
@@ -158,15 +157,15 @@ struct DecodeCommand {
       if (!lost.empty()) warn(run, "{}: {}", name, lost);
     };
     if (run.quiet || numbers() != Numbers::automatic) return tell_of_loss();
-    const std::string& fields = result.header.nrrd_fields;
-    const Rescale rescale = rescale_of(fields);
+    const Metadata& metadata = result.header.metadata;
+    const Rescale& rescale = metadata.rescale();
     const auto added = [&] {
       return fmt::format("{} {}", rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept));
     };
     if (result.numbers.are_values())
       return say("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
                  added(), name_of(result.numbers.rule.to));
-    if (has_slopes_of_slices(fields))
+    if (metadata.has_slopes_of_slices())
       return warn(run,
                   "{}: has stored samples, because each slice has its own slope and intercept; --values "
                   "writes values",

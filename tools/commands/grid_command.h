@@ -5,8 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 #include "pipeline/meshes/grid_input.h"
 #include "pipeline/progress/progress.h"
 #include "tools/options/output_options.h"
@@ -61,7 +60,7 @@ struct GridCommand {
     for (const std::string& warning : result.warnings) warn(run, warning);
     if (const std::string doubt = doubt_of_range(result.header, result.index.total); !doubt.empty())
       warn(run, "{}: {}", shown_input(input), doubt);
-    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
+    if (const std::string mixed = lost_by_mixed_units(result.header.metadata.geometry()); !mixed.empty())
       warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
       warn(run, "{}: slices of the source are unequally spaced; in the {} all distances are equal", path,

@@ -1,13 +1,12 @@
 // tagrid mesh: writes the tetrahedra of a .tag file.
 
 #include "pipeline/meshes/mesh.h"
+#include "io/metadata/metadata.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/meshes/formats.h"
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
@@ -31,19 +30,19 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
       settings["tetrahedra"] = result.tetrahedra;
     };
     const MeshResult result = write(ranks, {"mesh", "meshes", ".vtu"}, write_mesh, add_settings);
-    tell_of_values(result.header.nrrd_fields);
+    tell_of_values(result.header.metadata);
     tell_size(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra), result.header);
   }
 
-  void tell_of_values(const std::string& fields) const {
-    if (has_slopes_of_slices(fields))
+  void tell_of_values(const Metadata& metadata) const {
+    if (metadata.has_slopes_of_slices())
       warn(run,
            path + ": each slice has its own slope; in the mesh, value is the stored sample" +
                (options.coarsen && !options.of_samples
                     ? fmt::format(", and the largest slope, {:.6g}, converts --coarsen to stored samples",
-                                  largest_slope(fields))
+                                  metadata.largest_slope())
                     : ""));
-    const Rescale rescale = rescale_of(fields);
+    const Rescale& rescale = metadata.rescale();
     if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));
     say("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}", shown_output(path),

@@ -7,10 +7,8 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/lengths.h"
 #include "io/png/png_writer.h"
-#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/preview/sheet.h"
@@ -54,8 +52,7 @@ struct PreviewCommand {
     const TagBricks& file = *volume_of_file;
     const PreviewContent content = read(ranks, file, wishes);
     const CodingParameters& parameters = file.parameters();
-    const std::string& fields = file.header().nrrd_fields;
-    const Rescale rescale = rescale_of(fields);
+    const Rescale& rescale = file.header().metadata.rescale();
     const GreyWindow shown = wanted_window ? *wanted_window : window_of(content, parameters.type, rescale);
     const Image picture =
         sheet_of({.title = input == "-" ? "standard input" : std::filesystem::path(input).filename().string(),

@@ -8,7 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/loss.h"
 #include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "tools/archive/removed_originals.h"
@@ -49,8 +49,7 @@ struct RestoreCommand {
     figures.settings["exact"] = result.header.parameters.is_exact();
     figures.settings["files"] = result.kept.files.size();
     figures.settings["compression"] = json_text_or_null(result.kept.compression);
-    figures.settings["lossy_source"] =
-        json_text_or_null(text_of_key(result.header.nrrd_fields, lossy_source_key));
+    figures.settings["lossy_source"] = json_text_or_null(result.header.metadata.text_of(lossy_source_key));
     report.write(figures, restored);
     tell(result);
   }
@@ -124,7 +123,7 @@ struct RestoreCommand {
     const auto& [files, compression] = result.kept;
     const bool is_exact = result.header.parameters.is_exact();
     // Often only the compression showed the loss, and that is gone.
-    const std::string loss = text_of_key(result.header.nrrd_fields, lossy_source_key);
+    const std::string loss = result.header.metadata.text_of(lossy_source_key);
     if (!compression.empty())
       warn(run, "{}: {} {} not restored byte for byte: samples were compressed ({}), and now are not{}",
            output.path, named(files, &EnvelopeFile::is_changed),

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/rescale.h"
 #include "io/meshes/formats.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
@@ -38,7 +37,7 @@ struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
   }
 
   std::string why_empty(const SurfaceResult& result) const {
-    const Rescale rescale = options.of_samples ? Rescale{} : rescale_of(result.header.nrrd_fields);
+    const Rescale rescale = options.of_samples ? Rescale{} : result.header.metadata.rescale();
     const double a = rescale.slope * result.index.total.low + rescale.intercept,
                  b = rescale.slope * result.index.total.high + rescale.intercept;
     const double low = std::min(a, b), high = std::max(a, b);

@@ -7,10 +7,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "pipeline/raw/likelier_reading.h"
 #include "tools/options/command_line.h"
 #include "tools/report/human_bytes.h"
@@ -93,7 +91,7 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
 std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const EncodeResult& result) {
   const CodingParameters& p = result.header.parameters;
   std::vector<std::string> warnings;
-  if (is_float_type(p.type) || std::abs(rescale_of_bounds(result.header.nrrd_fields).slope) != 1)
+  if (is_float_type(p.type) || std::abs(result.header.metadata.rescale_of_bounds().slope) != 1)
     return warnings;
   for (const auto& [bound, given] : {std::pair(&setting::max_error, asked.max_error),
                                      {&setting::surface_error, asked.surface_error},
@@ -110,7 +108,7 @@ std::vector<std::string> rounded_bounds(const EncodeOptions& asked, const Encode
 // contains the known distances, because --spacing must agree with them.
 std::string doubt_of_voxel_size(const EncodeResult& result) {
   if (result.missing_of_voxel_size.empty()) return "";
-  const Geometry geometry = in_one_unit(geometry_of(result.header.nrrd_fields));
+  const Geometry geometry = in_one_unit(result.header.metadata.geometry());
   const CommonUnit unit = common_unit(geometry);
   std::string example, letters;
   for (std::size_t axis = 0; axis < 3 && geometry.has_spacing; ++axis) {

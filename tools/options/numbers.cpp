@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {

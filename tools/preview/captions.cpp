@@ -4,11 +4,9 @@
 
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/region.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/region.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "io/volume/one_of_volumes.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
@@ -31,8 +29,8 @@ std::string spacing_words(const Lengths& lengths) {
 
 std::string error_words(const TagHeader& header, const Statistics& total) {
   const CodingParameters& p = header.parameters;
-  const bool has_slopes = has_slopes_of_slices(header.nrrd_fields);
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const bool has_slopes = header.metadata.has_slopes_of_slices();
+  const Rescale rescale = header.metadata.rescale();
   const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
   // In values, as the gray scale is; with slopes of slices, both are of samples.
   const auto shown = [&](double error) {
@@ -74,9 +72,9 @@ double Lengths::distance(int axis, std::int64_t slice) const {
 }
 
 Lengths lengths_of(const TagHeader& header) {
-  const Geometry given = geometry_of(header.nrrd_fields);
+  const Geometry given = header.metadata.geometry();
   const Index3& dims = header.parameters.dims;
-  Lengths lengths{in_one_unit(given), dims, slice_distances(header.nrrd_fields, dims.z)};
+  Lengths lengths{in_one_unit(given), dims, slice_distances(header.metadata, dims.z)};
   const double in_unit = lengths.geometry.spacing[2] / given.spacing[2];
   for (double& distance : lengths.of_slices) distance *= std::isnan(in_unit) ? 1 : in_unit;
   return lengths;
@@ -88,11 +86,11 @@ std::vector<std::string> lines_about(const TagBricks& file, std::int64_t number,
   const int volumes = file.header().volumes;
   const auto voxels = static_cast<std::uint64_t>(Box::of_size(file.header().all_dims()).count()),
              raw = voxels * size_of(p.type), bytes = file.sizes().file;
-  std::string first, name = printable(text_of_key(header.nrrd_fields, volume_name_key));
+  std::string first, name = printable(header.metadata.text_of(volume_name_key));
   if (volumes > 1)
     first = fmt::format("volume {} of 0..{}{}: ", number, volumes - 1, name.empty() ? "" : " (" + name + ")");
   first += fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
-                       spacing_words({geometry_of(header.nrrd_fields), p.dims}));
+                       spacing_words({header.metadata.geometry(), p.dims}));
   if (has_uneven_slices(header)) first += ", slices at unequal distances";
   const std::string errors = error_words(header, volume.index().total),
                     sizes =
@@ -101,7 +99,7 @@ std::vector<std::string> lines_about(const TagBricks& file, std::int64_t number,
                                     static_cast<double>(raw) / static_cast<double>(bytes),
                                     8 * static_cast<double>(bytes) / static_cast<double>(voxels));
   // Errors in both units fill their line.
-  if (has_slopes_of_slices(header.nrrd_fields)) return {first + "; " + sizes, errors};
+  if (header.metadata.has_slopes_of_slices()) return {first + "; " + sizes, errors};
   return {first, errors + "; " + sizes};
 }
 

@@ -10,12 +10,12 @@
 #include <span>
 
 #include "io/envelope/envelope.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/region.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/entries.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/region.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
@@ -53,7 +53,7 @@ std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("
 
 /// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
 ordered_json slice_positions(const TagHeader& header) {
-  const std::string list = text_of_key(header.nrrd_fields, slice_positions_key);
+  const std::string list = header.metadata.text_of(slice_positions_key);
   if (list.empty()) return nullptr;
   ordered_json positions = ordered_json::array();
   for (const std::string_view place : positions_in(list)) {
@@ -71,7 +71,7 @@ ordered_json geometry_json(const TagHeader& header) {
   ordered_json json = {{"spacing", nullptr}, {"directions", nullptr},
                        {"origin", nullptr},  {"space", nullptr},
                        {"units", nullptr},   {"slice_positions", slice_positions(header)}};
-  const Geometry g = geometry_of(header.nrrd_fields);
+  const Geometry g = header.metadata.geometry();
   // An unknown spacing is a NaN, which becomes null.
   if (g.has_spacing) json["spacing"] = g.spacing;
   if (g.has_directions) json["directions"] = g.directions;
@@ -106,25 +106,21 @@ ordered_json source_json(const TagHeader& header) {
   ordered_json json = {{"fields", ordered_json::object()},
                        {"pairs", ordered_json::object()},
                        {"comments", ordered_json::array()}};
-  std::string_view rest = header.nrrd_fields;
-  while (!rest.empty()) {
-    const std::string_view line = take_line(rest);
-    const NrrdLine parsed = parse_nrrd_line(line);
-    if (parsed.kind == NrrdLine::Kind::field) {
-      json["fields"][json_text(std::string(parsed.field))] = json_text(std::string(parsed.value));
-    } else if (parsed.kind == NrrdLine::Kind::comment) {
-      json["comments"].push_back(json_text(std::string(line)));
+  for (const MetadataEntry& entry : header.metadata.entries()) {
+    if (entry.kind == MetadataEntry::Kind::field) {
+      json["fields"][json_text(std::string(entry.field))] = json_text(std::string(entry.value));
+    } else if (entry.kind == MetadataEntry::Kind::comment) {
+      json["comments"].push_back(json_text(std::string(entry.line)));
     }
   }
   // A header writes an end of line and a backslash as two characters each.
-  for (const auto& [key, text] : key_values_of(header.nrrd_fields))
-    json["pairs"][json_text(key)] = json_text(text);
+  for (const auto& [key, text] : header.metadata.pairs()) json["pairs"][json_text(key)] = json_text(text);
   return json;
 }
 
 /// The position of the samples in the world, as far as the source gave it.
 void print_geometry(const TagHeader& header, const Line& line) {
-  const Geometry g = geometry_of(header.nrrd_fields);
+  const Geometry g = header.metadata.geometry();
   if (!g.has_spacing && !g.has_origin && g.space.empty()) return line("geometry", "not given by the source");
   if (g.has_spacing) {
     std::array<double, 3> size = {};
@@ -133,8 +129,7 @@ void print_geometry(const TagHeader& header, const Line& line) {
       size[a] = std::abs(g.spacing[a]) * static_cast<double>(header.parameters.dims[axis]);
     }
     // Each slice counts as thick as the spacing says, the last one included.
-    if (const auto distances = slice_distances(header.nrrd_fields, header.parameters.dims.z);
-        !distances.empty())
+    if (const auto distances = slice_distances(header.metadata, header.parameters.dims.z); !distances.empty())
       size[2] = distances.back() + std::abs(g.spacing[2]);
     // Units of coordinates are not units of axes, unless they are all the same.
     const auto& units = g.units;
@@ -159,13 +154,13 @@ std::string values_text(const std::string& slope, const std::string& intercept, 
 
 /// What people should know of the source: what samples mean, whose they are, and that there is more.
 void print_source(const TagHeader& header, const Line& line) {
-  const auto listed = key_values_of(header.nrrd_fields);
+  const auto listed = header.metadata.pairs();
   const std::map<std::string, std::string> pairs(listed.begin(), listed.end());
   const auto text = [&](const char* key) {
     const auto found = pairs.find(key);
     return found == pairs.end() ? std::string() : printable(found->second);
   };
-  if (has_slopes_of_slices(header.nrrd_fields))
+  if (header.metadata.has_slopes_of_slices())
     line("values", "individual slope and intercept of each slice; --json lists them");
   else if (pairs.contains("rescale_slope") || pairs.contains("rescale_intercept"))
     line("values", values_text(text("rescale_slope"), text("rescale_intercept"), text("rescale_units")));
@@ -223,9 +218,8 @@ ordered_json settings_json(const CodingParameters& p) {
 
 ordered_json achieved_json(const TagHeader& header, const Statistics& total) {
   const Achieved a = achieved_of(total);
-  const bool is_known =
-      !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const bool is_known = !header.metadata.has_slopes_of_slices() && scale_doubt_in(header.metadata).empty();
+  const Rescale rescale = header.metadata.rescale();
   const double slope = std::abs(rescale.slope);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
@@ -320,9 +314,9 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   print_geometry(header, line);
   print_source(header, line);
   line("source files", source_files_text(file));
-  if (const std::string loss = text_of_key(header.nrrd_fields, lossy_source_key); !loss.empty())
+  if (const std::string loss = header.metadata.text_of(lossy_source_key); !loss.empty())
     line("", fmt::format("was already compressed with loss: {}", printable(loss)));
-  for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
+  for (const std::string& doubt : doubts_in(header.metadata)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   const char* name_of_line = "overviews";

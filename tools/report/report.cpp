@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/region.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/region.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/threads/node_times.h"
 #include "tools/report/human_bytes.h"
@@ -65,11 +64,11 @@ std::string written_json(const ordered_json& json, int indent) {
 }
 
 bool has_uneven_slices(const TagHeader& header) {
-  return !text_of_key(header.nrrd_fields, slice_positions_key).empty();
+  return !header.metadata.text_of(slice_positions_key).empty();
 }
 
 std::string coordinates_text(const TagHeader& header) {
-  const Geometry g = in_one_unit(geometry_of(header.nrrd_fields));
+  const Geometry g = in_one_unit(header.metadata.geometry());
   const auto& units = g.units;
   std::string text = g.space.empty() ? "space unknown" : "space " + printable(g.space);
   if (!g.has_spacing) return text + ", in samples";
@@ -88,15 +87,14 @@ ordered_json json_text_or_null(const std::string& bytes) {
 }
 
 std::string error_text(double error, const TagHeader& header) {
-  if (has_slopes_of_slices(header.nrrd_fields)) {
-    const auto slices = rescale_of_slices(header.nrrd_fields, header.parameters.dims.z);
+  if (header.metadata.has_slopes_of_slices()) {
+    const auto slices = rescale_of_slices(header.metadata, header.parameters.dims.z);
     const std::string of_samples = fmt::format("{} in stored samples", error);
     if (!slices || error <= 0) return of_samples;
     // In the other slices, it is less.
-    return fmt::format("{} (at most {:.6g} in values)", of_samples,
-                       error * largest_slope(header.nrrd_fields));
+    return fmt::format("{} (at most {:.6g} in values)", of_samples, error * header.metadata.largest_slope());
   }
-  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const Rescale rescale = header.metadata.rescale();
   const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
   if (rescale.slope == 1 && rescale.intercept == 0) return fmt::format("{}{}", error, unit);
   return fmt::format("{} in stored samples ({:.6g}{})", error, error * std::abs(rescale.slope),

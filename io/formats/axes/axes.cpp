@@ -112,18 +112,23 @@ UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array
   return common;
 }
 
-std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pairs) {
+Metadata metadata_of_places(const Geometry& geometry, const KeyValues& pairs) {
   if (geometry.has_spacing || geometry.has_directions || !geometry.has_origin)
-    return nrrd_fields_of(geometry, pairs);
+    return Metadata(geometry, pairs);
+  MetadataEntries entries;
+  if (geometry.space.empty())
+    entries.add_field("space dimension", "3");
+  else
+    entries.add_field("space", geometry.space);
   const auto& [x, y, z] = geometry.origin;
+  entries.add_field("space origin", fmt::format("({},{},{})", x, y, z));
   std::string units;
   for (const std::string& unit : geometry.units)
-    if (unit.find_first_of("\"\\\n") == unit.npos) units += fmt::format(" \"{}\"", unit);
-  const bool has_units = geometry.units != std::array<std::string, 3>{};
-  return (geometry.space.empty() ? std::string("space dimension: 3\n")
-                                 : fmt::format("space: {}\n", geometry.space)) +
-         fmt::format("space origin: ({},{},{})\n", x, y, z) +
-         (has_units ? fmt::format("units:{}\n", units) : "") + nrrd_fields_of({}, pairs);
+    if (unit.find_first_of("\"\\\n") == unit.npos)
+      units += fmt::format("{}\"{}\"", units.empty() ? "" : " ", unit);
+  if (geometry.units != std::array<std::string, 3>{}) entries.add_field("units", units);
+  for (const auto& [key, text] : pairs) entries.add_pair(key, text);
+  return Metadata(std::move(entries));
 }
 
 void AxesOfVolume::add(std::size_t axis, const std::string& name, Axis places) {

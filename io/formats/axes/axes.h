@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/metadata.h"
 
 namespace tagrid {
 
@@ -67,9 +67,9 @@ struct PlacesOfAxes {
   bool are_axes_placed = false;  ///< the directions describe axes that are not z, y, x
 };
 
-/// Header lines of NRRD. An origin without a spacing is written without one, because a spacing of 1
+/// The description of a volume. An origin without a spacing is recorded without one, because a spacing of 1
 /// would look as if it were stated.
-std::string nrrd_fields_of_places(const Geometry& geometry, const KeyValues& pairs);
+Metadata metadata_of_places(const Geometry& geometry, const KeyValues& pairs);
 
 /// Collects the positions along the axes x, y and z.
 class AxesOfVolume {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "io/formats/hdf5/handle.h"
+#include "io/metadata/metadata.h"
 #include "io/programs/stored_samples.h"
 #include "io/text/text.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/metadata.h"
 #include "io/text/foreign_number.h"
 #include "stages/sample/sample_type.h"
 

@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/hdf5/attributes.h"
+#include "io/metadata/text.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -79,22 +80,23 @@ bool says(hid_t object, const Hdf5Attribute& attribute) {
 
 }  // namespace
 
-std::vector<Hdf5Attribute> attributes_of(const VolumeInfo& info) {
+std::vector<Hdf5Attribute> attributes_of(const Metadata& metadata) {
   Description description;
-  add_geometry(info.geometry, description);
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) add_pair(key, value, description);
+  add_geometry(metadata.geometry(), description);
+  for (const auto& [key, value] : metadata.pairs()) add_pair(key, value, description);
   return description.take();
 }
 
-std::optional<std::string> header_of(hid_t object, std::vector<std::string>& described) {
+std::optional<Metadata> header_of(hid_t object, std::vector<std::string>& described) {
   const auto header = text_attribute(object, hdf5_header_attribute);
   if (!header) return std::nullopt;
-  std::vector<Hdf5Attribute> attributes;
+  Metadata metadata;
   try {
-    attributes = attributes_of(volume_info({1, 1, 1}, SampleType::uint8, *header));
+    metadata = parse_metadata(*header);
   } catch (const BrokenInput&) {
     return std::nullopt;  // another program's
   }
+  std::vector<Hdf5Attribute> attributes = attributes_of(metadata);
   if (!std::ranges::all_of(attributes, [&](const auto& attribute) { return says(object, attribute); }))
     return std::nullopt;
   std::vector<std::string> names;
@@ -104,7 +106,7 @@ std::optional<std::string> header_of(hid_t object, std::vector<std::string>& des
   };
   if (std::ranges::any_of(geometry_attributes, was_added)) return std::nullopt;
   described = std::move(names);
-  return header;
+  return metadata;
 }
 
 }  // namespace tagrid

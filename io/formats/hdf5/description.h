@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/metadata.h"
 
 namespace tagrid {
 
@@ -27,10 +27,10 @@ inline constexpr const char* vtkhdf_volume_path = "/VTKHDF/PointData/value";
 /// Everything that a file says of the volume, but its header lines: spacing, origin, directions (vectors of
 /// the axes x, y, z, one after another), space, spacing_units, and the key-value pairs. Pairs that came from
 /// attributes of an HDF5 file have their old names. Spacings that are not known are NaN.
-std::vector<Hdf5Attribute> attributes_of(const VolumeInfo& info);
+std::vector<Hdf5Attribute> attributes_of(const Metadata& metadata);
 
-/// The header lines that the object has, if its attributes still say the same: somebody may have changed
+/// What the header lines of the object say, if its attributes still say the same: somebody may have changed
 /// them. Then `described` gets the names of these attributes.
-std::optional<std::string> header_of(hid_t object, std::vector<std::string>& described);
+std::optional<Metadata> header_of(hid_t object, std::vector<std::string>& described);
 
 }  // namespace tagrid

@@ -10,8 +10,9 @@
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"
@@ -342,8 +343,7 @@ MetaImageHeader parse_meta_image_header(std::string_view text) {
   const std::size_t axes = words_of(value_of(fields, "dimsize")).size();
   header.rescale = rescale_of(fields, header);
   add_rescale(header.rescale, pairs);
-  header.info =
-      volume_info(dims, type, nrrd_fields_of(geometry_of_header(fields, axes, header.warnings), pairs));
+  header.info = {dims, type, Metadata(geometry_of_header(fields, axes, header.warnings), pairs)};
   header.volumes = volumes;
   const auto order = value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}),
              other = value_of_one(fields, {"binarydatabyteordermsb", "elementbyteordermsb"});

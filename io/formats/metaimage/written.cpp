@@ -5,10 +5,10 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/metaimage/header.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -46,14 +46,14 @@ std::string geometry_lines(const Geometry& geometry) {
 
 /// True if a MetaImage source had this unit: other programs have already read these numbers with it.
 bool has_unit_of_source(const VolumeInfo& info) {
-  const std::string unit = text_of_key(info.nrrd_fields, "metaimage_DistanceUnits");
-  return !unit.empty() && info.geometry.units == std::array{unit, unit, unit};
+  const std::string unit = info.metadata.text_of("metaimage_DistanceUnits");
+  return !unit.empty() && info.geometry().units == std::array{unit, unit, unit};
 }
 
 /// In millimeters if the units are known, because ITK and its users take all lengths as millimeters.
 Geometry geometry_in_file(const VolumeInfo& info) {
-  if (has_unit_of_source(info) || !common_unit(info.geometry).is_known) return info.geometry;
-  return in_unit(info.geometry, "mm");
+  if (has_unit_of_source(info) || !common_unit(info.geometry()).is_known) return info.geometry();
+  return in_unit(info.geometry(), "mm");
 }
 
 std::string header_of(const VolumeInfo& info, const std::string& data_file) {
@@ -64,7 +64,7 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
   text += geometry_lines(geometry);
   std::string slope, intercept;
   bool has_slopes_of_slices = false;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+  for (const auto& [key, value] : info.metadata.pairs()) {
     constexpr std::string_view ours = "metaimage_";
     has_slopes_of_slices = has_slopes_of_slices || key == "slice_slopes";
     if (key == "rescale_slope") slope = value;
@@ -102,7 +102,7 @@ std::string detached_meta_image_header(const VolumeInfo& info, const std::string
 
 std::vector<std::string> lost_in_meta_image(const VolumeInfo& info) {
   return lost_places(
-      info.geometry,
+      info.geometry(),
       {.name = "MetaImage",
        .space = "left-posterior-superior",
        .unknown_unit = "the numbers are written as they are, and programs take them for millimeters"});

@@ -8,7 +8,8 @@
 #include <string_view>
 
 #include "io/formats/nifti/forms.h"
-#include "io/formats/nrrd/foreign_geometry.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/foreign_geometry.h"
 #include "io/text/foreign_number.h"
 
 namespace tagrid::nifti {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/metadata/fields.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid::nifti {

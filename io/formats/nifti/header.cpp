@@ -10,8 +10,9 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/nifti/fields.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/text/foreign_number.h"
 
 namespace tagrid {
@@ -183,10 +184,9 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
     if (!loss.empty()) pairs.emplace_back(lossy_source_key, std::move(loss));
   }
   add_rescale(header.rescale, pairs);
-  header.info =
-      volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, dims, header.warnings), pairs));
+  header.info = {dims, type, Metadata(geometry_of_fields(fields, dims, header.warnings), pairs)};
   if (volumes > 1) {
-    header.fields_of_volumes = fmt::format("nifti_{}:={}\n", dim.name, fields.text(dim));
+    header.pairs_of_volumes = {{fmt::format("nifti_{}", dim.name), fields.text(dim)}};
     header.volume_names = moments(fields, volumes);
   }
   return header;

@@ -25,7 +25,7 @@ struct NiftiHeader {
   std::uint64_t offset = 0;  ///< The byte at which the samples of the first volume begin.
   std::int64_t volumes = 1;  ///< Moments, components and so on, one after the other.
   /// Of several volumes: lines of key-value pairs that all of them together have, and SourceFacts::volume_names.
-  std::string fields_of_volumes;
+  KeyValues pairs_of_volumes;
   std::vector<std::string> volume_names;
   Rescale rescale;
   /// As in SourceFacts.

@@ -63,7 +63,7 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   facts.info = std::move(header.info);
   if (!number) {
     take_all_volumes(facts.info, header.volumes);
-    facts.info.nrrd_fields += header.fields_of_volumes;
+    facts.info.metadata.add_pairs(header.pairs_of_volumes);
     facts.volume_names = std::move(header.volume_names);
   }
   facts.files = {path};

@@ -11,12 +11,10 @@
 #include "io/formats/nifti/fields.h"
 #include "io/formats/nifti/forms.h"
 #include "io/formats/nifti/header.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "io/volume/one_of_volumes.h"
 
 namespace tagrid {
@@ -253,10 +251,10 @@ bool is_second_version(const Index3& dims) { return std::max({dims.x, dims.y, di
 /// What a header cannot say.
 std::vector<std::string> lost_meaning(const VolumeInfo& info) {
   std::vector<std::string> lost = lost_places(
-      info.geometry,
+      info.geometry(),
       {.name = "NIfTI", .space = "right-anterior-superior", .unknown_unit = "the spacing has none"});
-  const FormsOfSource forms = forms_of_source(key_values_of(info.nrrd_fields));
-  if (forms.differ() && !forms.is_whole(info.geometry))
+  const FormsOfSource forms = forms_of_source(info.metadata.pairs());
+  if (forms.differ() && !forms.is_whole(info.geometry()))
     lost.emplace_back("the source defines two positions, an sform and a qform; only the sform is written");
   return lost;
 }
@@ -264,7 +262,7 @@ std::vector<std::string> lost_meaning(const VolumeInfo& info) {
 /// The numbers of NIfTI-1 have 32 bits.
 std::string lost_by_rounding(const VolumeInfo& info) {
   constexpr double visible = 0.01;  // of a voxel
-  const Geometry& geometry = info.geometry;
+  const Geometry& geometry = info.geometry();
   if (is_second_version({info.dims.x, info.dims.y, info.dims.z / info.volumes})) return "";
   double smallest = INFINITY, rounding = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -284,7 +282,7 @@ std::string lost_by_rounding(const VolumeInfo& info) {
 }  // namespace
 
 std::string nifti_header_bytes(const VolumeInfo& info) {
-  const auto listed = key_values_of(info.nrrd_fields);
+  const auto listed = info.metadata.pairs();
   Pairs pairs(listed.begin(), listed.end());
   if (const auto loss = pairs.find(std::string(lossy_source_key)); loss != pairs.end()) {
     std::string& text = pairs[fmt::format("nifti_{}", descrip.name)];
@@ -301,11 +299,11 @@ std::string nifti_header_bytes(const VolumeInfo& info) {
   header.put(datatype, std::ranges::find(datatypes, info.type, &std::pair<int, SampleType>::second)->first);
   header.put(bitpix, 8 * static_cast<double>(size_of(info.type)));
   header.put(vox_offset, is_second ? 544 : 352);
-  const Rescale rescale = rescale_of(info.nrrd_fields);
+  const Rescale rescale = info.metadata.rescale();
   header.put(scl_slope, rescale.slope);
   header.put(scl_inter, rescale.intercept);
   put_other_fields(header, pairs, dims);
-  const Geometry geometry = geometry_in_file(info.geometry);
+  const Geometry geometry = geometry_in_file(info.geometry());
   header.put(xyzt_units, code_of_unit(geometry));
   put_place(header, geometry, forms_of_source(listed));
   if (info.volumes > 1) put_volumes(header, pairs, info.volumes, code_of_unit(geometry));

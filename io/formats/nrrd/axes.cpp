@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -87,24 +87,24 @@ std::string directions_of_slice(const Values& values) {
   return fmt::format("{} {} {}", text_of(u), text_of(v), text_of(normal));
 }
 
-std::string field_of_slice(const NrrdLine& line) {
-  if (line.field == "space dimension") return "3";
-  if (line.field == "space origin") {
-    auto origin = vector_of(line.value);
-    if (!origin || origin->size() != 2) return std::string(line.value);
+std::string field_of_slice(const MetadataEntry& entry) {
+  if (entry.field == "space dimension") return "3";
+  if (entry.field == "space origin") {
+    auto origin = vector_of(entry.value);
+    if (!origin || origin->size() != 2) return std::string(entry.value);
     origin->push_back(std::isnan((*origin)[0]) ? (*origin)[0] : 0);
     return text_of(*origin);
   }
-  const AxisField* field = axis_field(line.field);
-  if (field == nullptr) return std::string(line.value);
-  const Values values = values_of(*field, line.value, 2);
+  const AxisField* field = axis_field(entry.field);
+  if (field == nullptr) return std::string(entry.value);
+  const Values values = values_of(*field, entry.value, 2);
   if (field->values == AxisField::Values::vectors) return directions_of_slice(values);
   return fmt::format("{} {}", fmt::join(values, " "), field->unknown);
 }
 
 /// Which axes remain, by their numbers.
 std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
-                                        std::string_view nrrd_fields) {
+                                        const MetadataEntries& entries) {
   std::vector<std::size_t> single;  // the fastest axis, and then the slowest first
   for (std::size_t axis = sizes.size(); axis-- > 0;)
     if (sizes[axis] == 1) single.insert(axis == 0 ? single.begin() : single.end(), axis);
@@ -114,12 +114,12 @@ std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
         "components (colors, vectors) or time points; extract one of them first, for example with unu slice",
         fmt::join(sizes, " "), sizes.size() - single.size()));
   std::vector<bool> is_in_space(sizes.size(), true);
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    if (line.field != "kinds" && line.field != "space directions") continue;
-    const Values values = values_of(*axis_field(line.field), line.value, sizes.size());
+  for (const MetadataEntry& entry : entries) {
+    if (entry.field != "kinds" && entry.field != "space directions") continue;
+    const Values values = values_of(*axis_field(entry.field), entry.value, sizes.size());
     for (std::size_t axis = 0; axis < sizes.size(); ++axis) {
       const bool is_none = lower_case(values[axis]) == "none";
-      if (line.field == "kinds" ? !is_spatial_kind(values[axis]) : is_none) is_in_space[axis] = false;
+      if (entry.field == "kinds" ? !is_spatial_kind(values[axis]) : is_none) is_in_space[axis] = false;
     }
   }
   std::ranges::stable_sort(single, {}, [&](std::size_t axis) { return is_in_space[axis] ? 1 : 0; });
@@ -130,32 +130,21 @@ std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
   return axes;
 }
 
-/// The header lines, with new values where `value_of` gives some.
+/// The entries, with new values where `value_of` gives some.
 template <class ValueOf>
-std::string changed(std::string_view nrrd_fields, ValueOf value_of) {
-  std::string lines;
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    const std::string value = line.kind == NrrdLine::Kind::field ? value_of(line) : "";
-    if (line.kind == NrrdLine::Kind::field && value != line.value)
-      lines += fmt::format("{}: {}\n", line.field, value);
+MetadataEntries changed(const MetadataEntries& entries, ValueOf value_of) {
+  MetadataEntries result;
+  for (const MetadataEntry& entry : entries) {
+    const std::string value = entry.kind == MetadataEntry::Kind::field ? value_of(entry) : "";
+    if (entry.kind == MetadataEntry::Kind::field && value != entry.value)
+      result.add_field(entry.field, value);
     else
-      lines.append(line.text).append("\n");
+      result.add(entry);
   }
-  return lines;
+  return result;
 }
 
 }  // namespace
-
-std::optional<std::vector<double>> vector_of(std::string_view value) {
-  if (!value.starts_with('(') || !value.ends_with(')')) return std::nullopt;
-  std::vector<double> numbers;
-  for (const std::string_view part : split(value.substr(1, value.size() - 2), ',')) {
-    const auto number = number_of(trimmed(part));
-    if (!number) return std::nullopt;
-    numbers.push_back(*number);
-  }
-  return numbers;
-}
 
 std::optional<std::vector<std::string_view>> vectors_in(std::string_view value) {
   std::vector<std::string_view> vectors;
@@ -168,34 +157,29 @@ std::optional<std::vector<std::string_view>> vectors_in(std::string_view value) 
   return vectors;
 }
 
-bool is_spatial_kind(std::string_view kind) {
-  const std::string name = lower_case(kind);
-  return name == "domain" || name == "space" || name == "none" || name == "???";
-}
-
-ThreeAxes three_axes(const std::vector<std::int64_t>& sizes, std::string_view nrrd_fields) {
-  if (sizes.size() == 2) return {{sizes[0], sizes[1], 1}, changed(nrrd_fields, field_of_slice)};
-  if (sizes.size() == 3) return {{sizes[0], sizes[1], sizes[2]}, std::string(nrrd_fields)};
-  const std::vector<std::size_t> axes = axes_of_volume(sizes, nrrd_fields);
-  const auto of_axes = [&](const NrrdLine& line) {
-    const AxisField* field = axis_field(line.field);
-    if (field == nullptr) return std::string(line.value);
-    const Values values = values_of(*field, line.value, sizes.size());
+ThreeAxes three_axes(const std::vector<std::int64_t>& sizes, const MetadataEntries& entries) {
+  if (sizes.size() == 2) return {{sizes[0], sizes[1], 1}, changed(entries, field_of_slice)};
+  if (sizes.size() == 3) return {{sizes[0], sizes[1], sizes[2]}, entries};
+  const std::vector<std::size_t> axes = axes_of_volume(sizes, entries);
+  const auto of_axes = [&](const MetadataEntry& entry) {
+    const AxisField* field = axis_field(entry.field);
+    if (field == nullptr) return std::string(entry.value);
+    const Values values = values_of(*field, entry.value, sizes.size());
     return fmt::format("{} {} {}", values[axes[0]], values[axes[1]], values[axes[2]]);
   };
-  return {{sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, changed(nrrd_fields, of_axes)};
+  return {{sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, changed(entries, of_axes)};
 }
 
-std::string with_spacing_of_ends(const std::string& nrrd_fields, const Index3& dims) {
+Metadata with_spacing_of_ends(const Metadata& metadata, const Index3& dims) {
   std::map<std::string_view, std::vector<std::string_view>> words;
-  std::string others;  // all lines but the spacings
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    words[line.field] = words_of(line.value);
-    if (line.field != "spacings") others.append(line.text).append("\n");
+  MetadataEntries entries;  // all but the spacings
+  for (const MetadataEntry& entry : metadata.entries()) {
+    words[entry.field] = words_of(entry.value);
+    if (entry.field != "spacings") entries.add(entry);
   }
   const auto &mins = words["axis mins"], &maxs = words["axis maxs"], &centers = words["centers"];
-  const Geometry geometry = geometry_of(nrrd_fields);
-  if (mins.size() != 3 || maxs.size() != 3 || geometry.has_directions) return nrrd_fields;
+  const Geometry& geometry = metadata.geometry();
+  if (mins.size() != 3 || maxs.size() != 3 || geometry.has_directions) return metadata;
   std::array<double, 3> spacing = geometry.spacing;
   bool has_more = false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -209,7 +193,9 @@ std::string with_spacing_of_ends(const std::string& nrrd_fields, const Index3& d
     spacing[axis] = step;
     has_more = true;
   }
-  return has_more ? others + spacings_line(spacing) : nrrd_fields;
+  if (!has_more) return metadata;
+  add_spacings(spacing, entries);
+  return Metadata(std::move(entries));
 }
 
 }  // namespace tagrid

@@ -9,8 +9,9 @@
 #include <optional>
 
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/entries.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/region.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/volume_info.h"
@@ -28,33 +29,33 @@ bool is_unknown(std::string_view word) {
 /// Reads the lines of a header, from front to back.
 class Reading {
  public:
-  Reading(std::string_view text, const std::vector<NrrdLine>& lines) : changes_(text) {
-    for (const NrrdLine& line : lines) {
-      has_spacings_ = has_spacings_ || line.field == "spacings";
-      if (line.field == "dimension" && axes_ == 0)
-        axes_ = static_cast<std::size_t>(std::max<std::int64_t>(whole_number_of(line.value).value_or(0), 0));
+  Reading(std::string_view text, const std::vector<MetadataEntry>& lines) : changes_(text) {
+    for (const MetadataEntry& entry : lines) {
+      has_spacings_ = has_spacings_ || entry.field == "spacings";
+      if (entry.field == "dimension" && axes_ == 0)
+        axes_ = static_cast<std::size_t>(std::max<std::int64_t>(whole_number_of(entry.value).value_or(0), 0));
     }
   }
 
-  void read_field(const NrrdLine& line) {
-    if (line.field == "spacings")
-      read_numbers(line, "the spacing along this axis is unknown", true);
-    else if (line.field == "axis mins")
-      read_numbers(line, "the position along this axis is unknown", false);
-    else if (line.field == "axis maxs" || line.field == "thicknesses")
-      read_numbers(line, "it is left out", false);
-    else if (line.field == "space directions")
-      read_directions(line);
-    else if (line.field == "space origin")
-      read_origin(line);
-    else if (line.field == "old min" || line.field == "old max")
-      read_old_range(line);
-    else if (line.field == "block size")
-      read_block_size(line);
+  void read_field(const MetadataEntry& entry) {
+    if (entry.field == "spacings")
+      read_numbers(entry, "the spacing along this axis is unknown", true);
+    else if (entry.field == "axis mins")
+      read_numbers(entry, "the position along this axis is unknown", false);
+    else if (entry.field == "axis maxs" || entry.field == "thicknesses")
+      read_numbers(entry, "it is left out", false);
+    else if (entry.field == "space directions")
+      read_directions(entry);
+    else if (entry.field == "space origin")
+      read_origin(entry);
+    else if (entry.field == "old min" || entry.field == "old max")
+      read_old_range(entry);
+    else if (entry.field == "block size")
+      read_block_size(entry);
   }
 
-  void read_pair(const NrrdLine& line) {
-    const std::string_view key = line.key, value = line.value;
+  void read_pair(const MetadataEntry& entry) {
+    const std::string_view key = entry.key, value = entry.value;
     if (key == slice_positions_key) read_positions(value);
     if (is_of_a_label(key)) read_label(key);
     if (key != "rescale_slope" && key != "rescale_intercept") return;
@@ -72,24 +73,24 @@ class Reading {
 
  private:
   void warn(const std::string& sentence) { result_.warnings.push_back("NRRD header: " + sentence); }
-  void comment_out(const NrrdLine& line) { changes_.replace(line.text, fmt::format("# {}", line.text)); }
+  void comment_out(const MetadataEntry& entry) { changes_.replace(entry.line, fmt::format("# {}", entry.line)); }
 
   /// A field with a number for each axis.
-  void read_numbers(const NrrdLine& line, std::string_view consequence, bool is_length) {
-    const ForeignNumbers numbers = foreign_numbers(line.value, axes_);
-    const auto words = words_of(line.value);
+  void read_numbers(const MetadataEntry& entry, std::string_view consequence, bool is_length) {
+    const ForeignNumbers numbers = foreign_numbers(entry.value, axes_);
+    const auto words = words_of(entry.value);
     if (numbers.numbers.empty()) {
-      warn(remark_on(numbers, line.field, "it is left out"));
-      return comment_out(line);
+      warn(remark_on(numbers, entry.field, "it is left out"));
+      return comment_out(entry);
     }
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       const ForeignNumber& number = numbers.numbers[axis];
       if (is_unknown(words[axis])) continue;
       const bool is_zero = is_length && number.is_number() && number.value == 0;
       std::string remark = remark_on(
-          number, fmt::format("of {} {}, number {}", line.field, quoted(line.value), axis + 1), consequence);
+          number, fmt::format("of {} {}, number {}", entry.field, quoted(entry.value), axis + 1), consequence);
       if (is_zero)
-        remark = fmt::format("of {} {}, number {} is 0; {}", line.field, quoted(line.value), axis + 1,
+        remark = fmt::format("of {} {}, number {} is 0; {}", entry.field, quoted(entry.value), axis + 1,
                              consequence);
       if (remark.empty()) continue;
       warn(remark);
@@ -139,36 +140,36 @@ class Reading {
     return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
   }
 
-  void read_directions(const NrrdLine& line) {
-    const auto directions = directions_in(line.value);
+  void read_directions(const MetadataEntry& entry) {
+    const auto directions = directions_in(entry.value);
     if (!directions) {
       warn(
           fmt::format("space directions {} are not {} vectors of numbers; spacing and directions are unknown",
-                      quoted(line.value), axes_));
-      return comment_out(line);
+                      quoted(entry.value), axes_));
+      return comment_out(entry);
     }
     if (span(*directions)) return;
-    warn(fmt::format("space directions {} do not span a volume; directions are unknown", quoted(line.value)));
-    if (has_spacings_) return comment_out(line);
+    warn(fmt::format("space directions {} do not span a volume; directions are unknown", quoted(entry.value)));
+    if (has_spacings_) return comment_out(entry);
     std::vector<double> lengths;
     for (const auto& vector : *directions) {
       double sum = 0;
       for (const double number : vector) sum += number * number;
       lengths.push_back(sum > 0 && std::isfinite(sum) ? std::sqrt(sum) : Geometry::unknown);
     }
-    changes_.replace(line.text, fmt::format("spacings: {}", fmt::join(lengths, " ")));
+    changes_.replace(entry.line, fmt::format("spacings: {}", fmt::join(lengths, " ")));
   }
 
-  void read_origin(const NrrdLine& line) {
-    const auto origin = vector_of(line.value);
+  void read_origin(const MetadataEntry& entry) {
+    const auto origin = vector_of(entry.value);
     const auto unknown = origin ? std::ranges::count_if(*origin, [](double n) { return std::isnan(n); }) : 0;
     const bool is_readable = origin && (origin->size() == 3 || (origin->size() == 2 && axes_ == 2)) &&
                              std::ranges::none_of(*origin, [](double n) { return std::isinf(n); }) &&
                              (unknown == 0 || unknown == std::ssize(*origin));
     if (is_readable) return;
     warn(fmt::format("space origin {} is not a vector of numbers; where the volume lies is unknown",
-                     quoted(line.value)));
-    comment_out(line);
+                     quoted(entry.value)));
+    comment_out(entry);
   }
 
   /// "Segment0_LabelValue": 3D Slicer says so that samples of this number belong to a segment.
@@ -194,19 +195,19 @@ class Reading {
   }
 
   /// Programs that quantize values note what range they had.
-  void read_old_range(const NrrdLine& line) {
-    if (is_unknown(line.value)) return;
+  void read_old_range(const MetadataEntry& entry) {
+    if (is_unknown(entry.value)) return;
     result_.not_understood.push_back(
         fmt::format("NRRD header: {} {} says that samples are quantized values; they are taken as they are, "
                     "and not turned back",
-                    line.field, quoted(line.value)));
-    if (foreign_number(line.value).is_unreadable()) comment_out(line);
+                    entry.field, quoted(entry.value)));
+    if (foreign_number(entry.value).is_unreadable()) comment_out(entry);
   }
 
   /// Blocks are refused by their type. Beside another one, teem reads no file with this field.
-  void read_block_size(const NrrdLine& line) {
-    warn(fmt::format("block size {}: samples are no blocks; it is left out", quoted(line.value)));
-    comment_out(line);
+  void read_block_size(const MetadataEntry& entry) {
+    warn(fmt::format("block size {}: samples are no blocks; it is left out", quoted(entry.value)));
+    comment_out(entry);
   }
 
   TextChanges changes_;
@@ -216,13 +217,13 @@ class Reading {
 };
 
 /// The lines after the magic, up to the blank line or the names of files.
-std::vector<NrrdLine> lines_in(std::string_view text) {
-  std::vector<NrrdLine> lines;
+std::vector<MetadataEntry> lines_in(std::string_view text) {
+  std::vector<MetadataEntry> lines;
   take_line(text);
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
-    lines.push_back(parse_nrrd_line(line));
+    lines.push_back(entry_of_line(line));
     if (lines.back().field == "data file" && lines.back().value.starts_with("LIST")) break;
   }
   return lines;
@@ -231,13 +232,13 @@ std::vector<NrrdLine> lines_in(std::string_view text) {
 }  // namespace
 
 ForeignNrrdHeader foreign_nrrd_header(std::string_view text) {
-  const std::vector<NrrdLine> lines = lines_in(text);
+  const std::vector<MetadataEntry> lines = lines_in(text);
   Reading reading(text, lines);
-  for (const NrrdLine& line : lines)
-    if (line.kind == NrrdLine::Kind::field)
-      reading.read_field(line);
-    else if (line.kind == NrrdLine::Kind::key_value)
-      reading.read_pair(line);
+  for (const MetadataEntry& entry : lines)
+    if (entry.kind == MetadataEntry::Kind::field)
+      reading.read_field(entry);
+    else if (entry.kind == MetadataEntry::Kind::pair)
+      reading.read_pair(entry);
   return reading.finish();
 }
 

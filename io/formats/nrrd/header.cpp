@@ -11,7 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/formats/nrrd/axes.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/text.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"
 
@@ -163,16 +163,16 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
     refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
 }
 
-/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What
+/// Sorts the lines after the magic: storage fields to the result, all others, as they are, to `others`. What
 /// follows "data file: LIST" goes to `list`.
-Fields storage_fields_of(std::string_view text, std::string& others, std::string_view& list) {
+Fields storage_fields_of(std::string_view text, MetadataEntries& others, std::string_view& list) {
   Fields fields;
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
-    const NrrdLine parsed = parse_nrrd_line(line);
-    if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
-      others.append(line).append("\n");
+    const MetadataEntry parsed = entry_of_line(line);
+    if (parsed.kind != MetadataEntry::Kind::field || !is_storage_field(parsed.field)) {
+      others.add(parsed);
     } else if (!fields.emplace(parsed.field, parsed.value).second) {
       throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", parsed.field));
     }
@@ -198,13 +198,13 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
     throw BrokenInput("NRRD header: " + quoted(magic) +
                       " is not a supported version; use NRRD0001 to NRRD0005");
   NrrdHeader header;
+  MetadataEntries others;
   std::string_view list;
-  const Fields fields = storage_fields_of(text, header.info.nrrd_fields, list);
+  const Fields fields = storage_fields_of(text, others, list);
   header.info.type = type_of(required(fields, "type"));
   const std::vector<std::int64_t> sizes = sizes_of(fields);
-  ThreeAxes axes = three_axes(sizes, header.info.nrrd_fields);
+  ThreeAxes axes = three_axes(sizes, others);
   header.info.dims = axes.dims;
-  header.info.nrrd_fields = std::move(axes.nrrd_fields);
   if (!sample_bytes(header.info.dims, header.info.type))
     refuse("sizes", required(fields, "sizes"),
            "must be positive, and the volume must be smaller than 2^62 bytes");
@@ -212,8 +212,7 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
   header.big_endian = big_endian_of(fields, header.info.type);
   header.data_files = data_files_of(fields, list, sizes, header.info.dims);
   read_skips(fields, header);
-  header.info.nrrd_fields = with_spacing_of_ends(header.info.nrrd_fields, header.info.dims);
-  header.info.geometry = geometry_of(header.info.nrrd_fields);
+  header.info.metadata = with_spacing_of_ends(Metadata(std::move(axes.entries)), header.info.dims);
   return header;
 }
 
@@ -228,7 +227,7 @@ std::string plain_nrrd_header(std::string_view text) {
       changes.replace(line, plain_name(line));
       continue;
     }
-    const NrrdLine parsed = parse_nrrd_line(line);
+    const MetadataEntry parsed = entry_of_line(line);
     if (parsed.field == "encoding") changes.replace(parsed.value, "raw");
     if (parsed.field != "data file") continue;
     const auto words = words_of(parsed.value);
@@ -243,14 +242,13 @@ std::string plain_nrrd_header(std::string_view text) {
 
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {
   const bool needs_version_5 = std::ranges::any_of(
-      nrrd_lines(info.nrrd_fields), [](const NrrdLine& line) { return line.field == "measurement frame"; });
+      info.metadata.entries(), [](const MetadataEntry& entry) { return entry.field == "measurement frame"; });
   // Fields with a value for each axis must come after the dimension, so the source's lines come last.
   std::string text =
       fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
                   needs_version_5 ? 5 : 4, nrrd_name_of(info.type), info.dims.x, info.dims.y, info.dims.z);
   if (size_of(info.type) > 1) text += "endian: little\n";
-  text += info.nrrd_fields;
-  if (!text.ends_with('\n')) text += '\n';
+  text += text_of(info.metadata);
   if (data_file.empty()) return text + "\n";
   return text + fmt::format("data file: {}\n", data_file);
 }

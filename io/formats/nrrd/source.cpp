@@ -5,9 +5,8 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 #include "io/formats/nrrd/text_header.h"
 #include "io/samples/file_samples.h"
 
@@ -101,9 +100,9 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   NrrdHeader header = read_header(*file, facts);
   if (source.raw) check_against(*source.raw, header, header_name);
   facts.info = header.info;
-  if (const std::string doubt = doubt_of_rescale(facts.info.nrrd_fields, facts.info.dims.z); !doubt.empty())
+  if (const std::string doubt = doubt_of_rescale(facts.info.metadata, facts.info.dims.z); !doubt.empty())
     facts.scale_doubt = fmt::format("{}: NRRD header: {}", header_name, doubt);
-  facts.rescale = rescale_of_bounds(facts.info.nrrd_fields);
+  facts.rescale = facts.info.metadata.rescale_of_bounds();
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
   if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);
   if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header
@@ -125,7 +124,7 @@ std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const st
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
                      ": sizes must be positive, and the volume must be smaller than 2^62 bytes");
-  SourceFacts facts{.info = volume_info(raw.dims, raw.type, ""),
+  SourceFacts facts{.info = {raw.dims, raw.type},
                     .files = {path},
                     .traits = {},
                     .holds_other_bytes = raw.offset > 0,

@@ -9,7 +9,6 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/volume/one_of_volumes.h"
 
 namespace tagrid {

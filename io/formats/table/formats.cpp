@@ -18,7 +18,7 @@ namespace {
 using namespace std::string_view_literals;
 
 std::vector<std::string> lost_in_vdb(const VolumeInfo& info) {
-  if (!has_unknown_spacing(info.geometry)) return {};
+  if (!has_unknown_spacing(info.geometry())) return {};
   return {"OpenVDB cannot record that a spacing is unknown; 1 is written"};
 }
 
@@ -27,7 +27,7 @@ std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
   // Seen with the library: it overruns its memory for the first, and forgets to use the second.
   if (info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1)
     lost.emplace_back("VTK 9.1 fails to read VTKHDF images of one sample along an axis; it reads .vti files");
-  if (vtk_geometry_of(info.geometry).direction != vtk_geometry_of({}).direction)
+  if (vtk_geometry_of(info.geometry()).direction != vtk_geometry_of({}).direction)
     lost.emplace_back("VTK 9.1 ignores the directions of VTKHDF images; it applies those of .vti files");
   return lost;
 }

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <array>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/given_spacing.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/formats.h"
+#include "io/metadata/loss.h"
 #include "io/text/text.h"
+#include "io/volume/given_spacing.h"
 
 namespace tagrid {
 namespace {
@@ -82,14 +81,15 @@ std::string no_place_for(const Format& format, const std::string& what) {
 /// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.
 std::string lost_texts(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> keys, others;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+  for (const auto& [key, value] : info.metadata.pairs())
     if (!is_said_otherwise(key, value, format) && !is_of_dicom(key)) keys.push_back(key);
   bool has_comments = false;
-  for (const NrrdLine& line : nrrd_lines(info.nrrd_fields)) {
-    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(line.text.substr(1)));
+  for (const MetadataEntry& entry : info.metadata.entries()) {
+    has_comments =
+        has_comments || (entry.kind == MetadataEntry::Kind::comment && is_remark(entry.line.substr(1)));
     for (const std::string_view field :
          {"content", "labels", "thicknesses", "sample units", "measurement frame"})
-      if (line.field == field) others.push_back(fmt::format("the field {}", quoted(field)));
+      if (entry.field == field) others.push_back(fmt::format("the field {}", quoted(field)));
   }
   if (has_comments) others.emplace_back("comments");
   if (!keys.empty()) others.insert(others.begin(), in_words(keys, "key/value pair", "key/value pairs"));
@@ -101,7 +101,7 @@ std::string lost_texts(const Format& format, const VolumeInfo& info) {
 std::string usual_losses(const Format& format, const VolumeInfo& info) {
   if (!format.keeps.slices_are_alike || format.keeps.header) return "";
   std::vector<std::string> keys, lost;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+  for (const auto& [key, value] : info.metadata.pairs()) {
     if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
     if (key == "rescale_units" && is_usual_unit(value) && loses_unit(format, info))
       lost.emplace_back("the unit of values (HU)");
@@ -116,7 +116,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   if (!format.keeps.header)
     if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
   std::vector<std::string> differences;
-  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+  for (const auto& [key, value] : info.metadata.pairs()) {
     // On its own: whoever measures in the file measures wrong.
     if (key == "slice_positions")
       all.push_back(
@@ -131,7 +131,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
     all.push_back(fmt::format(
         "{}, which {} cannot hold; the .tag file and .nrrd files have them{}",
         fmt::join(differences, ", and "), format.name,
-        has_slopes_of_slices(info.nrrd_fields) ? "; the values in this file are the stored samples" : ""));
+        info.metadata.has_slopes_of_slices() ? "; the values in this file are the stored samples" : ""));
   return all;
 }
 

@@ -11,18 +11,17 @@
 #include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/given_spacing.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/formats/table/all_volumes.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/other_formats.h"
 #include "io/formats/table/raw_directory.h"
+#include "io/metadata/rescale.h"
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
+#include "io/volume/given_spacing.h"
 
 namespace tagrid {
 namespace {
@@ -73,7 +72,7 @@ std::unique_ptr<VolumeSource> open_way(const Way& way, const std::string& path,
                                        const SourceDescription& source) {
   auto volume = open_with_reader(way.program, path, options_of(source), source.reader_memory);
   const bool has_units = way.format != nullptr && !way.format->has_grids;
-  volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry, has_units));
+  volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry(), has_units));
   return volume;
 }
 
@@ -356,16 +355,16 @@ std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescriptio
 /// A .tag file tells of the doubts of its source, and so do volumes that are decoded from it.
 void keep_doubts(VolumeSource& volume, const std::string& path) {
   const SourceFacts& facts = volume.facts();
-  const std::string& fields = facts.info.nrrd_fields;
+  Metadata metadata = facts.info.metadata;
   std::string scale_doubt = facts.scale_doubt;
-  if (const std::string kept = text_of_key(fields, scale_doubt_key); scale_doubt.empty() && !kept.empty())
+  if (const std::string kept = metadata.text_of(scale_doubt_key); scale_doubt.empty() && !kept.empty())
     scale_doubt = fmt::format("{}: {}", volume.name(), kept);
   std::vector<std::string> not_understood = facts.not_understood;
-  if (const std::string kept = text_of_key(fields, not_understood_key);
-      not_understood.empty() && !kept.empty())
+  if (const std::string kept = metadata.text_of(not_understood_key); not_understood.empty() && !kept.empty())
     not_understood = {fmt::format("{}: {}", volume.name(), kept)};
-  volume.keep_in_header(lines_of_doubts(
-      facts, {path, fs::path(path).filename().string(), volume.files().back(), volume.name()}));
+  add_doubts(facts.scale_doubt, facts.not_understood,
+             {path, fs::path(path).filename().string(), volume.files().back(), volume.name()}, metadata);
+  volume.set_metadata(std::move(metadata));
   volume.set_doubts(std::move(scale_doubt), std::move(not_understood));
 }
 
@@ -385,7 +384,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
   volume->set_name(path);
   if (source.spacing) give_spacing(*volume, *source.spacing);
   if (source.spacing && !volume->facts().missing_of_voxel_size.empty())
-    volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry, true));
+    volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry(), true));
   keep_doubts(*volume, path);
   return volume;
 }

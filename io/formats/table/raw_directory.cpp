@@ -8,7 +8,6 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/numbered_names.h"
 
@@ -75,7 +74,7 @@ std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, cons
   std::vector<std::string> warnings;
   if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
   SourceFacts facts;
-  facts.info = volume_info(raw.dims, raw.type, "");
+  facts.info = {raw.dims, raw.type};
   facts.files = std::move(files.paths);
   facts.warnings = std::move(warnings);
   facts.holds_other_bytes = raw.offset > 0;

@@ -8,9 +8,8 @@
 #include <limits>
 
 #include "io/bytes/little_endian.h"
-#include "io/formats/nrrd/line.h"
-#include "io/formats/nrrd/rescale.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
 
 namespace tagrid {
 namespace {
@@ -98,7 +97,7 @@ double c0_of(const Rescale& rescale, SampleType type) {
 
 /// What the samples mean, as ImageJ has it; "" if they are the values. REQUIRES: keeps_values_in_tiff().
 std::string calibration_of(const VolumeInfo& info) {
-  const Rescale rescale = rescale_of(info.nrrd_fields);
+  const Rescale rescale = info.metadata.rescale();
   if (rescale == Rescale{}) return "";
   const double c0 = c0_of(rescale, info.type);
   constexpr int straight_line = 0;
@@ -107,16 +106,14 @@ std::string calibration_of(const VolumeInfo& info) {
 }
 
 /// What ImageJ reads of a stack.
-std::string description_of(const VolumeInfo& info) {
-  const Geometry& geometry = info.geometry;
+std::string description_of(const VolumeInfo& info, const Geometry& geometry) {
   std::string text = fmt::format("ImageJ=1.53t\nimages={0}\nslices={0}\n", info.dims.z);
   if (has_known_spacing(geometry)) {
     if (!std::isnan(geometry.spacing[2])) text += fmt::format("spacing={}\n", std::abs(geometry.spacing[2]));
     text += fmt::format("unit={}\n", geometry.units[0]);
   }
   if (keeps_values_in_tiff(info)) text += calibration_of(info);
-  if (const std::string loss = text_of_key(info.nrrd_fields, lossy_source_key);
-      !loss.empty() && fits_line(loss))
+  if (const std::string loss = info.metadata.text_of(lossy_source_key); !loss.empty() && fits_line(loss))
     text += fmt::format("{}={}\n", lossy_source_key, loss);
   return text + '\0';
 }
@@ -135,10 +132,9 @@ std::pair<std::uint32_t, std::uint32_t> resolution_of(double spacing) {
 
 }  // namespace
 
-std::string tiff_headers(const VolumeInfo& of_volume) {
-  VolumeInfo info = of_volume;
-  info.geometry = in_one_unit(of_volume.geometry);
-  const std::string description = description_of(info);
+std::string tiff_headers(const VolumeInfo& info) {
+  const Geometry geometry = in_one_unit(info.geometry());
+  const std::string description = description_of(info, geometry);
   const auto pages = static_cast<std::uint64_t>(info.dims.z);
   const std::uint64_t slice = *sample_bytes({info.dims.x, info.dims.y, 1}, info.type),
                       shared = description.size() + description.size() % 2 + 16;
@@ -156,7 +152,7 @@ std::string tiff_headers(const VolumeInfo& of_volume) {
   headers.put_text(description);
   if (description.size() % 2 != 0) headers.put_text(std::string_view("\0", 1));
   for (const std::size_t axis : {0U, 1U}) {
-    const auto [samples, length] = resolution_of(info.geometry.spacing[axis]);
+    const auto [samples, length] = resolution_of(geometry.spacing[axis]);
     headers.put(samples);
     headers.put(length);
   }
@@ -175,8 +171,8 @@ std::string tiff_headers(const VolumeInfo& of_volume) {
     headers.put_field(279, is_big ? FieldType::big : FieldType::word, 1, slice);
     // BigTIFF has room for a ratio in the entry.
     if (is_big) {
-      const auto [x, one] = resolution_of(info.geometry.spacing[0]);
-      const auto [y, two] = resolution_of(info.geometry.spacing[1]);
+      const auto [x, one] = resolution_of(geometry.spacing[0]);
+      const auto [y, two] = resolution_of(geometry.spacing[1]);
       headers.put_field(282, FieldType::ratio, 1, x | static_cast<std::uint64_t>(one) << 32);
       headers.put_field(283, FieldType::ratio, 1, y | static_cast<std::uint64_t>(two) << 32);
     } else {
@@ -197,11 +193,11 @@ bool keeps_values_in_tiff(const VolumeInfo& info) {
   // ImageJ calibrates no other numbers.
   return (info.type == SampleType::uint8 || info.type == SampleType::uint16 ||
           info.type == SampleType::int16) &&
-         fits_line(rescale_of(info.nrrd_fields).units);
+         fits_line(info.metadata.rescale().units);
 }
 
 std::string lost_rescale_in_tiff(const VolumeInfo& info) {
-  if (rescale_of(info.nrrd_fields) == Rescale{} || keeps_values_in_tiff(info)) return "";
+  if (info.metadata.rescale() == Rescale{} || keeps_values_in_tiff(info)) return "";
   return fmt::format(
       "TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, uint16 and int16)",
       name_of(info.type));
@@ -209,7 +205,7 @@ std::string lost_rescale_in_tiff(const VolumeInfo& info) {
 
 std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   std::vector<std::string> lost;
-  const Rescale rescale = rescale_of(info.nrrd_fields);
+  const Rescale rescale = info.metadata.rescale();
   // Readers take these for signed samples, and some intercepts come back from the sum of two numbers.
   if (info.type == SampleType::uint16 && rescale.intercept == -half && rescale.slope == 1)
     lost.emplace_back(
@@ -218,7 +214,7 @@ std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
   if (info.type == SampleType::int16 && c0_of(rescale, info.type) + rescale.slope * half != rescale.intercept)
     lost.push_back(
         fmt::format("TIFF rounds the intercept of its values: ImageJ's is {} smaller", rescale.slope * half));
-  const Geometry geometry = in_one_unit(info.geometry);
+  const Geometry geometry = in_one_unit(info.geometry());
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (geometry.has_spacing && !has_known_spacing(geometry))
     lost.push_back("the spacing is not written: " + why_no_spacing(geometry));

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -55,16 +55,16 @@ KeyValues pairs_of(const VdbPlace& place) {
   return pairs;
 }
 
-KeyValues other_pairs_of(std::string_view nrrd_fields) {
-  KeyValues pairs = pairs_without_places(nrrd_fields);
+KeyValues other_pairs_of(const Metadata& metadata) {
+  KeyValues pairs = pairs_without_places(metadata);
   std::erase_if(pairs, [](const auto& pair) { return pair.first.starts_with("vdb_"); });
   return pairs;
 }
 
-VdbPlace vdb_place_of(std::string_view nrrd_fields) {
+VdbPlace vdb_place_of(const Metadata& metadata) {
   constexpr double farthest = 1 << 30;
   VdbPlace place;
-  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
+  for (const auto& [key, value] : metadata.pairs()) {
     if (key == grid_key) place.grid = value;
     if (key == class_key) place.grid_class = value;
     if (key == background_key) place.background = number_of(value);

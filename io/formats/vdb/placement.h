@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/vdb/openvdb_library.h"
+#include "io/metadata/metadata.h"
 #include "stages/grid/box.h"
 
 namespace tagrid {
@@ -27,10 +27,9 @@ struct VdbPlace {
 
 KeyValues pairs_of(const VdbPlace& place);
 /// The pairs that stay true if the grid gets another place.
-KeyValues other_pairs_of(std::string_view nrrd_fields);
-/// Reads these pairs from NRRD header lines; other lines are ignored. Missing or invalid values are those of
-/// VdbPlace{}.
-VdbPlace vdb_place_of(std::string_view nrrd_fields);
+KeyValues other_pairs_of(const Metadata& metadata);
+/// Reads these pairs. Missing or invalid values are those of VdbPlace{}.
+VdbPlace vdb_place_of(const Metadata& metadata);
 
 /// The position of voxels in the world: rows for x, y, z, and the one of voxel (0, 0, 0). Nothing if the
 /// transform is a perspective one, which has no directions.

@@ -9,9 +9,8 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/sections.h"
+#include "io/metadata/foreign_geometry.h"
 #include "io/samples/data_files.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
-#include "io/formats/nrrd/line.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {

@@ -7,9 +7,9 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/foreign_geometry.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/vendors.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/rescale.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/foreign_number.h"
@@ -87,7 +87,7 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
                                                                            {"intensity", 172}}};
   for (const auto& [field, at] : fields)
     pairs.emplace_back(fmt::format("isq_{}", field), std::to_string(number(at)));
-  facts.info = volume_info(dims, SampleType::int16, nrrd_fields_of(geometry, pairs));
+  facts.info = {dims, SampleType::int16, Metadata(geometry, pairs)};
   facts.rescale = rescale;
   facts.holds_other_bytes = true;
   // Files are filled up to whole blocks.

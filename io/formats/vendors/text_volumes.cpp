@@ -10,14 +10,14 @@
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
 #include "io/files/system_call.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/vendors/descriptions.h"
 #include "io/formats/vendors/vendors.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/metadata.h"
 #include "io/samples/data_files.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -140,7 +140,7 @@ std::unique_ptr<VolumeSource> open_described(const Kind& kind, const Kind& other
         fmt::format("{}: the other description of its samples cannot be read: {}", path, other->why_not));
   }
   if (!type) type = type_by_size(own, *data);
-  facts.info = volume_info(own.dims, *type, nrrd_fields_of(own.geometry, own.pairs));
+  facts.info = {own.dims, *type, Metadata(own.geometry, own.pairs)};
   facts.holds_other_bytes = true;  // the description says more than the file that is made
   SamplesPlace place{.start = own.offset};
   allow_more(*data, place, facts);

@@ -5,14 +5,14 @@
 #include <array>
 
 #include "io/bytes/little_endian.h"
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 #include "io/volume/vtk.h"
 
 namespace tagrid {
 
 std::string vti_header(const VolumeInfo& info) {
-  const VtkGeometry geometry = vtk_geometry_of(info.geometry);
+  const VtkGeometry geometry = vtk_geometry_of(info.geometry());
   const std::string extent = fmt::format("0 {} 0 {} 0 {}", info.dims.x - 1, info.dims.y - 1, info.dims.z - 1);
   std::string text = fmt::format(
       "<?xml version=\"1.0\"?>\n"
@@ -30,14 +30,12 @@ std::string vti_header(const VolumeInfo& info) {
 }
 
 std::string lost_rescale_in_image_data(const VolumeInfo& info) {
-  return info.nrrd_fields.find("rescale_slope:=") == std::string::npos
-             ? ""
-             : "VTK's image data has no place for slope and intercept";
+  return info.metadata.value("rescale_slope") ? "VTK's image data has no place for slope and intercept" : "";
 }
 
 std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
   std::vector<std::string> lost;
-  const Geometry& geometry = info.geometry;
+  const Geometry& geometry = info.geometry();
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (has_unknown_spacing(geometry))
     lost.emplace_back("VTK's image data cannot record that a spacing is unknown; 1 is written");
@@ -46,7 +44,7 @@ std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
 
 std::vector<std::string> lost_in_vti(const VolumeInfo& info) {
   std::vector<std::string> lost = lost_in_image_data(info);
-  const Geometry& geometry = info.geometry;
+  const Geometry& geometry = info.geometry();
   const std::string unit = common_unit(in_one_unit(geometry)).name;
   std::vector<std::string> names;
   if (!geometry.space.empty())

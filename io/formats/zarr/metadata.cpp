@@ -4,7 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/text.h"
 
 namespace tagrid {
 namespace {
@@ -49,7 +50,7 @@ Json numbers_of(const Index3& size) { return {size.z, size.y, size.x}; }
 }  // namespace
 
 std::string zarr_group(const VolumeInfo& info, const KnownFacts& facts, const std::string& name) {
-  const Geometry geometry = in_one_unit(info.geometry);
+  const Geometry geometry = in_one_unit(info.geometry());
   Json axes = Json::array();
   for (const auto& [letter, axis] : {std::pair("z", 2), {"y", 1}, {"x", 0}}) {
     Json one = {{"name", letter}, {"type", "space"}};
@@ -76,7 +77,7 @@ std::string zarr_group(const VolumeInfo& info, const KnownFacts& facts, const st
                                                  {"end", (*facts.range)[1]}}}}})}};
   const Json tagrid = {{"max_error", or_null(facts.max_error)},
                        {"achieved_max_error", or_null(facts.achieved_error)},
-                       {"nrrd_header", info.nrrd_fields}};
+                       {"nrrd_header", text_of(info.metadata)}};
   return text_of({{"zarr_format", 3},
                   {"node_type", "group"},
                   {"attributes", {{"ome", std::move(ome)}, {"tagrid", tagrid}}}});

@@ -20,7 +20,7 @@
 #include "io/files/spool_file.h"
 #include "io/formats/zarr/container.h"
 #include "io/formats/zarr/metadata.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -213,14 +213,12 @@ std::uint64_t memory_of_zarr(const VolumeInfo& info) {
 }
 
 std::string lost_rescale_in_zarr(const VolumeInfo& info) {
-  return info.nrrd_fields.find("rescale_slope:=") == std::string::npos
-             ? ""
-             : "OME-Zarr has no place for slope and intercept";
+  return info.metadata.value("rescale_slope") ? "OME-Zarr has no place for slope and intercept" : "";
 }
 
 std::vector<std::string> lost_in_zarr(const VolumeInfo& info) {
   std::vector<std::string> lost;
-  const Geometry& geometry = info.geometry;
+  const Geometry& geometry = info.geometry();
   if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (has_unknown_spacing(geometry))
     lost.emplace_back("OME-Zarr cannot record that a spacing is unknown; 1 is written");

@@ -25,7 +25,7 @@ class Envelope : public TemporaryFolder {
 
   /// Files of random bytes with the slices of a volume at random places, in any order.
   SourceFacts random_source(const Index3& dims, SampleType type) {
-    SourceFacts facts{.info = {.dims = dims, .type = type, .geometry = {}, .nrrd_fields = ""}, .files = {}};
+    SourceFacts facts{.info = {.dims = dims, .type = type}, .files = {}};
     bytes_.clear();
     for (std::int64_t z = 0; z < dims.z;) {
       const bool again = !bytes_.empty() && below(3) == 0;
@@ -133,8 +133,7 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
 TEST_F(Envelope, AFormThatIsNotTheFileComesBackChangedWhateverItSays) {
   const Index3 dims = {3, 2, 1};
   std::ofstream(path("a"), std::ios::binary) << "0123456789";
-  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
-                    .files = {path("a")}};
+  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8}, .files = {path("a")}};
   const std::vector<std::vector<PlainPiece>> forms = {
       {PlainPiece::given("0123456780")},
       {PlainPiece::stretch(0, 0, 9)},
@@ -167,7 +166,7 @@ TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
     std::ofstream(path(name), std::ios::binary) << bytes;
     return path(name);
   };
-  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
+  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8},
                     .files = {file("a", "0123456789"), file("b", "abcdef")}};
   PlainForm form;
   form.compression = "packing";

@@ -1,5 +1,6 @@
 // Writers that do as docs/readers.md says, and writers that do not.
 
+#include "io/metadata/text.h"
 #include "io/programs/volumes.h"
 
 #include <gmock/gmock.h>
@@ -8,7 +9,6 @@
 #include <array>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const VolumeInfo info{{4, 3, 5}, SampleType::int16, {}, ""};
+const VolumeInfo info{{4, 3, 5}, SampleType::int16};
 constexpr int slice_bytes = 24;
 
 const std::string hello = R"(echo '{"tagrid-writer": 1, "name": "test", "version": "1"}')";
@@ -89,7 +89,7 @@ TEST_F(ProgramSinkTest, TheWriterGetsEverySampleAndTheFileAppearsAtTheEnd) {
 
 TEST_F(ProgramSinkTest, TheWriterLearnsAllThatIsKnownOfTheVolume) {
   const std::string fields = "spacings: 0.5 1 2\nunits: \"mm\" \"mm\" \"mm\"\nkey:=a value\n";
-  const VolumeInfo known = volume_info(info.dims, info.type, fields);
+  const VolumeInfo known{info.dims, info.type, parse_metadata(fields)};
   const auto sink = create_with_writer(writer("printf '%s\\n' \"$line\" > \"$path.request\"; " + ready),
                                        path("a.x"), known, {}, {{"level", "9"}});
   std::string request;

@@ -1,6 +1,7 @@
 // Readers that say what they may, and readers that do not.
 
 #include "io/programs/reader_conversation.h"
+#include "io/metadata/text.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -60,7 +61,7 @@ TEST_F(ReaderConversationTest, AVolumeHasWhatItsReaderSays) {
       R"("places": [{"file": 1, "offset": 99, "slices": 2, "step": 30, "big_endian": true}, {"slices": 3}])");
   EXPECT_EQ(volume.info.dims, (Index3{4, 3, 5}));
   EXPECT_EQ(volume.info.type, SampleType::int16);
-  EXPECT_THAT(volume.info.nrrd_fields,
+  EXPECT_THAT(text_of(volume.info.metadata),
               testing::AllOf(HasSubstr("spacings: 0.5 1 2"), HasSubstr("mm"), HasSubstr("key:=a value")));
   EXPECT_THAT(volume.warnings, ElementsAre("take care"));
   EXPECT_THAT(volume.files, ElementsAre("a", "b"));

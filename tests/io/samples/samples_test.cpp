@@ -8,7 +8,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/text.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
 #include "tests/support/temporary_folder.h"
@@ -19,7 +19,7 @@ namespace {
 
 class Placed : public TemporaryFolder {
  protected:
-  static VolumeInfo info(Index3 dims, SampleType type) { return volume_info(dims, type, ""); }
+  static VolumeInfo info(Index3 dims, SampleType type) { return {dims, type}; }
 };
 
 /// A volume whose slices lie in several files, with gaps, in either byte order, also with gaps between rows and from the
@@ -130,7 +130,7 @@ TEST_F(SpooledTest, APipeAndAVolumeOfWholeSlicesCanBeReadInAnyOrder) {
 TEST_F(SpooledTest, WhatElseIsKnownStays) {
   const auto source = spooled(std::make_unique<VolumeInMemory>(dims, SourceTraits{}), folder_.string());
   EXPECT_EQ(source->files(), (std::vector<std::string>{"header", "numbers"}));
-  EXPECT_EQ(source->info().nrrd_fields, "content: numbers\n");
+  EXPECT_EQ(text_of(source->info().metadata), "content: numbers\n");
   EXPECT_TRUE(source->facts().holds_other_bytes && source->facts().headerless);
   rows_of(*source, {{0, 0, 0}, {299, 0, 0}});
   EXPECT_EQ(source->bytes_read(), 77U) << "of the files, not of the copy";

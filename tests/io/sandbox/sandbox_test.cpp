@@ -1,6 +1,7 @@
 // A reader that a malicious file controls: each attempt succeeds without the sandbox, and fails within it.
 
 #include "io/sandbox/sandbox.h"
+#include "io/metadata/metadata.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -12,7 +13,6 @@
 
 #include <array>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/programs/volumes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -57,8 +57,8 @@ class Sandbox : public TemporaryFolder {
   std::array<std::string, 2> outcomes(const std::string& what, const std::string& at) const {
     const auto source =
         open_with_reader(TAGRID_RAMP_READER, file("scans/a.ramp", "3 4 5 tries " + what + " " + at), {});
-    const std::string& fields = source->info().nrrd_fields;
-    return {text_of_key(fields, "outcome"), text_of_key(fields, "outcome of a thread")};
+    const Metadata& metadata = source->info().metadata;
+    return {metadata.text_of("outcome"), metadata.text_of("outcome of a thread")};
   }
   void expect_refused(const std::string& what, const std::string& at) const {
     for (const std::string& outcome : outcomes(what, at)) {
@@ -111,7 +111,7 @@ TEST_F(Sandbox, LetsItReadTheSourceAndWhatLinksLeadTo) {
   std::filesystem::create_symlink(file("elsewhere/c.ramp", "3 4 5 tries read " + other),
                                   path("scans/c.ramp"));
   const auto source = open_with_reader(TAGRID_RAMP_READER, path("scans/c.ramp"), {});
-  EXPECT_EQ(text_of_key(source->info().nrrd_fields, "outcome"), "done");
+  EXPECT_EQ(source->info().metadata.text_of("outcome"), "done");
 }
 
 // A scan in the home of a user is no way to the rest of it.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/text.h"
 #include "io/volume/volume_source.h"
 #include "tests/support/volume_in_memory.h"
 
@@ -45,7 +45,7 @@ TEST(Lengths, AreRoundedOnceIfOneUnitIsAWholeNumberOfTheOther) {
   EXPECT_EQ(in_mm(2, "in"), 50.8);
 }
 
-Geometry geometry(const std::string& fields) { return geometry_of(fields); }
+Geometry geometry(const std::string& fields) { return parse_metadata(fields).geometry(); }
 
 TEST(Lengths, InOneUnitPlacesStay) {
   const Geometry spaced = in_one_unit(geometry(
@@ -189,7 +189,7 @@ TEST_F(RowsOfSlices, TakeTheMemoryOfASliceMore) {
   EXPECT_FALSE(source_->traits().whole_slices);
   EXPECT_EQ(source_->traits().memory, 1000U + 24);
   EXPECT_EQ(source_->files(), memory_->files());
-  EXPECT_EQ(source_->info().nrrd_fields, memory_->info().nrrd_fields);
+  EXPECT_EQ(source_->info().metadata, memory_->info().metadata);
 }
 
 TEST(VolumeSource, RowsOfWholeSlicesAreRefused) {

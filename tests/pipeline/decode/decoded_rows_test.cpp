@@ -94,7 +94,7 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
   std::mt19937 random(1);
   for (const std::string name : {"b.nrrd", "b.nhdr", "b.raw"}) {
     std::shuffle(rows.begin(), rows.end(), random);
-    VolumeInfo info{dims, SampleType::int16, {}, ""};
+    VolumeInfo info{dims, SampleType::int16};
     const auto writer =
         create_volume(format_from_name(name), path(name), info, {.files = {.overwrite = true}});
     ASSERT_TRUE(writer->any_order());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "pipeline/encode/graph.h"
 #include "tests/support/graph_ends.h"
 #include "tests/support/runs.h"
@@ -170,7 +171,7 @@ TEST_F(Run, MetadataComesBackAsItWentIn) {
   write_nrrd(in_, {2, 3, 4}, samples, fields);
   encode({});
   decode<std::uint8_t>();
-  EXPECT_EQ(open_volume(out_)->info().nrrd_fields, fields);
+  EXPECT_EQ(text_of(open_volume(out_)->info().metadata), fields);
 }
 
 }  // namespace

@@ -23,10 +23,9 @@ using namespace std::chrono_literals;
 class CountedSlices final : public VolumeSource {
  public:
   explicit CountedSlices(std::int64_t slices, std::int64_t broken = -1)
-      : VolumeSource(
-            {.info = {.dims = {1, 1, slices}, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
-             .files = {"counted"},
-             .traits = {.again = true, .whole_slices = true}}),
+      : VolumeSource({.info = {.dims = {1, 1, slices}, .type = SampleType::uint8},
+                      .files = {"counted"},
+                      .traits = {.again = true, .whole_slices = true}}),
         broken_(broken) {}
 
   std::uint64_t bytes_read() const override { return 0; }

@@ -1,11 +1,16 @@
 // What a file and an original say of the place and the meaning of samples: the same in other words is the same, and a
 // difference is named with both values.
+#include "io/metadata/text.h"
 #include "pipeline/verify/verify.h"
 
 #include <gtest/gtest.h>
 
 namespace tagrid {
 namespace {
+
+GeometryComparison compared(const std::string& text, const std::string& of_original) {
+  return compare_geometry(parse_metadata(text), parse_metadata(of_original));
+}
 
 using Texts = std::vector<std::string>;
 
@@ -24,7 +29,7 @@ TEST(GeometryOfBothTest, TheSameInOtherWordsIsTheSame) {
       "space: LPS\nspace directions: (0.5,0.0000004,0) (0,0.49999997,0) (0,0,2.0000001)\n"
       "space origin: (10.0000005,-20,30)\n"};
   for (const std::string& other : others) {
-    const GeometryComparison found = compare_geometry(lps, other);
+    const GeometryComparison found = compared(lps, other);
     EXPECT_EQ(found.compared, (Texts{"spacing", "directions", "origin"})) << other;
     EXPECT_EQ(found.differences, Texts{}) << other;
   }
@@ -42,31 +47,30 @@ TEST(GeometryOfBothTest, ADifferenceIsNamedWithBothValues) {
       {"space: RAS\nspace directions: (0.5,0,0) (0,-0.5,0) (0,0,2)\n",
        "the direction of x is (0.5, 0, 0), but (-0.5, 0, 0) in the original"}};
   for (const auto& [other, difference] : others)
-    EXPECT_EQ(compare_geometry(lps, other).differences, Texts{difference}) << other;
-  EXPECT_EQ(compare_geometry("rescale_slope:=2\n", "rescale_slope:=2.5\n").differences,
+    EXPECT_EQ(compared(lps, other).differences, Texts{difference}) << other;
+  EXPECT_EQ(compared("rescale_slope:=2\n", "rescale_slope:=2.5\n").differences,
             Texts{"rescale_slope is 2, but 2.5 in the original"});
 }
 
 TEST(GeometryOfBothTest, WhatCannotBeComparedIsLeftOut) {
   const std::string elsewhere =
       "space: scanner-xyz\nspace directions: (0,0.5,0) (0.5,0,0) (0,0,2)\nspace origin: (1,2,3)\n";
-  EXPECT_EQ(compare_geometry(lps, elsewhere).compared, Texts{"spacing"});
-  EXPECT_EQ(compare_geometry(lps, elsewhere).differences, Texts{});
+  EXPECT_EQ(compared(lps, elsewhere).compared, Texts{"spacing"});
+  EXPECT_EQ(compared(lps, elsewhere).differences, Texts{});
   // A unit that is not one of lengths.
-  const GeometryComparison steps =
-      compare_geometry(lps, "spacings: 1 1 1\nunits: \"steps\" \"steps\" \"steps\"\n");
+  const GeometryComparison steps = compared(lps, "spacings: 1 1 1\nunits: \"steps\" \"steps\" \"steps\"\n");
   EXPECT_EQ(steps.compared, Texts{});
   EXPECT_EQ(steps.differences, Texts{});
-  EXPECT_EQ(compare_geometry(lps, "").compared, Texts{});
-  EXPECT_EQ(compare_geometry("rescale_slope:=2\n", "").compared, Texts{});
+  EXPECT_EQ(compared(lps, "").compared, Texts{});
+  EXPECT_EQ(compared("rescale_slope:=2\n", "").compared, Texts{});
 }
 
 TEST(GeometryOfBothTest, PositionsOfSlicesFollowTheSpace) {
   const std::string positions = "slice_positions:=1 2 3; 1 2 4; 1 2 9\n",
                     in_ras = "slice_positions:=-1 -2 3; -1 -2 4; -1 -2 9\n";
   const std::string ras = "space: RAS\nspace directions: (-0.5,0,0) (0,-0.5,0) (0,0,2)\n";
-  EXPECT_EQ(compare_geometry(lps + positions, ras + in_ras).differences, Texts{});
-  EXPECT_EQ(compare_geometry(lps + positions, ras + positions).differences.size(), 1U);
+  EXPECT_EQ(compared(lps + positions, ras + in_ras).differences, Texts{});
+  EXPECT_EQ(compared(lps + positions, ras + positions).differences.size(), 1U);
 }
 
 }  // namespace

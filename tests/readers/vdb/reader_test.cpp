@@ -10,6 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
 
@@ -103,7 +104,7 @@ TEST_F(VdbReaderTest, OtherMetadataOfTheGridAndOfTheFileBecomesPairs) {
   Grid grid = awkward(Type::floats);
   grid.metadata = {{"creator", "a simulation"}, {"frame", "12"}};
   oracle::write_file(path("a.vdb"), {grid}, 6, {{"creator", "a program"}, {"license", "two\nlines"}});
-  const std::string fields = open_grid(path("a.vdb"))->info().nrrd_fields;
+  const std::string fields = text_of(open_grid(path("a.vdb"))->info().metadata);
   EXPECT_THAT(fields, HasSubstr("openvdb_creator:=a simulation\n"));
   EXPECT_THAT(fields, HasSubstr("openvdb_frame:=12\n"));
   EXPECT_THAT(fields, HasSubstr("openvdb_license:=two\\nlines\n"));
@@ -163,7 +164,7 @@ TEST_F(VdbReaderTest, TheTransformBecomesDirectionsAndOrigin) {
   Grid grid = awkward(Type::floats);
   grid.transform = {{{0.5, 0, 0}, {0, 0.25, 0.125}, {0, 0, -2}, {100, 200, 300}}};
   oracle::write_file(path("a.vdb"), {grid});
-  const Geometry geometry = open_grid(path("a.vdb"))->info().geometry;
+  const Geometry geometry = open_grid(path("a.vdb"))->info().geometry();
   const std::array<std::array<double, 3>, 3> rows = {grid.transform[0], grid.transform[1], grid.transform[2]};
   EXPECT_EQ(geometry.directions, rows);
   const Index3 low = {-13, -16, -128};
@@ -177,11 +178,11 @@ TEST_F(VdbReaderTest, AUniformScaleIsASpacingAndAPerspectiveNone) {
   grid.uniform = true;
   grid.transform[0][0] = 0.75;
   oracle::write_file(path("a.vdb"), {grid});
-  EXPECT_EQ(open_grid(path("a.vdb"))->info().geometry.spacing, (std::array<double, 3>{0.75, 0.75, 0.75}));
+  EXPECT_EQ(open_grid(path("a.vdb"))->info().geometry().spacing, (std::array<double, 3>{0.75, 0.75, 0.75}));
   grid.uniform = false;
   grid.perspective = true;
   oracle::write_file(path("b.vdb"), {grid});
-  EXPECT_FALSE(open_grid(path("b.vdb"))->info().geometry.has_spacing);
+  EXPECT_FALSE(open_grid(path("b.vdb"))->info().geometry().has_spacing);
 }
 
 TEST_F(VdbReaderTest, OfSeveralGridsOneIsChosenByItsName) {

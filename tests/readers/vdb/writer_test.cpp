@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 #include "tests/readers/vdb/openvdb_oracle.h"
 #include "tests/support/points.h"
 #include "tests/support/sanitized.h"
@@ -41,8 +41,7 @@ class VdbWriterTest : public TemporaryFolder {
     VolumeInfo info;
     info.dims = dims;
     info.type = sample_type_of<T>();
-    info.nrrd_fields = fields;
-    info.geometry = geometry_of(fields);
+    info.metadata = parse_metadata(fields);
     std::vector<T> samples;
     for (const auto [x, y, z] : points_of(dims)) samples.push_back(static_cast<T>(value(Index3{x, y, z})));
     const auto writer = create_volume(format_from_name(name), path(name), info,
@@ -215,7 +214,7 @@ TEST_F(VdbWriterTest, AllThatAHeaderSaidComesBack) {
       "content: a scan\nspace: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0.1,-2.25)\n"
       "space units: \"mm\" \"mm\" \"mm\"\nspace origin: (-12.5,3,1e3)\n# a remark\nModality:=CT\n";
   write<std::int16_t>("a.vdb", {5, 4, 3}, noise<std::int16_t>, {}, fields);
-  EXPECT_EQ(open_volume(path("a.vdb"))->info().nrrd_fields, fields);
+  EXPECT_EQ(text_of(open_volume(path("a.vdb"))->info().metadata), fields);
 }
 
 // The library rounds the numbers of a transform: 0.7 becomes 0.7000000000000028 beside such an origin.
@@ -227,7 +226,7 @@ TEST_F(VdbWriterTest, AHeaderComesBackWhateverTheLibraryRounds) {
                                  directions + "\nspace origin: " + origin +
                                  "\nrescale_slope:=2\nrescale_units:=HU\n";
       write<std::int16_t>("a.vdb", {5, 4, 3}, noise<std::int16_t>, {}, fields);
-      EXPECT_EQ(open_volume(path("a.vdb"))->info().nrrd_fields, fields);
+      EXPECT_EQ(text_of(open_volume(path("a.vdb"))->info().metadata), fields);
     }
 }
 
@@ -241,11 +240,11 @@ TEST_F(VdbWriterTest, WhatSamplesMeanStaysIfSomebodyMovesTheGrid) {
   const std::size_t at = bytes.find(bytes_of(1234.5));
   ASSERT_NE(at, bytes.npos);
   const VolumeInfo info = open_volume(file("b.vdb", bytes.replace(at, 8, bytes_of(1000))))->info();
-  EXPECT_EQ(info.geometry.origin, (std::array<double, 3>{1000, 0, 0}));
-  EXPECT_EQ(text_of_key(info.nrrd_fields, "rescale_slope"), "2");
-  EXPECT_EQ(text_of_key(info.nrrd_fields, "lossy source"), "JPEG");
-  EXPECT_EQ(text_of_key(info.nrrd_fields, "vdb_grid"), "smoke");
-  EXPECT_EQ(text_of_key(info.nrrd_fields, "slice_positions"), "");
+  EXPECT_EQ(info.geometry().origin, (std::array<double, 3>{1000, 0, 0}));
+  EXPECT_EQ(info.metadata.text_of("rescale_slope"), "2");
+  EXPECT_EQ(info.metadata.text_of("lossy source"), "JPEG");
+  EXPECT_EQ(info.metadata.text_of("vdb_grid"), "smoke");
+  EXPECT_EQ(info.metadata.text_of("slice_positions"), "");
 }
 
 TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <iostream>
 
+#include "io/metadata/metadata.h"
 #include "tests/support/failing_disk.h"
 
 namespace tagrid {

@@ -29,8 +29,14 @@ class ForgedFiles : public CommandLine {
   static std::string text_of(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
-  static std::string header_of(const CodingParameters& p, const std::string& fields = "") {
-    return text_of(serialize_header({p, fields}));
+  static std::string header_of(const CodingParameters& p) { return text_of(serialize_header({p, {}})); }
+  /// With this text as metadata, whatever it says.
+  static std::string header_of(const CodingParameters& p, const std::string& metadata) {
+    const std::string packed = text_of(zstd_compress(std::as_bytes(std::span(metadata))));
+    std::string bytes = header_of(p).substr(0, 116) + number(static_cast<std::uint32_t>(metadata.size())) +
+                        number(static_cast<std::uint32_t>(packed.size())) + packed;
+    bytes.replace(12, 4, number(static_cast<std::uint32_t>(bytes.size() + 8)));
+    return bytes + number(checksum_of({std::as_bytes(std::span(bytes))}));
   }
   static std::uint64_t last_number(const std::string& file) {
     return load_little_endian<std::uint64_t>(

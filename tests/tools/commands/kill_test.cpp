@@ -10,6 +10,7 @@
 #include <iostream>
 #include <random>
 
+#include "io/metadata/metadata.h"
 #include "tests/support/failing_disk.h"
 
 namespace tagrid {

@@ -1,5 +1,6 @@
 // The words of a preview.
 #include "tools/preview/captions.h"
+#include "io/metadata/text.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -13,9 +14,9 @@ namespace {
 TEST(Captions, ASliceAtItsOwnDistanceIsSaidToLieThere) {
   TagHeader header;
   header.parameters.dims = {8, 8, 4};
-  header.nrrd_fields =
+  header.metadata = parse_metadata(
       "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1.25)\nspace units: \"mm\" \"mm\" \"um\"\n"
-      "slice_positions:=0 0 5; 0 0 6.25; 0 0 7.5; 0 0 11.75\n";
+      "slice_positions:=0 0 5; 0 0 6.25; 0 0 7.5; 0 0 11.75\n");
   const Lengths lengths = lengths_of(header);
   // In one unit, that of the first axis.
   EXPECT_DOUBLE_EQ(lengths.distance(2, 2), 2.5e-3);

@@ -21,6 +21,7 @@
 #include "io/formats/dicom/reader/series.h"
 #include "io/formats/dicom/reader/series_names.h"
 #include "io/formats/dicom/reader/volume_facts.h"
+#include "io/metadata/loss.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/stored_samples.h"
 #include "io/programs/words.h"

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/text/foreign_number.h"
 #include "stages/grid/box.h"
 

@@ -21,7 +21,8 @@
 #include "io/formats/hdf5/reader/meaning.h"
 #include "io/formats/hdf5/reader/nexus.h"
 #include "io/formats/hdf5/reader/unread.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
 #include "io/text/text.h"
 #include "io/volume/vtk.h"
 
@@ -249,10 +250,10 @@ std::optional<Geometry> geometry_of_image_data(hid_t file, const std::string& pa
 
 /// False if the image of VTKHDF around the array lies elsewhere than these header lines put the array, as
 /// somebody changed it since.
-bool image_agrees(hid_t file, const std::string& name, const std::string& header) {
+bool image_agrees(hid_t file, const std::string& name, const Metadata& header) {
   const Hdf5Handle group = is_vtkhdf_array(name) ? opened_root(file) : Hdf5Handle();
   if (!group) return true;
-  const VtkGeometry written = vtk_geometry_of(geometry_of(header));
+  const VtkGeometry written = vtk_geometry_of(header.geometry());
   const auto says = [&](const char* attribute, const auto& numbers) {
     return std::ranges::equal(number_attribute(group.get(), attribute), numbers);
   };
@@ -269,14 +270,14 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     volume.warnings.insert(volume.warnings.end(), warnings.begin(), warnings.end());
   };
   std::vector<std::string> known;
-  const auto header = header_of(dataset.get(), known);
+  auto header = header_of(dataset.get(), known);
   const bool is_moved = header && !image_agrees(file, name, *header);
   if (header && !is_moved) {
     known.insert(known.end(), of_scale.begin(), of_scale.end());
     KeyValues pairs = other_attributes(dataset.get(), known);
-    if (text_of_key(*header, "rescale_slope").empty()) add_rescale(volume.rescale, pairs);
-    volume.nrrd =
-        *header + (header->empty() || header->ends_with('\n') ? "" : "\n") + nrrd_fields_of({}, pairs);
+    if (header->text_of("rescale_slope").empty()) add_rescale(volume.rescale, pairs);
+    header->add_pairs(pairs);
+    volume.metadata = std::move(header);
     return;
   }
   Fields fields(dataset.get(), fmt::format("{}: HDF5 file: {}", path, name));
@@ -322,7 +323,7 @@ void describe_dataset(hid_t file, const std::string& path, const std::string& na
     volume.not_understood.push_back(about_unread_geometry(fields.name(), names));
   for (auto& pair : other_attributes(dataset.get(), of_scale)) pairs.push_back(std::move(pair));
   add_rescale(volume.rescale, pairs);
-  volume.nrrd = nrrd_fields_of_places(geometry, pairs);
+  volume.metadata = metadata_of_places(geometry, pairs);
 }
 
 std::string vtkhdf_type(hid_t file) {

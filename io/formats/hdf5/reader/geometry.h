@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// Describes the data set at the path `name` of the file at `path`: sets nrrd, rescale and scale_doubt of the
+/// Describes the data set at the path `name` of the file at `path`: sets metadata, rescale and scale_doubt of the
 /// volume, whose dimensions are set, and adds warnings and what is not understood. The header lines that
 /// tagrid-write-hdf5 wrote count, if the attributes still say the same; otherwise attributes, VTKHDF's image
 /// data, or the axes of NeXus say where samples lie.

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "io/formats/hdf5/reader/conventions.h"
-#include "io/formats/nrrd/geometry.h"
 
 namespace tagrid {
 

@@ -17,7 +17,7 @@
 #include "io/formats/hdf5/reader/geometry.h"
 #include "io/formats/hdf5/reader/links.h"
 #include "io/formats/hdf5/reader/storage.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
 #include "io/text/text.h"
@@ -109,7 +109,7 @@ class Hdf5Volume final : public ServedVolume {
     storage_ = name_of_storage(properties.get());
     const H5D_layout_t layout = H5Pget_layout(properties.get());
     require_own_samples(properties.get(), path_, name);
-    nrrd = with_loss(nrrd, loss_of(dataset_.get(), properties.get()));
+    add_loss(loss_of(dataset_.get(), properties.get()), *metadata);
     const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type);
     if (layout == H5D_CONTIGUOUS) {
       const haddr_t offset = H5Dget_offset(dataset_.get());

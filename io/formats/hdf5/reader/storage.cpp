@@ -11,7 +11,7 @@
 
 #include "io/formats/hdf5/handle.h"
 #include "io/formats/hdf5/reader/datasets.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 #include "io/programs/words.h"
 #include "io/text/text.h"
 

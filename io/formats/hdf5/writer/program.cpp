@@ -15,6 +15,7 @@
 #include "io/formats/hdf5/attributes.h"
 #include "io/formats/hdf5/description.h"
 #include "io/formats/hdf5/writer/hdf5_file.h"
+#include "io/metadata/text.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_writer.h"
 #include "io/programs/words.h"
@@ -32,7 +33,7 @@ void add_image_data(const Hdf5File& file, const VolumeInfo& info) {
   file.add_whole_numbers(
       group.get(), "WholeExtent",
       std::array<std::int64_t, 6>{0, info.dims.x - 1, 0, info.dims.y - 1, 0, info.dims.z - 1});
-  const VtkGeometry geometry = vtk_geometry_of(info.geometry);
+  const VtkGeometry geometry = vtk_geometry_of(info.geometry());
   file.add_numbers(group.get(), "Origin", geometry.origin);
   file.add_numbers(group.get(), "Spacing", geometry.spacing);
   file.add_numbers(group.get(), "Direction", geometry.direction);
@@ -45,7 +46,7 @@ class Hdf5Output final : public ServedOutput {
       : info_(request.info),
         path_(is_vtkhdf ? vtkhdf_volume_path : hdf5_volume_path),
         file_(request.path, request.name) {
-    memory = memory_of_hdf5_library + 4 * info_.nrrd_fields.size();
+    memory = memory_of_hdf5_library + 4 * text_of(info_.metadata).size();
     if (is_vtkhdf) add_image_data(file_, info_);
     const auto size = [](std::int64_t n) { return static_cast<hsize_t>(n); };
     std::vector<hsize_t> dims = {size(info_.dims.z), size(info_.dims.y), size(info_.dims.x)};
@@ -53,8 +54,8 @@ class Hdf5Output final : public ServedOutput {
     is_image_ = is_vtkhdf && info_.dims.z == 1 && info_.dims.y > 1 && info_.dims.x > 1;
     if (is_image_) dims.erase(dims.begin());
     dataset_ = file_.make_dataset(path_, hdf5_type_of(info_.type), dims);
-    for (const Hdf5Attribute& attribute : attributes_of(info_)) add(attribute);
-    file_.add_text(dataset_.get(), hdf5_header_attribute, info_.nrrd_fields);
+    for (const Hdf5Attribute& attribute : attributes_of(info_.metadata)) add(attribute);
+    file_.add_text(dataset_.get(), hdf5_header_attribute, text_of(info_.metadata));
   }
 
   void write_slice(std::int64_t z, const std::byte* samples) override {

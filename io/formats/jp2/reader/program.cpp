@@ -17,6 +17,7 @@
 #include "io/files/file_bytes.h"
 #include "io/formats/codecs/jpeg2000.h"
 #include "io/formats/slices/slice_files.h"
+#include "io/metadata/loss.h"
 #include "io/programs/stored_samples.h"
 
 namespace tagrid {

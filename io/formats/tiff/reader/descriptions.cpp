@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/line.h"
 #include "io/formats/slices/slice_files.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {

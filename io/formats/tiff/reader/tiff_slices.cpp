@@ -7,7 +7,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/files/file_bytes.h"
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 #include "io/programs/stored_samples.h"
 #include "io/samples/stored_bits.h"
 

@@ -15,6 +15,7 @@
 #include "io/formats/vdb/placement.h"
 #include "io/formats/vdb/reader/grid_file.h"
 #include "io/formats/vdb/reader/grid_slices.h"
+#include "io/metadata/text.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
 #include "io/text/text.h"
@@ -46,7 +47,7 @@ bool convert(From value, To& to) {
 struct Recorded {
   std::optional<SampleType> type;
   std::optional<Index3> dims;
-  std::optional<std::string> fields;  ///< "" if it had none
+  std::optional<Metadata> metadata;
 };
 
 std::optional<std::string> text_meta(const openvdb::MetaMap& meta, const char* key) {
@@ -56,7 +57,11 @@ std::optional<std::string> text_meta(const openvdb::MetaMap& meta, const char* k
 
 Recorded recorded_in(const openvdb::MetaMap& meta, const std::string& path) {
   Recorded recorded;
-  recorded.fields = text_meta(meta, vdb_fields_key);
+  try {
+    if (const auto fields = text_meta(meta, vdb_fields_key)) recorded.metadata = parse_metadata(*fields);
+  } catch (const BrokenInput&) {
+    // Another program wrote them.
+  }
   if (const auto dims = meta.getMetadata<openvdb::Vec3IMetadata>(vdb_dims_key))
     recorded.dims = Index3{dims->value().x(), dims->value().y(), dims->value().z()};
   if (const auto type = text_meta(meta, vdb_type_key)) {
@@ -82,16 +87,12 @@ KeyValues other_metadata(const openvdb::GridBase& grid) {
   return pairs;
 }
 
-Index3 low_in(const std::string& fields) try { return vdb_place_of(fields).low; } catch (const BrokenInput&) {
-  return {};  // another program wrote them
-}
-
 /// The box of the samples: the one that tagrid recorded, if no active voxel is outside it; otherwise the box
 /// of the active voxels.
 Box box_of(const std::string& path, const Recorded& recorded, const std::optional<Box>& active) {
   std::optional<Box> box = active;
   if (recorded.dims) {
-    const Index3 low = low_in(recorded.fields.value_or(""));
+    const Index3 low = vdb_place_of(recorded.metadata.value_or(Metadata())).low;
     const Box written = {low, low + *recorded.dims - Index3{1, 1, 1}};
     if (!written.empty() && (!active || written.contains(*active))) box = written;
   }
@@ -104,21 +105,18 @@ Box box_of(const std::string& path, const Recorded& recorded, const std::optiona
   return *box;
 }
 
-/// The header lines that a volume had before tagrid wrote it as this grid, if they still match the position
-/// of the grid.
-std::optional<std::string> fields_before(const Recorded& recorded, const Box& box,
-                                         const std::optional<openvdb::Mat4d>& matrix) {
-  if (!recorded.fields || recorded.dims != box.size() || !matrix) return std::nullopt;
+/// The metadata that a volume had before tagrid wrote it as this grid, if it still matches the position of the
+/// grid.
+std::optional<Metadata> metadata_before(const Recorded& recorded, const Box& box,
+                                        const std::optional<openvdb::Mat4d>& matrix) {
+  if (!recorded.metadata || recorded.dims != box.size() || !matrix) return std::nullopt;
   try {
-    const Geometry geometry = geometry_of(*recorded.fields);
-    // What the writer made of them, which is rounded.
-    if (vdb_place_of(*recorded.fields).low == box.low &&
-        matrix_of(*transform_of(geometry, box.low)) == *matrix)
-      return recorded.fields;
-  } catch (const BrokenInput&) {
-    // Another program wrote the grid.
+    // What the writer made of it, which is rounded.
+    if (vdb_place_of(*recorded.metadata).low == box.low &&
+        matrix_of(*transform_of(recorded.metadata->geometry(), box.low)) == *matrix)
+      return recorded.metadata;
   } catch (const openvdb::Exception&) {
-    // So did it.
+    // Another program wrote the grid.
   }
   return std::nullopt;
 }
@@ -139,10 +137,8 @@ class VdbVolume final : public ServedVolume {
     memory = look.memory + GridSlices<G>::memory(box_);
     const auto matrix = matrix_of(grid.transform());
     if (matrix) require_good(*matrix);
-    if (const auto fields = fields_before(recorded, box_, matrix)) {
-      nrrd = *fields;
-      return;
-    }
+    metadata = metadata_before(recorded, box_, matrix);
+    if (metadata) return;
     if (matrix) {
       geometry = geometry_of(*matrix, box_.low);
     } else {
@@ -153,7 +149,7 @@ class VdbVolume final : public ServedVolume {
         VdbPlace{box_.low, descriptor.gridName(), has_class ? G::gridClassToString(grid.getGridClass()) : "",
                  std::isfinite(look.background) ? std::optional(look.background) : std::nullopt});
     for (auto& pair : other_metadata(grid)) pairs.push_back(std::move(pair));
-    if (recorded.fields && !recorded.fields->empty()) keep_pairs(*recorded.fields);
+    if (recorded.metadata && !recorded.metadata->empty()) keep_pairs(*recorded.metadata);
   }
 
   void read_slice(std::int64_t z, std::byte* out) override try {
@@ -178,14 +174,12 @@ class VdbVolume final : public ServedVolume {
 
  private:
   /// Of a grid that tagrid wrote, and that has another place since.
-  void keep_pairs(const std::string& fields) try {
-    for (auto& pair : other_pairs_of(fields)) pairs.push_back(std::move(pair));
+  void keep_pairs(const Metadata& before) {
+    for (auto& pair : other_pairs_of(before)) pairs.push_back(std::move(pair));
     warnings.push_back(
         path_ +
         ": OpenVDB file: the grid is not where it was when tagrid wrote it; what tagrid recorded "
         "about its unit and its coordinate system is left out");
-  } catch (const BrokenInput&) {
-    // Another program wrote the grid.
   }
 
   void require_good(const openvdb::Mat4d& matrix) const {

@@ -16,6 +16,7 @@
 #include "io/formats/vdb/openvdb_library.h"
 #include "io/formats/vdb/placement.h"
 #include "io/formats/vdb/writer/grid_builder.h"
+#include "io/metadata/text.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_writer.h"
 #include "io/programs/words.h"
@@ -114,7 +115,7 @@ class VdbOutput final : public ServedOutput {
   using Value = typename G::ValueType;
 
   explicit VdbOutput(const WriteRequest& request)
-      : request_(request), place_(vdb_place_of(request.info.nrrd_fields)) {
+      : request_(request), place_(vdb_place_of(request.info.metadata)) {
     const VolumeInfo& info = request.info;
     tolerance_ = number_option(request.options, "tolerance").value_or(0);
     max_error_ = number_option(request.options, "max-error");
@@ -133,7 +134,7 @@ class VdbOutput final : public ServedOutput {
     box_ = {place_.low, place_.low + info.dims - Index3{1, 1, 1}};
     memory = GridBuilder<G>::memory(box_) + slice_samples() * sizeof(Value);
     try {
-      transform_ = transform_of(info.geometry, box_.low);
+      transform_ = transform_of(info.geometry(), box_.low);
     } catch (const openvdb::Exception& error) {
       throw UsageError(fmt::format(
           "{}: OpenVDB cannot have these spacings or directions ({}); choose another format, or give "
@@ -169,11 +170,11 @@ class VdbOutput final : public ServedOutput {
                                                                          static_cast<int>(info.dims.y),
                                                                          static_cast<int>(info.dims.z))));
     if (max_error_) grid->insertMeta(vdb_error_key, openvdb::DoubleMetadata(*max_error_));
-    grid->insertMeta(vdb_fields_key, openvdb::StringMetadata(info.nrrd_fields));
+    grid->insertMeta(vdb_fields_key, openvdb::StringMetadata(text_of(info.metadata)));
     grid->insertMeta(vdb_type_key, openvdb::StringMetadata(std::string(name_of(info.type))));
     const auto background = static_cast<double>(grid->background());
     const std::string known =
-        fmt::format("{} {} {} {} {}", grid_, background, tolerance_, G::gridType(), info.nrrd_fields);
+        fmt::format("{} {} {} {} {}", grid_, background, tolerance_, G::gridType(), text_of(info.metadata));
     content_.add(std::as_bytes(std::span(known)));
     write_grid(grid, content_.value(), request_.path, request_.name);
     return {{"grid", nlohmann::json(grid_).dump()},

@@ -8,13 +8,14 @@
 
 #include "io/formats/axes/axes.h"
 #include "io/formats/axes/geometry_words.h"
-#include "io/formats/nrrd/loss.h"
-#include "io/formats/nrrd/rescale.h"
 #include "io/formats/zarr/reader/json.h"
+#include "io/metadata/lengths.h"
+#include "io/metadata/loss.h"
+#include "io/metadata/rescale.h"
+#include "io/metadata/text.h"
 #include "io/programs/words.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -46,9 +47,9 @@ class Describing {
     if (std::string lost = lost_by_mixed_units(volume_.geometry); !lost.empty())
       volume_.warnings.push_back(fmt::format("{}: OME-Zarr: {}", store_.path(), lost));
     volume_.geometry = in_one_unit(volume_.geometry);
-    const Json& header = member(member(image_.attributes, "tagrid"), "nrrd_header");
-    if (header.is_string() && has_places_of(header.get<std::string>())) {
-      volume_.nrrd = header.get<std::string>();
+    auto header = recorded_metadata();
+    if (header && has_places_of(header->geometry())) {
+      volume_.metadata = std::move(header);
       // Without any line, these would count.
       volume_.geometry = {};
       volume_.pairs.clear();
@@ -56,11 +57,12 @@ class Describing {
     }
     add_rescale(volume_.rescale,
                 volume_.pairs);  // which a reader's "rescale" would not do beside lines of NRRD
-    if (header.is_string()) keep_pairs_of(header.get<std::string>());
+    if (header) keep_pairs_of(*header);
     std::string loss;
     for (const auto& [attribute, words] : lossy_attributes)
       if (image_.array.attributes.contains(attribute)) loss = loss_after(loss, words);
-    volume_.nrrd = with_loss(nrrd_fields_of_places(volume_.geometry, volume_.pairs), loss);
+    volume_.metadata = metadata_of_places(volume_.geometry, volume_.pairs);
+    add_loss(loss, *volume_.metadata);
   }
 
  private:
@@ -71,8 +73,8 @@ class Describing {
     const auto nifti = nifti_header_of(store_, image_, volume_.dims, why_not);
     if (!why_not.empty()) volume_.not_understood.push_back(std::move(why_not));
     if (nifti) {
-      say_other_spacing(nifti->info.geometry);
-      volume_.geometry = nifti->info.geometry;
+      say_other_spacing(nifti->info.geometry());
+      volume_.geometry = nifti->info.geometry();
       // No samples follow this header.
       for (const std::string& warning : nifti->warnings)
         if (warning.find("vox_offset") == warning.npos)
@@ -147,23 +149,30 @@ class Describing {
                               : text_at(image_.array.attributes, name);
   }
 
-  /// True if the positions of samples are those in the header lines that tagrid keeps in its files.
-  /// False for levels that are not the finest one, and if somebody changed the positions.
-  bool has_places_of(const std::string& header) const try {
+  /// The metadata that tagrid keeps in its files; nothing if there is none, or only another program's.
+  std::optional<Metadata> recorded_metadata() const try {
+    const Json& header = member(member(image_.attributes, "tagrid"), "nrrd_header");
+    if (!header.is_string()) return std::nullopt;
+    return parse_metadata(header.get<std::string>());
+  } catch (const BrokenInput&) {
+    return std::nullopt;
+  }
+
+  /// True if the positions of samples are those that tagrid recorded. False for levels that are not the finest
+  /// one, and if somebody changed the positions.
+  bool has_places_of(const Geometry& recorded) const {
     if (!image_.is_finest) return false;
-    const Geometry said = in_one_unit(volume_info(volume_.dims, volume_.type, header).geometry);
+    const Geometry said = in_one_unit(recorded);
     for (std::size_t i = 0; i < 3; ++i)
       if (spacing_or_1(said, i) != spacing_or_1(volume_.geometry, i) ||
           said.origin[i] != volume_.geometry.origin[i] ||
           length_unit(said.units[i]) != length_unit(volume_.geometry.units[i]))
         return false;
     return true;
-  } catch (const BrokenInput&) {
-    return false;  // another program's
   }
 
-  void keep_pairs_of(const std::string& header) try {
-    const Geometry said = geometry_of(header);
+  void keep_pairs_of(const Metadata& header) {
+    const Geometry& said = header.geometry();
     const KeyValues kept = pairs_without_places(header);
     volume_.pairs.insert(volume_.pairs.begin(), kept.begin(),
                          kept.end());  // of equal keys, the last one counts
@@ -172,8 +181,6 @@ class Describing {
           "{}: OME-Zarr: the header that tagrid wrote belongs to another level or to other positions; scale "
           "and translation are used instead, and its directions and coordinate system are left out",
           store_.path()));
-  } catch (const BrokenInput&) {
-    // Another program's.
   }
 
   /// A negative scale mirrors the volume, which directions can express. A scale of 0 is treated as

@@ -1,11 +1,10 @@
-// NRRD: headers of others, and slopes and intercepts.
+// NRRD: headers of others.
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/rescale.h"
+#include "io/metadata/rescale.h"
 
 namespace tagrid {
 namespace {
@@ -53,71 +52,15 @@ TEST(ForeignNrrdHeader, WhatCannotBeReadIsUnknownAndSaid) {
 
 TEST(ForeignNrrdHeader, AScaleThatCannotBeReadStaysInDoubt) {
   for (const std::string fields : {"rescale_slope:=\n", "rescale_slope:=1,024\n", "rescale_intercept:=nan\n"})
-    EXPECT_NE(doubt_of_rescale(
-                  parse_nrrd_header(foreign_nrrd_header(plain_header + fields).text).info.nrrd_fields, 5),
-              "")
+    EXPECT_NE(
+        doubt_of_rescale(parse_nrrd_header(foreign_nrrd_header(plain_header + fields).text).info.metadata, 5),
+        "")
         << fields;
   EXPECT_EQ(foreign_nrrd_header(plain_header + "slice_positions:=0 0 1; 0 x 2\n").warnings.size(), 1U);
   const ForeignNrrdHeader half =
       foreign_nrrd_header(plain_header + "rescale_slope:=2\nrescale_intercept:=x\n");
-  EXPECT_EQ(rescale_of(parse_nrrd_header(half.text).info.nrrd_fields), Rescale{});
+  EXPECT_EQ(parse_nrrd_header(half.text).info.metadata.rescale(), Rescale{});
   EXPECT_EQ(foreign_nrrd_header(plain_header + "old min: 0\nold max: 5\n").not_understood.size(), 2U);
-}
-TEST(Rescaling, IsThatWhichWasAdded) {
-  for (const Rescale& rescale : {Rescale{2, -1000, "HU"}, {-0.1, 3, ""}, {1, 0.5, "g/cm3"}}) {
-    KeyValues pairs;
-    add_rescale(rescale, pairs);
-    EXPECT_EQ(rescale_of(nrrd_fields_of({}, pairs)), rescale);
-  }
-}
-
-TEST(Rescaling, IsNoneIfThereIsNoneOrItIsNotNumbers) {
-  EXPECT_EQ(rescale_of(""), Rescale{});
-  EXPECT_EQ(rescale_of("rescale_units:=HU\n"), (Rescale{1, 0, "HU"}));
-  // Of equal keys, the last one counts, for all who ask.
-  const std::string twice = "rescale_slope:=5\nrescale_slope:=2\n";
-  EXPECT_EQ(rescale_of(twice), (Rescale{2, 0, ""}));
-  EXPECT_EQ(text_of_key(twice, "rescale_slope"), "2");
-  for (const char* fields :
-       {"rescale_slope:=0\nrescale_intercept:=5\n", "rescale_slope:=nan\n", "rescale_slope:=x\n",
-        "rescale_slope:=2\nrescale_intercept:=inf\n", "rescale_slope:=2\nrescale_intercept:=x\n",
-        "rescale_slope:=2\nslice_slopes:=2 3\n"})
-    EXPECT_EQ(rescale_of(fields), Rescale{}) << fields;
-}
-
-TEST(Rescaling, IsInDoubtIfItIsThereAndNoNumber) {
-  for (const char* fields : {"", "rescale_slope:=0\n", "rescale_slope:=2\nrescale_intercept:=-1e3\n",
-                             "slice_slopes:=1 2 3\nslice_intercepts:=0 0 0\n", "who:=x\n"})
-    EXPECT_EQ(doubt_of_rescale(fields, 3), "") << fields;
-  for (const char* fields :
-       {"rescale_slope:=\n", "rescale_slope:=x\n", "rescale_intercept:=inf\n", "rescale_slope:=2,5\n",
-        "slice_slopes:=1 2\n", "slice_slopes:=1 2 x\n", "slice_intercepts:=1 2 nan\n"})
-    EXPECT_NE(doubt_of_rescale(fields, 3), "") << fields;
-}
-
-TEST(Rescaling, OfSlicesHasANumberForEach) {
-  const auto own = rescale_of_slices("slice_slopes:=1 -2.5\nslice_intercepts:=0 7\n", 2);
-  ASSERT_TRUE(own);
-  EXPECT_EQ(own->slopes, (std::vector{1, -2.5}));
-  EXPECT_EQ(own->intercepts, (std::vector{0.0, 7.0}));
-  EXPECT_EQ(rescale_of_slices("slice_slopes:=1 2\n", 2)->intercepts, (std::vector{0.0, 0.0}));
-  for (const char* fields : {"", "slice_slopes:=1\n", "slice_slopes:=1 x\n", "slice_slopes:=1 inf\n",
-                             "slice_slopes:=1 2\nslice_intercepts:=1\n"})
-    EXPECT_FALSE(rescale_of_slices(fields, 2)) << fields;
-}
-
-TEST(Rescaling, WhatWasAppliedIsToldAndCountsNoLonger) {
-  EXPECT_EQ(
-      fields_of_values("content: x\nrescale_slope:=1\nrescale_intercept:=-1024\nrescale_units:=HU\nmin: 0\n"),
-      "content: x\nrescale_units:=HU\napplied_intercept:=-1024\n");
-  EXPECT_EQ(fields_of_values("rescale_slope:=2\nrescale_intercept:=0\nvdb_background:=5\n"),
-            "vdb_background:=10\napplied_slope:=2\napplied_intercept:=0\n");
-  // Twice.
-  EXPECT_EQ(fields_of_values("applied_intercept:=-1024\nrescale_slope:=2\nrescale_intercept:=1\n"),
-            "applied_slope:=2\napplied_intercept:=-2047\n");
-  EXPECT_EQ(fields_of_values("slice_slopes:=1 2\nslice_intercepts:=3 4\nrescale_slope:=2\n"),
-            "slice_applied_slopes:=1 2\nslice_applied_intercepts:=3 4\n");
-  EXPECT_EQ(rescale_of(fields_of_values("rescale_slope:=2\nrescale_intercept:=9\n")), Rescale{});
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "io/formats/nrrd/header.h"
-#include "io/formats/nrrd/geometry.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <map>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -33,41 +33,22 @@ const std::string everything =
 
 TEST(NrrdHeader, FieldsOfTheSourceComeBackAsTheyWere) {
   const NrrdHeader header = parse_nrrd_header(plain + everything + "\n");
-  EXPECT_EQ(header.info.nrrd_fields, everything);
+  EXPECT_EQ(text_of(header.info.metadata), everything);
   const std::string text = nrrd_header_text(header.info, "x.raw");
   EXPECT_TRUE(text.starts_with("NRRD0005\n"));
   const NrrdHeader again = parse_nrrd_header(text);
-  EXPECT_EQ(again.info.nrrd_fields, everything);
+  EXPECT_EQ(text_of(again.info.metadata), everything);
   EXPECT_EQ(again.info.dims, header.info.dims);
   EXPECT_EQ(again.info.type, header.info.type);
   EXPECT_EQ(again.data_files, std::vector<std::string>{"x.raw"});
 }
 
 TEST(NrrdHeader, GeometryHasDirectionsAndOrigin) {
-  const Geometry geometry = parse_nrrd_header(plain + everything).info.geometry;
+  const Geometry geometry = parse_nrrd_header(plain + everything).info.geometry();
   EXPECT_TRUE(geometry.has_directions);
   EXPECT_EQ(geometry.spacing, (std::array<double, 3>{0.5, 0.5, 2}));
   EXPECT_EQ(to_world(geometry, Index3{2, 4, 3}), (std::array<double, 3>{11, 22, -36.5}));
   EXPECT_TRUE(is_mirrored(geometry));
-}
-
-TEST(NrrdHeader, UnknownSpacingCountsAsOne) {
-  const Geometry geometry = geometry_of("spacings: 0.5 NaN 2\n");
-  EXPECT_TRUE(std::isnan(geometry.spacing[1]));
-  EXPECT_EQ(to_world(geometry, Index3{1, 1, 1}), (std::array<double, 3>{0.5, 1, 2}));
-  EXPECT_FALSE(is_mirrored(geometry));
-  EXPECT_EQ(to_world(geometry_of(""), Index3{7, 8, 9}), (std::array<double, 3>{7, 8, 9}));
-}
-
-TEST(NrrdHeader, AxisMinsAreTheEdgeOfTheFirstSampleUnlessItIsAPoint) {
-  EXPECT_EQ(geometry_of("spacings: 2 2 2\naxis mins: 1 2 3\ncenters: cell node ???\n").origin,
-            (std::array<double, 3>{2, 2, 4}));
-}
-
-TEST(NrrdHeader, SpacingsLineReadsBackExactly) {
-  const std::array<double, 3> spacing = {0.4882812, 1.0 / 3, 4e-300};
-  EXPECT_EQ(geometry_of(spacings_line(spacing)).spacing, spacing);
-  EXPECT_EQ(spacings_line({1, 1, 1.4}), "spacings: 1 1 1.4\n");
 }
 
 TEST(NrrdHeader, EverySpellingOfATypeIsKnown) {
@@ -130,7 +111,7 @@ TEST(NrrdHeader, LineEndsAndCaseAndShortSpellingsDoNotMatter) {
   EXPECT_EQ(header.data_files, std::vector<std::string>{"a b%d.raw"});
   EXPECT_EQ(header.line_skip, 2);
   EXPECT_EQ(header.byte_skip, 7);
-  EXPECT_EQ(header.info.nrrd_fields, "content: x\n");
+  EXPECT_EQ(text_of(header.info.metadata), "content: x\n");
 }
 
 TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
@@ -226,17 +207,17 @@ TEST(NrrdHeader, AnAxisOfOneSampleIsLeftOut) {
                                                     fields, spacings, mins, units, labels, kinds, centers));
     EXPECT_EQ(header.info.dims, (Index3{3, 4, 5})) << fields;
     EXPECT_EQ(
-        header.info.nrrd_fields,
+        text_of(header.info.metadata),
         "spacings: 1.5 2.5 3.5\n# a comment\naxis mins: 10 20 30\nunits: \"u 1\" \"u 2\" \"u 3\"\n"
         "labels: \"l1\" \"l2\" \"l3\"\nkinds: domain domain domain\ncenters: node node node\nkey:=value\n");
-    EXPECT_EQ(header.info.geometry.spacing, (std::array<double, 3>{1.5, 2.5, 3.5}));
-    EXPECT_EQ(header.info.geometry.origin, (std::array<double, 3>{10, 20, 30}));
-    EXPECT_EQ(header.info.geometry.units, (std::array<std::string, 3>{"u 1", "u 2", "u 3"}));
+    EXPECT_EQ(header.info.geometry().spacing, (std::array<double, 3>{1.5, 2.5, 3.5}));
+    EXPECT_EQ(header.info.geometry().origin, (std::array<double, 3>{10, 20, 30}));
+    EXPECT_EQ(header.info.geometry().units, (std::array<std::string, 3>{"u 1", "u 2", "u 3"}));
   }
 }
 
 TEST(NrrdHeader, OfSeveralAxesOfOneSampleTheOneThatIsNotInSpaceIsLeftOut) {
-  const auto directions = [](const std::string& axes) { return header_of(axes).info.geometry.directions; };
+  const auto directions = [](const std::string& axes) { return header_of(axes).info.geometry().directions; };
   const std::array<std::array<double, 3>, 3> two_three_four = {{{2, 0, 0}, {0, 3, 0}, {0, 0, 4}}};
   EXPECT_EQ(directions("dimension: 4\nsizes: 1 3 4 1\nspace: LPS\n"
                        "space directions: (2,0,0) (0,3,0) (0,0,4) none\n"),
@@ -255,20 +236,20 @@ TEST(NrrdHeader, OfSeveralAxesOfOneSampleTheOneThatIsNotInSpaceIsLeftOut) {
 TEST(NrrdHeader, TwoAxesAreASlice) {
   const Geometry plain_slice =
       header_of("dimension: 2\nsizes: 3 4\nspacings: 0.5 2\nunits: \"mm\" \"mm\"\naxis mins: 1 nan\n")
-          .info.geometry;
+          .info.geometry();
   EXPECT_EQ(plain_slice.spacing[1], 2);
   EXPECT_TRUE(std::isnan(plain_slice.spacing[2]));
   EXPECT_EQ(plain_slice.units[2], "");
   const NrrdHeader in_space = header_of(
       "dimension: 2\nsizes: 3 4\nspace: LPS\nspace directions: (0,2,0) (0,0,4)\nspace origin: (1,2,3)\n");
   EXPECT_EQ(in_space.info.dims, (Index3{3, 4, 1}));
-  EXPECT_EQ(in_space.info.geometry.directions,
+  EXPECT_EQ(in_space.info.geometry().directions,
             (std::array<std::array<double, 3>, 3>{{{0, 2, 0}, {0, 0, 4}, {1, 0, 0}}}));
-  EXPECT_EQ(in_space.info.geometry.origin, (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(in_space.info.geometry().origin, (std::array<double, 3>{1, 2, 3}));
   const Geometry in_plane = header_of(
                                 "dimension: 2\nsizes: 3 4\nspace dimension: 2\nspace directions: (2,0) (0, "
                                 "4)\nspace origin: (1,2)\n")
-                                .info.geometry;
+                                .info.geometry();
   EXPECT_EQ(in_plane.directions, (std::array<std::array<double, 3>, 3>{{{2, 0, 0}, {0, 4, 0}, {0, 0, 1}}}));
   EXPECT_EQ(in_plane.origin, (std::array<double, 3>{1, 2, 0}));
   for (const std::string directions :
@@ -290,25 +271,6 @@ TEST(NrrdHeader, FilesOfMoreAxesHoldWholeSlices) {
   for (const std::string numbers : {"1 20 1 2", "1 5 1 5", "1 4 1", "1 5 1 1"})
     EXPECT_THROW(files("dimension: 4\nsizes: 1 3 4 5\n", numbers), BrokenInput) << numbers;
   EXPECT_THROW(files("dimension: 2\nsizes: 3 4\n", "1 4 1"), BrokenInput);
-}
-
-TEST(NrrdHeader, AnOriginOfNansIsNotKnown) {
-  for (const std::string fields : {"space: LPS\nspace origin: (nan,NaN,nan)\n", "axis mins: nan nan nan\n"}) {
-    EXPECT_FALSE(geometry_of(fields).has_origin) << fields;
-    EXPECT_EQ(geometry_of(fields).origin[0], 0) << fields;
-  }
-  EXPECT_TRUE(geometry_of("axis mins: nan 2 nan\n").has_origin);
-  EXPECT_THROW(geometry_of("space: LPS\nspace origin: (nan,1,nan)\n"), BrokenInput);
-  EXPECT_THROW(geometry_of("space: LPS\nspace origin: (1,nan,1)\n"), BrokenInput);
-  // Axes that are none of space, which others write as "none".
-  const std::string none = message_of<BrokenInput>(
-      [] { geometry_of("space: LPS\nspace directions: (1,0,0) (0,1,0) (nan,nan,nan)\n"); });
-  EXPECT_TRUE(has(none, "each of the three axes must be one of space"));
-}
-
-TEST(NrrdHeader, StorageFieldsAreNoFieldsOfTheVolume) {
-  EXPECT_THROW(geometry_of("sizes: 1 2 3\n"), BrokenInput);
-  EXPECT_THROW(geometry_of("content: x\n\nsecret\n"), BrokenInput);
 }
 
 TEST(NrrdHeader, SampleBytesNeverOverflow) {
@@ -367,7 +329,7 @@ RC_GTEST_PROP(NrrdHeader, AnyBytesAreReadOrRefused, ()) {
   try {
     const NrrdHeader header = parse_nrrd_header(text);
     const NrrdHeader again = parse_nrrd_header(nrrd_header_text(header.info, ""));
-    RC_ASSERT(again.info.nrrd_fields == header.info.nrrd_fields);
+    RC_ASSERT(again.info.metadata == header.info.metadata);
   } catch (const BrokenInput&) {
   }
 }

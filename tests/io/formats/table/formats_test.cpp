@@ -134,7 +134,7 @@ class FormatFiles : public TemporaryFolder {
 };
 
 TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
-  const VolumeInfo info{{2, 3, 4}, SampleType::int16, {}, ""};
+  const VolumeInfo info{{2, 3, 4}, SampleType::int16};
   const std::vector<std::byte> samples(48, std::byte{1});
   for (const Format* format : written_formats()) {
     if (sanitized && format->name == "vdb") continue;  // its programs take minutes to compile with sanitizers

@@ -1,4 +1,5 @@
 #include "io/formats/table/open_volume.h"
+#include "io/metadata/text.h"
 
 #include <fcntl.h>
 #include <rapidcheck.h>
@@ -282,8 +283,8 @@ TEST_F(OpenVolumeTest, SpacingOfTheCommandLineBecomesAField) {
   SourceDescription source(raw_int16());
   source.spacing = GivenSpacing{{0.5, 0.5, 1.25}};
   const auto reader = open_volume(file("a.raw", bytes_of(false)), source);
-  EXPECT_EQ(reader->info().nrrd_fields, "spacings: 0.5 0.5 1.25\n");
-  EXPECT_EQ(reader->info().geometry.spacing, source.spacing->distances);
+  EXPECT_EQ(text_of(reader->info().metadata), "spacings: 0.5 0.5 1.25\n");
+  EXPECT_EQ(reader->info().geometry().spacing, source.spacing->distances);
 }
 
 TEST_F(OpenVolumeTest, StandardInputIsReadFromWhereItStands) {

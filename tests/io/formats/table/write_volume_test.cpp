@@ -1,5 +1,5 @@
-#include "io/formats/nrrd/geometry.h"
 #include "io/formats/table/formats.h"
+#include "io/metadata/text.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -23,8 +23,7 @@ VolumeInfo info_of(SampleType type) {
   VolumeInfo info;
   info.dims = {5, 3, 4};
   info.type = type;
-  info.nrrd_fields = fields;
-  info.geometry = geometry_of(fields);
+  info.metadata = parse_metadata(fields);
   return info;
 }
 
@@ -51,7 +50,7 @@ TEST_F(WriteVolumeTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
       const auto reader = open_volume(name);
       EXPECT_EQ(reader->info().type, type);
       EXPECT_EQ(reader->info().dims, info.dims);
-      EXPECT_EQ(reader->info().nrrd_fields, fields);
+      EXPECT_EQ(text_of(reader->info().metadata), fields);
       std::vector<std::byte> samples(*sample_bytes(info.dims, type));
       reader->read_slices(samples.data(), info.dims.z);
       reader->finish();

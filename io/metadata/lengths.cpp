@@ -1,4 +1,4 @@
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 #include <fmt/format.h>
 
@@ -15,10 +15,10 @@ struct Spelling {
   std::string_view text, name;
 };
 
-constexpr LengthUnit units[] = {{"fm", 1},      {"pm", 1e3},      {"angstrom", 1e5}, {"nm", 1e6},
-                                {"um", 1e9},    {"mm", 1e12},     {"cm", 1e13},      {"dm", 1e14},
-                                {"m", 1e15},    {"dam", 1e16},    {"hm", 1e17},      {"km", 1e18},
-                                {"mil", 254e8}, {"inch", 254e11}, {"ft", 3048e11},   {"yd", 9144e11}};
+constexpr LengthUnit all_units[] = {{"fm", 1},      {"pm", 1e3},      {"angstrom", 1e5}, {"nm", 1e6},
+                                    {"um", 1e9},    {"mm", 1e12},     {"cm", 1e13},      {"dm", 1e14},
+                                    {"m", 1e15},    {"dam", 1e16},    {"hm", 1e17},      {"km", 1e18},
+                                    {"mil", 254e8}, {"inch", 254e11}, {"ft", 3048e11},   {"yd", 9144e11}};
 
 // In Unicode, micro and angstrom have two characters each, one of them in Latin-1. ImageJ escapes micro.
 constexpr Spelling short_spellings[] = {
@@ -27,7 +27,7 @@ constexpr Spelling short_spellings[] = {
     {"\xe2\x84\xab", "angstrom"}, {"\xc5", "angstrom"}, {"A", "angstrom"},  {"\"", "inch"}};
 
 // In small letters and without the "s" of several; "metre" is "meter".
-constexpr Spelling words[] = {
+constexpr Spelling word_spellings[] = {
     {"femtometer", "fm"}, {"picometer", "pm"},      {"nanometer", "nm"},
     {"micron", "um"},     {"micrometer", "um"},     {"millimeter", "mm"},
     {"centimeter", "cm"}, {"decimeter", "dm"},      {"meter", "m"},
@@ -43,11 +43,11 @@ std::string_view usual_name(std::string_view name) {
   // In a name in capitals only, M is not the prefix mega.
   const bool is_in_capitals = std::ranges::all_of(name, [](char c) { return c >= 'A' && c <= 'Z'; });
   if (is_in_capitals)
-    for (const LengthUnit& unit : units)
+    for (const LengthUnit& unit : all_units)
       if (unit.name == word) return unit.name;
   if (word.ends_with('s')) word.pop_back();
   if (word.ends_with("metre")) word.replace(word.size() - 2, 2, "er");
-  for (const Spelling& spelling : words)
+  for (const Spelling& spelling : word_spellings)
     if (spelling.text == word) return spelling.name;
   return name;
 }
@@ -61,8 +61,8 @@ bool is_used(const Geometry& geometry, std::size_t axis) {
 
 std::optional<LengthUnit> length_unit(std::string_view name) {
   const std::string_view usual = usual_name(trimmed(name));
-  const auto found = std::ranges::find(units, usual, &LengthUnit::name);
-  return found == std::end(units) ? std::nullopt : std::optional(*found);
+  const auto found = std::ranges::find(all_units, usual, &LengthUnit::name);
+  return found == std::end(all_units) ? std::nullopt : std::optional(*found);
 }
 
 double converted(double length, const LengthUnit& from, const LengthUnit& to) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/volume/volume_info.h"
+#include "io/metadata/geometry.h"
 
 namespace tagrid {
 

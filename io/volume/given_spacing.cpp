@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/given_spacing.h"
+#include "io/volume/given_spacing.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
+#include "io/metadata/fields.h"
+#include "io/metadata/lengths.h"
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -26,9 +25,10 @@ constexpr double rounding = 1e-6;
 std::string text_of_spacing(const Distances& distances, std::string_view unit,
                             std::string_view unknown = "unknown") {
   std::string text;
-  for (const double distance : distances)
-    text += (text.empty() ? "" : " ") +
-            (std::isnan(distance) ? std::string(unknown) : fmt::format("{}", distance));
+  for (const double distance : distances) {
+    if (!text.empty()) text += ' ';
+    text += std::isnan(distance) ? std::string(unknown) : fmt::format("{}", distance);
+  }
   return text.append(unit.empty() ? "" : " ").append(unit);
 }
 
@@ -88,9 +88,9 @@ Geometry with_spacing(const Geometry& before, const GivenSpacing& given) {
   return geometry;
 }
 
-/// The lines of this geometry and these pairs, and all other lines of `nrrd_fields`. Positions of
-/// slices are kept if `keeps_positions`.
-std::string lines_with(const Geometry& geometry, std::string_view nrrd_fields, const KeyValues& pairs,
+/// The description with this geometry and these pairs, and all other entries of `before`. Positions of slices
+/// are kept if `keeps_positions`.
+Metadata metadata_with(const Geometry& geometry, const Metadata& before, const KeyValues& pairs,
                        bool keeps_positions) {
   std::vector<std::string_view> fields = {"spacings", "units", "axis mins", "axis maxs"}, keys;
   if (geometry.has_directions || geometry.has_origin)
@@ -98,15 +98,17 @@ std::string lines_with(const Geometry& geometry, std::string_view nrrd_fields, c
                   {"space", "space dimension", "space directions", "space origin", "space units"});
   for (const auto& [key, value] : pairs) keys.push_back(key);
   if (!keeps_positions) keys.emplace_back("slice_positions");
-  std::string lines = nrrd_fields_of(geometry, {});
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    const bool is_pair = line.kind == NrrdLine::Kind::key_value,
-               is_field = line.kind == NrrdLine::Kind::field;
-    if (is_field && std::ranges::find(fields, line.field) != fields.end()) continue;
-    if (is_pair && std::ranges::find(keys, line.key) != keys.end()) continue;
-    lines.append(line.text).append("\n");
+  MetadataEntries entries;
+  add_fields(geometry, entries);
+  for (const MetadataEntry& entry : before.entries()) {
+    const bool is_pair = entry.kind == MetadataEntry::Kind::pair,
+               is_field = entry.kind == MetadataEntry::Kind::field;
+    if (is_field && std::ranges::find(fields, entry.field) != fields.end()) continue;
+    if (is_pair && std::ranges::find(keys, entry.key) != keys.end()) continue;
+    entries.add(entry);
   }
-  return lines + nrrd_fields_of({}, pairs);
+  for (const auto& [key, text] : pairs) entries.add_pair(key, text);
+  return Metadata(std::move(entries));
 }
 
 std::string in_words(const Geometry& geometry) {
@@ -138,8 +140,9 @@ bool is_spacing_of(const Geometry& geometry, std::string_view text) {
 }  // namespace
 
 void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
-  const Geometry before = in_one_unit(volume.info().geometry);
-  const std::string fields = volume.info().nrrd_fields, text = text_of_spacing(given.distances, given.unit);
+  const Metadata& metadata = volume.info().metadata;
+  const Geometry before = in_one_unit(metadata.geometry());
+  const std::string text = text_of_spacing(given.distances, given.unit);
   const bool is_same = agrees(before, given);
   if (!is_same && !given.overrides)
     throw UsageError(
@@ -155,25 +158,24 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
     pairs.emplace_back(overridden_spacing_key, recorded(before));
     std::string warning =
         fmt::format("{}: its spacing {} is replaced by {}", volume.name(), in_words(before), text);
-    if (!text_of_key(fields, "slice_positions").empty())
+    if (!metadata.text_of("slice_positions").empty())
       warning += "; the positions of its slices contradict the new spacing, and are left out";
     if (before.has_origin && !given.unit.empty() && !has_known_units(before))
       warning += fmt::format("; the unit of its origin is unknown, so {} is assumed", given.unit);
     volume.add_warning(std::move(warning));
   }
-  std::string lines = lines_with(after, fields, pairs, is_same);
-  Geometry geometry = geometry_of(lines);
-  volume.set_geometry(std::move(geometry), std::move(lines));
+  volume.set_metadata(metadata_with(after, metadata, pairs, is_same));
 }
 
-std::string with_overridden_spacing(std::string_view fields_of_original, std::string_view fields) {
-  const std::string overridden = text_of_key(fields, overridden_spacing_key);
-  const Geometry original = in_one_unit(geometry_of(fields_of_original)), ours = geometry_of(fields);
-  if (overridden.empty() || text_of_key(fields_of_original, overridden_spacing_key) == overridden ||
-      !is_spacing_of(original, overridden))
-    return std::string(fields_of_original);
-  return lines_with(with_spacing(original, {distances_of(ours), common_unit(ours).name, true}),
-                    fields_of_original, {}, false);
+Metadata with_overridden_spacing(const Metadata& original, const Metadata& ours) {
+  const std::string overridden = ours.text_of(overridden_spacing_key);
+  const Geometry before = in_one_unit(original.geometry());
+  if (overridden.empty() || original.text_of(overridden_spacing_key) == overridden ||
+      !is_spacing_of(before, overridden))
+    return original;
+  const Geometry& geometry = ours.geometry();
+  return metadata_with(with_spacing(before, {distances_of(geometry), common_unit(geometry).name, true}),
+                       original, {}, false);
 }
 
 std::string missing_of_voxel_size(const Geometry& geometry, bool needs_unit) {

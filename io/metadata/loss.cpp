@@ -1,9 +1,7 @@
-#include "io/formats/nrrd/loss.h"
+#include "io/metadata/loss.h"
 
 #include <algorithm>
 
-#include "io/formats/nrrd/geometry.h"
-#include "io/formats/nrrd/line.h"
 
 namespace tagrid {
 namespace {
@@ -18,13 +16,11 @@ std::string loss_after(std::string_view earlier, std::string_view later) {
   return both.append(later);
 }
 
-std::string with_loss(const std::string& nrrd_fields, std::string_view loss) {
-  if (loss.empty()) return nrrd_fields;
-  std::string lines;
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields))
-    if (line.key != lossy_source_key) lines.append(line.text).append("\n");
-  const std::string all = loss_after(text_of_key(nrrd_fields, lossy_source_key), loss);
-  return lines + nrrd_fields_of({}, {{std::string(lossy_source_key), all}});
+void add_loss(std::string_view loss, Metadata& metadata) {
+  if (loss.empty()) return;
+  const std::string all = loss_after(metadata.text_of(lossy_source_key), loss);
+  metadata.erase(lossy_source_key);
+  metadata.add_pairs({{std::string(lossy_source_key), all}});
 }
 
 std::string TextWithLoss::joined(std::size_t most) const {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/text/foreign_number.h"
-#include "io/volume/volume_info.h"
+#include "io/metadata/geometry.h"
 
 namespace tagrid {
 

@@ -1,6 +1,7 @@
-#include "io/formats/nrrd/region.h"
+#include "io/metadata/region.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,7 +9,6 @@
 #include <optional>
 #include <vector>
 
-#include "io/formats/nrrd/geometry.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -46,13 +46,13 @@ std::optional<Vector> position_of(std::string_view text) {
   return place;
 }
 
-class RegionLines {
+class Region {
  public:
   /// What is kept are samples from `low` on, or with `blocks` the means of blocks of `step` samples.
-  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices,
-              bool blocks = false)
-      : fields_(fields),
-        whole_(geometry_of(fields)),
+  Region(const Metadata& whole, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices,
+         bool blocks = false)
+      : entries_(whole.entries()),
+        whole_(whole.geometry()),
         low_(low),
         step_(step),
         slices_(slices),
@@ -63,14 +63,14 @@ class RegionLines {
     // If the spacing is unknown, so is the distance to any other sample.
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (is_moved(axis) && std::isnan(whole_.spacing[axis])) origin_[axis] = Geometry::unknown;
+    find_centers();
+    if (const auto positions = whole.value(slice_positions_key)) find_places_of_slices(*positions);
   }
 
-  std::string lines() {
-    find_centers();
-    find_places_of_slices();
-    std::string result;
-    for (const NrrdLine& line : nrrd_lines(fields_)) result += changed(line);
-    return result + missing_origin();
+  Metadata metadata() {
+    for (const MetadataEntry& entry : entries_) add(entry);
+    add_missing_origin();
+    return Metadata(std::move(kept_));
   }
 
  private:
@@ -83,47 +83,49 @@ class RegionLines {
     return place;
   }
 
-  std::string changed(const NrrdLine& line) {
-    const std::string same = fmt::format("{}\n", line.text);
-    if (line.kind == NrrdLine::Kind::key_value)
-      return line.key.starts_with("slice_") || line.key == "dicom_added_intercept" ? of_slices(line) : same;
-    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
-    if (is_same) return same;
-    if (line.field == "spacings") return spacings();
-    if (line.field == "thicknesses" && blocks_) return thicknesses(words_of(line.value));
-    if (line.field == "space directions") return directions();
-    if (line.field == "space origin") {
-      has_origin_line_ = true;
-      return whole_.has_origin ? space_origin() : same;
+  void add(const MetadataEntry& entry) {
+    if (entry.kind == MetadataEntry::Kind::pair) {
+      const bool is_of_slices = entry.key.starts_with("slice_") || entry.key == "dicom_added_intercept";
+      return is_of_slices ? add_of_slices(entry) : kept_.add(entry);
     }
-    if (line.field == "axis mins" && !whole_.has_directions) {
-      has_origin_line_ = true;
-      return axis_mins(words_of(line.value));
+    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
+    if (is_same) return kept_.add(entry);
+    if (entry.field == "spacings") return add_spacings();
+    if (entry.field == "thicknesses" && blocks_) return add_thicknesses(words_of(entry.value));
+    if (entry.field == "space directions") return add_directions();
+    if (entry.field == "space origin") {
+      has_origin_field_ = true;
+      return whole_.has_origin ? add_space_origin() : kept_.add(entry);
+    }
+    if (entry.field == "axis mins" && !whole_.has_directions) {
+      has_origin_field_ = true;
+      return add_axis_mins(words_of(entry.value));
     }
     // They would be wrong in the region, and nothing else depends on them.
-    if (line.field == "axis mins" || line.field == "axis maxs") return "";
-    return same;
+    if (entry.field == "axis mins" || entry.field == "axis maxs") return;
+    kept_.add(entry);
   }
 
   // The entries of the slices that are kept, of a list with one for each slice of the whole volume.
-  std::string of_slices(const NrrdLine& line) const {
-    const bool is_places = line.key == slice_positions_key;
-    const std::vector<std::string_view> all = is_places ? positions_in(line.value) : words_of(line.value);
+  void add_of_slices(const MetadataEntry& entry) {
+    const bool is_places = entry.key == slice_positions_key;
+    const std::vector<std::string_view> all = is_places ? positions_in(entry.value) : words_of(entry.value);
     if (static_cast<std::int64_t>(all.size()) != all_slices_) {
-      const bool is_list = std::ranges::find(lists_of_slices, line.key) != lists_of_slices.end();
-      return is_list ? "" : fmt::format("{}\n", line.text);
+      const bool is_list = std::ranges::find(lists_of_slices, entry.key) != lists_of_slices.end();
+      if (!is_list) kept_.add(entry);
+      return;
     }
     // A block has no entry of its own but a position.
-    if (blocks_ && !is_places) return "";
-    if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line.text);
-    if (is_places && even_step_) return "";
-    std::string kept;
+    if (blocks_ && !is_places) return;
+    if (slices_ == all_slices_ && !is_places) return kept_.add(entry);
+    if (is_places && even_step_) return;
+    std::string list;
     for (std::int64_t z = 0; z < slices_; ++z) {
-      const std::string_view entry = all[index_of(z)];
-      if (z > 0) kept += is_places ? "; " : " ";
-      kept += is_places ? moved_position(entry, all, z) : std::string(entry);
+      const std::string_view of_slice = all[index_of(z)];
+      if (z > 0) list += is_places ? "; " : " ";
+      list += is_places ? moved_position(of_slice, all, z) : std::string(of_slice);
     }
-    return fmt::format("{}:={}\n", line.key, kept);
+    kept_.add_written_pair(entry.key, list);
   }
   // The slice of the whole volume that is kept as number z.
   std::size_t index_of(std::int64_t z) const { return static_cast<std::size_t>(low_.z + z * step_.z); }
@@ -156,21 +158,18 @@ class RegionLines {
   }
   // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those
   // that are kept may lie at equal ones.
-  void find_places_of_slices() {
+  void find_places_of_slices(std::string_view positions) {
     if (!whole_.has_directions || !whole_.has_origin) return;
-    for (const auto& [key, value] : key_values_of(fields_)) {
-      if (key != slice_positions_key) continue;
-      const auto all = positions_in(value);
-      if (static_cast<std::int64_t>(all.size()) != all_slices_) return;
-      std::vector<Vector> places;
-      for (std::int64_t z = 0; z < slices_; ++z)
-        if (const auto place = place_of_slice(all, z))
-          places.push_back(*place);
-        else
-          return;
-      origin_ = places.front();
-      if (slices_ < all_slices_) even_step_ = even_step_of(places);
-    }
+    const auto all = positions_in(positions);
+    if (static_cast<std::int64_t>(all.size()) != all_slices_) return;
+    std::vector<Vector> places;
+    for (std::int64_t z = 0; z < slices_; ++z)
+      if (const auto place = place_of_slice(all, z))
+        places.push_back(*place);
+      else
+        return;
+    origin_ = places.front();
+    if (slices_ < all_slices_) even_step_ = even_step_of(places);
   }
   // From one slice to the next one, if all steps are equal. A single slice is as thick as it was.
   std::optional<Vector> even_step_of(const std::vector<Vector>& places) const {
@@ -186,45 +185,46 @@ class RegionLines {
     return step;
   }
 
-  std::string spacings() const {
-    std::string line = "spacings:";
+  void add_spacings() {
+    std::vector<std::string> numbers;
     for (int axis = 0; axis < 3; ++axis)
-      line += ' ' + number(whole_.spacing[static_cast<std::size_t>(axis)] * static_cast<double>(step_[axis]));
-    return line + '\n';
+      numbers.push_back(
+          number(whole_.spacing[static_cast<std::size_t>(axis)] * static_cast<double>(step_[axis])));
+    kept_.add_field("spacings", fmt::format("{}", fmt::join(numbers, " ")));
   }
   // A block reaches from the low end of its first sample to the high end of its last one.
-  std::string thicknesses(const std::vector<std::string_view>& whole) const {
-    std::string line = "thicknesses:";
+  void add_thicknesses(const std::vector<std::string_view>& whole) {
+    std::vector<std::string> numbers;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double one =
           axis < whole.size() ? number_of(whole[axis]).value_or(Geometry::unknown) : Geometry::unknown;
-      line +=
-          ' ' + number(one + static_cast<double>(step_[static_cast<int>(axis)] - 1) * whole_.spacing[axis]);
+      numbers.push_back(
+          number(one + static_cast<double>(step_[static_cast<int>(axis)] - 1) * whole_.spacing[axis]));
     }
-    return line + '\n';
+    kept_.add_field("thicknesses", fmt::format("{}", fmt::join(numbers, " ")));
   }
   // NRRD has no notation for an unknown vector.
-  std::string directions() const {
-    std::string line = "space directions:";
+  void add_directions() {
+    std::vector<std::string> vectors;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Vector along =
           axis == 2 && even_step_
               ? *even_step_
               : scaled(whole_.directions[axis], static_cast<double>(step_[static_cast<int>(axis)]));
-      if (!is_finite(along)) return "";
-      line += ' ' + vector(along);
+      if (!is_finite(along)) return;
+      vectors.push_back(vector(along));
     }
-    return line + '\n';
+    kept_.add_field("space directions", fmt::format("{}", fmt::join(vectors, " ")));
   }
-  std::string space_origin() const {
-    return is_finite(origin_) ? fmt::format("space origin: {}\n", vector(origin_)) : "";
+  void add_space_origin() {
+    if (is_finite(origin_)) kept_.add_field("space origin", vector(origin_));
   }
   // `whole` are the axis mins of the whole volume, if it has them.
-  std::string axis_mins(const std::vector<std::string_view>& whole = {}) const {
-    std::string line = "axis mins:";
+  void add_axis_mins(const std::vector<std::string_view>& whole = {}) {
+    std::vector<std::string> numbers;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      line += ' ' + (axis < whole.size() ? changed_min(axis, whole[axis]) : number(axis_min(axis)));
-    return line + '\n';
+      numbers.push_back(axis < whole.size() ? changed_min(axis, whole[axis]) : number(axis_min(axis)));
+    kept_.add_field("axis mins", fmt::format("{}", fmt::join(numbers, " ")));
   }
   std::string changed_min(std::size_t axis, std::string_view of_whole) const {
     const bool is_known = !std::isnan(number_of(of_whole).value_or(Geometry::unknown));
@@ -242,26 +242,26 @@ class RegionLines {
 
   // Without an origin in its header, the first sample of the whole volume was at (0, 0, 0). A region must
   // state the position of its first sample.
-  std::string missing_origin() const {
-    if (has_origin_line_) return "";
+  void add_missing_origin() {
+    if (has_origin_field_) return;
     bool is_elsewhere = false;
     for (std::size_t axis = 0; axis < 3; ++axis)
       is_elsewhere |= is_moved(axis) && !std::isnan(whole_.spacing[axis]);
-    if (!is_elsewhere) return "";
-    return whole_.has_directions ? space_origin() : axis_mins();
+    if (is_elsewhere) whole_.has_directions ? add_space_origin() : add_axis_mins();
   }
 
   void find_centers() {
-    for (const NrrdLine& line : nrrd_lines(fields_)) {
-      if (line.field != "centers") continue;
-      const auto words = words_of(line.value);
+    for (const MetadataEntry& entry : entries_) {
+      if (entry.field != "centers") continue;
+      const auto words = words_of(entry.value);
       for (std::size_t axis = 0; axis < 3 && axis < words.size(); ++axis)
         at_point_[axis] = lower_case(words[axis]) == "node";
     }
   }
 
-  std::string_view fields_;
-  Geometry whole_;
+  const MetadataEntries& entries_;
+  const Geometry& whole_;
+  MetadataEntries kept_;
   Index3 low_, step_;
   std::int64_t slices_, all_slices_;
   bool blocks_;
@@ -270,20 +270,19 @@ class RegionLines {
   std::optional<Vector>
       even_step_;  ///< of slices whose positions are known, if they are kept at equal distances
   std::array<bool, 3> at_point_ = {};
-  bool has_origin_line_ = false;
+  bool has_origin_field_ = false;
 };
 
 }  // namespace
 
-std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
-                             std::int64_t all_slices) {
-  return RegionLines(nrrd_fields, low, step, slices, all_slices).lines();
+Metadata metadata_of_region(const Metadata& whole, Index3 low, Index3 step, std::int64_t slices,
+                            std::int64_t all_slices) {
+  return Region(whole, low, step, slices, all_slices).metadata();
 }
 
-std::string fields_of_overview(std::string_view nrrd_fields, std::int64_t factor, std::int64_t all_slices) {
-  return RegionLines(nrrd_fields, {0, 0, 0}, {factor, factor, factor}, (all_slices - 1) / factor + 1,
-                     all_slices, true)
-      .lines();
+Metadata metadata_of_overview(const Metadata& whole, std::int64_t factor, std::int64_t all_slices) {
+  return Region(whole, {0, 0, 0}, {factor, factor, factor}, (all_slices - 1) / factor + 1, all_slices, true)
+      .metadata();
 }
 
 std::vector<std::string_view> positions_in(std::string_view list) {
@@ -294,8 +293,8 @@ std::vector<std::string_view> positions_in(std::string_view list) {
   return positions;
 }
 
-std::vector<double> slice_distances(std::string_view nrrd_fields, std::int64_t slices) {
-  const std::string list = text_of_key(nrrd_fields, slice_positions_key);
+std::vector<double> slice_distances(const Metadata& metadata, std::int64_t slices) {
+  const std::string list = metadata.text_of(slice_positions_key);
   std::vector<Vector> places;
   for (const std::string_view position : positions_in(list)) {
     const auto place = position_of(position);

@@ -1,11 +1,11 @@
-#include "io/formats/nrrd/foreign_geometry.h"
+#include "io/metadata/foreign_geometry.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "io/text/text.h"
-#include "io/volume/lengths.h"
+#include "io/metadata/lengths.h"
 
 namespace tagrid {
 

@@ -4,13 +4,19 @@
 #include <string>
 #include <string_view>
 
+#include "io/metadata/metadata.h"
+
 namespace tagrid {
+
+/// The key under which readers say that samples were compressed with a loss before, and by what: "TIFF,
+/// JPEG".
+inline constexpr std::string_view lossy_source_key = "lossy source";
 
 /// The text of lossy_source_key after two losses, the earlier one first. Either may be "".
 std::string loss_after(std::string_view earlier, std::string_view later);
 
-/// NRRD header lines that also have this loss, after those that they have; the same lines if it is "".
-std::string with_loss(const std::string& nrrd_fields, std::string_view loss);
+/// Records this loss, after those that the description records already; changes nothing if it is "".
+void add_loss(std::string_view loss, Metadata& metadata);
 
 /// How formats without key-value pairs have it, within other text: "lossy source: TIFF, JPEG".
 struct TextWithLoss {

@@ -21,13 +21,12 @@ inline constexpr std::string_view given_spacing_key = "given spacing",
 /// which have no other spacing.
 void give_spacing(VolumeSource& volume, const GivenSpacing& given);
 
-/// The header lines of an original, to compare them with the lines `fields` of a volume whose
-/// spacing was overridden: with the spacing of that volume. Returns the lines of the original
-/// unchanged if nothing was overridden, if they record it themselves, or if the original does not
-/// have the spacing that was overridden.
-std::string with_overridden_spacing(std::string_view fields_of_original, std::string_view fields);
+/// The description of an original, to compare it with that of a volume whose spacing was overridden: with the
+/// spacing of that volume. Returns the original unchanged if nothing was overridden, if it records it itself, or
+/// if it does not have the spacing that was overridden.
+Metadata with_overridden_spacing(const Metadata& original, const Metadata& ours);
 
-/// What header lines do not state about the voxel size, but should; see
+/// What a geometry does not state about the voxel size, but should; see
 /// SourceFacts::missing_of_voxel_size. `needs_unit`: files of this format usually state a unit.
 std::string missing_of_voxel_size(const Geometry& geometry, bool needs_unit);
 

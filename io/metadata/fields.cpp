@@ -1,4 +1,4 @@
-#include "io/formats/nrrd/geometry.h"
+#include "io/metadata/fields.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "io/formats/nrrd/axes.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -19,15 +18,13 @@ using Fields = std::map<std::string_view, std::string_view>;
 
 [[noreturn]] void refuse(const std::string& what) { throw BrokenInput("NRRD header: " + what); }
 
-Fields fields_of(std::string_view nrrd_fields) {
+Fields fields_of(const MetadataEntries& entries) {
   Fields fields;
-  // Otherwise a header that contains these lines would not give them back.
-  if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
-    refuse("lines here must end with a single line feed");
-  for (const NrrdLine& line : nrrd_lines(nrrd_fields)) {
-    if (line.kind != NrrdLine::Kind::field) continue;
-    if (is_storage_field(line.field)) refuse(std::string(line.field) + " is not expected here");
-    if (!fields.emplace(line.field, line.value).second) refuse(std::string(line.field) + " is given twice");
+  for (const MetadataEntry& entry : entries) {
+    if (entry.kind != MetadataEntry::Kind::field) continue;
+    if (is_storage_field(entry.field)) refuse(std::string(entry.field) + " is not expected here");
+    if (!fields.emplace(entry.field, entry.value).second)
+      refuse(std::string(entry.field) + " is given twice");
   }
   return fields;
 }
@@ -150,8 +147,8 @@ void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geom
 
 }  // namespace
 
-Geometry geometry_of(std::string_view nrrd_fields) {
-  const Fields fields = fields_of(nrrd_fields);
+Geometry geometry_of_fields(const MetadataEntries& entries) {
+  const Fields fields = fields_of(entries);
   check_space(fields);
   if (const auto value = find(fields, "kinds")) check_kinds(*value);
   Geometry geometry;
@@ -173,82 +170,67 @@ Geometry geometry_of(std::string_view nrrd_fields) {
   return geometry;
 }
 
-VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields) {
-  Geometry geometry = geometry_of(nrrd_fields);
-  return {dims, type, std::move(geometry), std::move(nrrd_fields)};
-}
-
 namespace {
 
 std::string in_parentheses(const Vector& v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); }
 
-std::string units_line(std::string_view field, const std::array<std::string, 3>& units) {
-  std::string line = fmt::format("{}:", field);
+std::string in_quotes(const std::array<std::string, 3>& units) {
+  std::string list;
   for (const std::string& unit : units) {
-    line += " \"";
+    list += list.empty() ? "\"" : " \"";
     for (const char c : unit)
       if (c == '"' || c == '\\')
-        line += {'\\', c};
+        list += {'\\', c};
       else if (static_cast<unsigned char>(c) >= ' ')
-        line += c;
-    line += '"';
+        list += c;
+    list += '"';
   }
-  return line + '\n';
-}
-
-std::string pair_line(std::string_view key, std::string_view value) {
-  std::string line;
-  for (const char c : key) {
-    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
-                          std::string_view(" .,-+/()_").find(c) != std::string_view::npos;
-    line += is_plain ? c : '_';
-  }
-  if (line.empty()) line.push_back('_');
-  line += ":=";
-  for (const char c : value)
-    if (c == '\n')
-      line += "\\n";
-    else if (c == '\\')
-      line += "\\\\";
-    else if (c != '\r' && c != '\0')
-      line += c;
-  return line + '\n';
+  return list;
 }
 
 }  // namespace
 
-void add_rescale(const Rescale& rescale, KeyValues& pairs) {
-  if (rescale.slope == 1 && rescale.intercept == 0) return;
-  pairs.emplace_back("rescale_slope", fmt::format("{}", rescale.slope));
-  pairs.emplace_back("rescale_intercept", fmt::format("{}", rescale.intercept));
-  if (!rescale.units.empty()) pairs.emplace_back("rescale_units", rescale.units);
-}
-
-std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs) {
-  std::string lines;
+void add_fields(const Geometry& geometry, MetadataEntries& entries) {
   // A space says what vectors mean: without vectors, only spacings can be said.
   const bool has_space = geometry.has_directions || geometry.has_origin;
   if (has_space) {
     auto directions = geometry.directions;
     if (!geometry.has_directions)
       for (std::size_t axis = 0; axis < 3; ++axis) directions[axis][axis] = spacing_or_1(geometry, axis);
-    lines += geometry.space.empty() ? std::string("space dimension: 3\n")
-                                    : fmt::format("space: {}\n", geometry.space);
-    lines += fmt::format("space directions: {} {} {}\n", in_parentheses(directions[0]),
-                         in_parentheses(directions[1]), in_parentheses(directions[2]));
-    if (geometry.has_origin) lines += fmt::format("space origin: {}\n", in_parentheses(geometry.origin));
+    if (geometry.space.empty())
+      entries.add_field("space dimension", "3");
+    else
+      entries.add_field("space", geometry.space);
+    entries.add_field("space directions",
+                      fmt::format("{} {} {}", in_parentheses(directions[0]), in_parentheses(directions[1]),
+                                  in_parentheses(directions[2])));
+    if (geometry.has_origin) entries.add_field("space origin", in_parentheses(geometry.origin));
   } else if (geometry.has_spacing) {
-    lines += spacings_line(geometry.spacing);
+    add_spacings(geometry.spacing, entries);
   }
   if (has_space || geometry.has_spacing)
     if (geometry.units != std::array<std::string, 3>{})
-      lines += units_line(has_space ? "space units" : "units", geometry.units);
-  for (const auto& [key, value] : pairs) lines += pair_line(key, value);
-  return lines;
+      entries.add_field(has_space ? "space units" : "units", in_quotes(geometry.units));
 }
 
-std::string spacings_line(const std::array<double, 3>& spacing) {
-  return fmt::format("spacings: {} {} {}\n", spacing[0], spacing[1], spacing[2]);
+void add_spacings(const std::array<double, 3>& spacing, MetadataEntries& entries) {
+  entries.add_field("spacings", fmt::format("{} {} {}", spacing[0], spacing[1], spacing[2]));
+}
+
+std::optional<std::vector<double>> vector_of(std::string_view value) {
+  if (!value.starts_with('(') || !value.ends_with(')')) return std::nullopt;
+  std::vector<double> numbers;
+  for (const std::string_view part : split(value.substr(1, value.size() - 2), ',')) {
+    const auto number = number_of(trimmed(part));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+bool is_spatial_kind(std::string_view kind) {
+  const std::string name = lower_case(kind);
+  return name == "domain" || name == "space" || name == "none" || name == "???";
 }
 
 }  // namespace tagrid

@@ -1,0 +1,143 @@
+#include "io/metadata/entries.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+
+#include "io/errors/errors.h"
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+/// A field, and another spelling of its name.
+struct FieldName {
+  std::string_view field, other = field;
+};
+
+constexpr std::size_t storage_fields = 8;  // the first ones of the list
+constexpr std::array known_fields = {FieldName{"type"},
+                                       FieldName{"dimension"},
+                                       FieldName{"sizes"},
+                                       FieldName{"encoding"},
+                                       FieldName{"endian"},
+                                       FieldName{"data file", "datafile"},
+                                       FieldName{"line skip", "lineskip"},
+                                       FieldName{"byte skip", "byteskip"},
+                               FieldName{"content"},
+                                     FieldName{"number"},
+                                     FieldName{"block size", "blocksize"},
+                                     FieldName{"min"},
+                                     FieldName{"max"},
+                                     FieldName{"old min", "oldmin"},
+                                     FieldName{"old max", "oldmax"},
+                                     FieldName{"sample units", "sampleunits"},
+                                     FieldName{"spacings"},
+                                     FieldName{"thicknesses"},
+                                     FieldName{"axis mins", "axismins"},
+                                     FieldName{"axis maxs", "axismaxs"},
+                                     FieldName{"centers", "centerings"},
+                                     FieldName{"labels"},
+                                     FieldName{"units"},
+                                     FieldName{"kinds"},
+                                     FieldName{"space"},
+                                     FieldName{"space dimension"},
+                                     FieldName{"space units"},
+                                     FieldName{"space origin"},
+                                     FieldName{"space directions"},
+                                     FieldName{"measurement frame"}};
+
+/// The number of a field in the list; nothing if there is none of this name.
+std::optional<std::size_t> field_named(std::string_view name) {
+  const std::string lower = lower_case(name);
+  const auto found = std::ranges::find_if(
+      known_fields, [&](const FieldName& f) { return f.field == lower || f.other == lower; });
+  if (found == known_fields.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - known_fields.begin());
+}
+
+struct Parts {
+  MetadataEntry::Kind kind = MetadataEntry::Kind::comment;
+  std::size_t name_length = 0, field = 0;
+};
+
+Parts parts_of(std::string_view line) {
+  using enum MetadataEntry::Kind;
+  if (!line.empty() && line.front() == '#') return {};
+  if (line.find('\0') != line.npos) throw BrokenInput("NRRD header: a line contains a zero byte");
+  const std::size_t colon = line.find(':');
+  if (colon != line.npos && line.substr(colon, 2) != ":=")
+    if (const auto number = field_named(line.substr(0, colon))) return {field, colon, *number};
+  // A key may contain a colon, but not ":=".
+  if (const std::size_t sign = line.find(":="); sign != line.npos) return {pair, sign, 0};
+  throw BrokenInput("NRRD header: the line " + quoted(line) +
+                    " is neither a field, a key:=value nor a comment");
+}
+
+MetadataEntry entry_of(std::string_view line, const Parts& parts) {
+  using enum MetadataEntry::Kind;
+  if (parts.kind == field)
+    return {field, known_fields[parts.field].field, trimmed(line.substr(parts.name_length + 1)), "", line};
+  if (parts.kind == pair)
+    return {pair, "", line.substr(parts.name_length + 2), line.substr(0, parts.name_length), line};
+  return {.line = line};
+}
+
+}  // namespace
+
+MetadataEntry entry_of_line(std::string_view line) { return entry_of(line, parts_of(line)); }
+
+bool is_storage_field(std::string_view field) {
+  return std::ranges::find(known_fields.begin(), known_fields.begin() + storage_fields, field, &FieldName::field) !=
+         known_fields.begin() + storage_fields;
+}
+
+void MetadataEntries::add_field(std::string_view field, std::string_view value) {
+  add_line(fmt::format("{}:{}{}", field, value.empty() ? "" : " ", value));
+}
+
+void MetadataEntries::add_pair(std::string_view key, std::string_view text) {
+  std::string line;
+  for (const char c : key) {
+    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                          std::string_view(" .,-+/()_").find(c) != std::string_view::npos;
+    line += is_plain ? c : '_';
+  }
+  if (line.empty()) line.push_back('_');
+  line += ":=";
+  for (const char c : text)
+    if (c == '\n')
+      line += "\\n";
+    else if (c == '\\')
+      line += "\\\\";
+    else if (c != '\r' && c != '\0')
+      line += c;
+  add_line(line);
+}
+
+void MetadataEntries::add_written_pair(std::string_view key, std::string_view value) {
+  add_line(fmt::format("{}:={}", key, value));
+}
+
+void MetadataEntries::add_line(std::string_view line) {
+  if (line.find('\n') != line.npos || line.ends_with('\r'))
+    throw BrokenInput("NRRD header: lines here must end with a single line feed");
+  const Parts parts = parts_of(line);
+  if (line.size() >= std::numeric_limits<std::uint32_t>::max() - text_.size())
+    throw BrokenInput("NRRD header: there are more than 4 GiB of lines");
+  places_.push_back({static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(parts.name_length),
+                     parts.kind, static_cast<std::uint8_t>(parts.field)});
+  text_.append(line).append("\n");
+}
+
+MetadataEntry MetadataEntries::entry(std::size_t number) const {
+  const Place& place = places_[number];
+  const std::size_t end = number + 1 < places_.size() ? places_[number + 1].begin : text_.size();
+  const auto line = std::string_view(text_).substr(place.begin, end - place.begin - 1);
+  return entry_of(line, {place.kind, place.name_length, place.field});
+}
+
+}  // namespace tagrid
