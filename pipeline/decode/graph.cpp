@@ -55,7 +55,13 @@ void build_and_run(const DecodeJob& job, BrickSource& source, RowSink& sink, Wat
     gathered.add(std::move(brick->samples));
     std::get<0>(out).try_put(1);
     if (!gathered.complete()) return;
-    failure.guard([&] { sink.write(gathered); }, [&] { source.stop(); });
+    try {
+      sink.write(gathered);
+    } catch (...) {
+      failure.keep();
+      source.stop();
+      throw;
+    }
     watch.done(gathered.bytes());
     gathered.begin_next();
   });
@@ -73,8 +79,11 @@ void build_and_run(const DecodeJob& job, BrickSource& source, RowSink& sink, Wat
 
 void decode(const DecodeJob& job, BrickSource& bricks, RowSink& rows, Watch& watch) {
   SinkFailure failure;
-  failure.run(
-      [&] { Threads(job.budget.threads).run([&] { build_and_run(job, bricks, rows, watch, failure); }); });
+  try {
+    Threads(job.budget.threads).run([&] { build_and_run(job, bricks, rows, watch, failure); });
+  } catch (...) {
+    failure.rethrow();
+  }
 }
 
 DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,

@@ -70,17 +70,18 @@ struct Run {
   ClosedSamples* closed;  // nullptr: the mesh needs no bricks below
   Watch& watch;
   SinkFailure failure = {};
-
-  void write(std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
-    if (bricks == nullptr) return;
-    failure.guard(
-        [&] {
-          bricks->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-        },
-        [&] { slices.stop(); });
-    watch.done(code.statistics.samples * sample_bytes);
-  }
 };
+
+void write(Run& run, std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
+  try {
+    run.bricks->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+  } catch (...) {
+    run.failure.keep();
+    run.slices.stop();
+    throw;
+  }
+  run.watch.done(code.statistics.samples * sample_bytes);
+}
 
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                    Run& run) {
@@ -152,7 +153,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
     const TimeOfNode time(Node::write_brick);
-    run.write(brick.id, *brick.code, size_of(parameters.type));
+    if (run.bricks != nullptr) tagrid::write(run, brick.id, *brick.code, size_of(parameters.type));
     std::get<0>(out).try_put(1);
     const std::int64_t done = brick.id - first_brick + 1;
     if (done % layer_bricks == 0)
@@ -196,31 +197,26 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
   return all;
 }
 
-namespace {
-
-void encode_strip(const EncodeJob& job, const BrickRows& strip, Run& run) {
-  const CodingParameters& parameters = job.parameters();
-  std::optional<ClosedSamples> closed;
-  if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
-  Run below{run.slices, nullptr, nullptr, run.closed, run.watch};
-  for (const BrickRows& rows : rows_to_encode(parameters, strip))
-    build_and_run(parameters, rows, job.plan.budget, rows == strip ? run : below);
-}
-
-}  // namespace
-
 void encode(const EncodeJob& job, const BrickRows& rows, SliceSource& slices, BrickSink& bricks, Watch& watch,
             SumsSink* sums) {
   const CodingParameters& parameters = job.parameters();
   Run run{slices, &bricks, nullptr, nullptr, watch};
   Threads threads(job.plan.budget.threads);
-  run.failure.run([&] {
-    for (const BrickRows& strip : job.plan.strips(parameters.bricks(), rows)) {
-      std::optional<StripSums> of_strip;
-      if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
-      threads.run([&] { encode_strip(job, strip, run); });
-    }
-  });
+  try {
+    threads.run([&] {
+      for (const BrickRows& strip : job.plan.strips(parameters.bricks(), rows)) {
+        std::optional<StripSums> of_strip;
+        if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
+        std::optional<ClosedSamples> closed;
+        if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
+        Run below{slices, nullptr, nullptr, run.closed, watch};
+        for (const BrickRows& encoded : rows_to_encode(parameters, strip))
+          build_and_run(parameters, encoded, job.plan.budget, encoded == strip ? run : below);
+      }
+    });
+  } catch (...) {
+    run.failure.rethrow();
+  }
 }
 
 std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,

@@ -40,29 +40,14 @@ class ProgressWatch : public Watch {
 };
 
 /// The failure of what takes the results of some work. It tells more than that of a source that gave up
-/// because of it, which may be thrown first.
+/// because of it, which may be thrown first. Both functions are for handlers of exceptions.
 class SinkFailure {
  public:
-  /// Calls `take`; if it fails, calls `stop`, which tells the source.
-  template <class Take, class Stop>
-  void guard(const Take& take, const Stop& stop) {
-    try {
-      take();
-    } catch (...) {
-      failure_ = std::current_exception();
-      stop();
-      throw;
-    }
-  }
-  /// Calls `work`, which calls guard(). Throws the failure of the sink if several fail.
-  template <class Work>
-  void run(const Work& work) {
-    try {
-      work();
-    } catch (...) {
-      if (failure_) std::rethrow_exception(failure_);
-      throw;
-    }
+  /// Keeps the current exception, which is that of the sink.
+  void keep() { failure_ = std::current_exception(); }
+  /// Throws what was kept; otherwise, the current exception again.
+  [[noreturn]] void rethrow() const {
+    std::rethrow_exception(failure_ ? failure_ : std::current_exception());
   }
 
  private:

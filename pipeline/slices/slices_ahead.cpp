@@ -15,37 +15,38 @@ namespace {
 // What a source looks at after the one that could stop it has ended.
 constexpr std::atomic<bool> never{false};
 
-// `read` reads the rows, and leaves the source behind the last sample when it has read that.
-template <class Read>
-SliceSamples read_with(VolumeSource& source, const Box& rows, const Read& read) {
+std::shared_ptr<std::byte[]> memory_for(const VolumeSource& source, const Box& rows) {
+  return std::make_shared_for_overwrite<std::byte[]>(
+      memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(source.info().type)));
+}
+
+void finish_after(VolumeSource& source, const Box& rows) {
   const Index3 dims = source.info().dims;
-  const std::size_t size =
-      memory_size(static_cast<std::uint64_t>(rows.count()) * size_of(source.info().type));
-  auto samples = std::make_shared_for_overwrite<std::byte[]>(size);
-  read(samples.get());
   if (rows.high.y == dims.y - 1 && rows.high.z == dims.z - 1) source.finish();
-  return samples;
 }
 
 }  // namespace
 
 SliceSamples read_input_slice(VolumeSource& source, const Box& rows) {
-  return read_with(source, rows, [&](std::byte* samples) { source.read_rows(samples, rows); });
+  const auto samples = memory_for(source, rows);
+  source.read_rows(samples.get(), rows);
+  finish_after(source, rows);
+  return samples;
 }
 
 SliceSamples read_slice_on_threads(VolumeSource& source, const Box& rows) {
   if (!source.at_once()) return read_input_slice(source, rows);
-  const VolumeInfo& info = source.info();
-  const std::size_t row_bytes = static_cast<std::size_t>(info.dims.x) * size_of(info.type);
-  return read_with(source, rows, [&](std::byte* samples) {
-    share_rows(rows.size().y, row_bytes, 1, [&](std::int64_t first, std::int64_t count) {
-      const TimeOfNode time(Node::read_samples);
-      source.read_at(samples + static_cast<std::size_t>(first) * row_bytes,
-                     Box::of_size(info.dims).offset({0, rows.low.y + first, rows.low.z}),
-                     count * info.dims.x);
-    });
-    if (rows.high.y == info.dims.y - 1) source.seek_slice(rows.low.z + 1);
+  const Index3 dims = source.info().dims;
+  const std::size_t row_bytes = static_cast<std::size_t>(dims.x) * size_of(source.info().type);
+  const auto samples = memory_for(source, rows);
+  share_rows(rows.size().y, row_bytes, 1, [&](std::int64_t first, std::int64_t count) {
+    const TimeOfNode time(Node::read_samples);
+    source.read_at(samples.get() + static_cast<std::size_t>(first) * row_bytes,
+                   Box::of_size(dims).offset({0, rows.low.y + first, rows.low.z}), count * dims.x);
   });
+  if (rows.high.y == dims.y - 1) source.seek_slice(rows.low.z + 1);
+  finish_after(source, rows);
+  return samples;
 }
 
 SlicesAhead::SlicesAhead(VolumeSource& source, std::int64_t count)
