@@ -57,6 +57,10 @@ struct SurveyedParity {
 std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
                                             const std::string& work);
 
+/// Throws UsageError for pipes and devices, which cannot be read in any order. `what` the file is: "the file to
+/// repair".
+void require_input_file(const std::string& path, const char* what);
+
 /// True if nearly nothing of a file is what parity beside it protects.
 bool is_of_another_file(const SurveyedParity& parity);
 /// What of a file with parity is damaged: "3 damaged blocks". REQUIRES: something is.

@@ -1,5 +1,4 @@
 // tagrid repair: rebuilds damaged stretches of a .tag file from its parity.
-// tagrid protect: adds parity to a .tag file.
 
 #include <fmt/format.h>
 
@@ -25,18 +24,6 @@
 
 namespace tagrid {
 namespace {
-
-WriteAt to_file(OutputFile& file) {
-  return
-      [&file](std::uint64_t position, std::span<const std::byte> bytes) { file.write_at(position, bytes); };
-}
-
-/// `what` a file is: "the file to repair". Refuses pipes and devices, which cannot be read in any order.
-void require_input_file(const std::string& path, const char* what) {
-  require_tag_input(path);
-  if (path == "-" || (status_of(path) && !is_regular_input(path)))
-    throw usage_error("{}: {} must be a regular file; save it as one first", shown_input(path), what);
-}
 
 /// A repaired file, but for a stretch that is as it was in the damaged file.
 class WithStretch : public ByteSource {
@@ -145,7 +132,9 @@ struct RepairCommand {
       throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(*parity, input));
     }
     OutputFile repaired(output.path, output.overwrite, {.like = attributes_of(input)});
-    file.repair(to_file(repaired), memory_for_stripes(run.memory, file.layout(), "repairing a file"));
+    file.repair(
+        [&](std::uint64_t position, std::span<const std::byte> bytes) { repaired.write_at(position, bytes); },
+        memory_for_stripes(run.memory, file.layout(), "repairing a file"));
     const bool is_newer = needs_newer_program(repaired.temporary());
     if (!is_newer && file.is_beside() && contradicts(input, repaired.temporary()))
       throw broken_input_error(
@@ -208,59 +197,13 @@ struct RepairCommand {
   }
 };
 
-struct ProtectCommand {
-  std::string input, share;
-  bool beside = false, overwrite = false;
-  RunOptions run;
-
-  void execute(Ranks&) const {
-    run.obey_memory_limit();
-    if (share.empty()) throw UsageError("give --parity P%, the size of the parity, such as 5%");
-    const auto asked = parity_option("--parity", share);
-    if (!asked) throw UsageError("--parity none: there is nothing to add; give a share, such as 5%");
-    require_input_file(input, "the file to protect");
-    const std::string target = file_of_link(input);
-    const std::string path = beside ? parity_beside(target) : target;
-    remove_abandoned(run, {}, {path});
-    const FileSource file(input);
-    if (const auto parity = parity_at_end(file))
-      throw usage_error("{}: already has parity of {}", shown_input(input), text_of_share(parity->share));
-    // Parity of a damaged file would keep its damage.
-    TagReader reader(input);
-    reader.read_to_end();
-    const std::uint64_t memory =
-        memory_for_stripes(run.memory, ParityLayout::of(file.size(), *asked), "making parity");
-    const UnchangedFiles watched({input});
-    // A copy, so that a crash leaves the file as it was.
-    OutputFile output(path, beside ? overwrite : true, {.like = attributes_of(input)});
-    if (!beside) copy(file, output);
-    const std::uint64_t base = beside ? 0 : file.size();
-    const std::uint64_t end = write_parity(file, *asked, base, to_file(output), memory);
-    {
-      // Meanwhile, another run may have given this name to another file, which this copy must not
-      // replace.
-      const OutputLock lock(target);
-      watched.require();
-      output.commit();
-    }
-    if (!beside && is_regular_input(parity_beside(target)))
-      warn(run, "{}: is of the file without parity; remove it", parity_beside(target));
-    if (run.is_verbose()) say("{}: {} bytes of parity", path, end - base);
-  }
-
-  static void copy(const ByteSource& from, OutputFile& to) {
-    std::vector<std::byte> bytes(std::size_t{1} << 20);
-    for (std::uint64_t position = 0; position < from.size();) {
-      const std::span part =
-          std::span(bytes).first(std::min<std::uint64_t>(bytes.size(), from.size() - position));
-      from.read_at(position, part);
-      to.write(part);
-      position += part.size();
-    }
-  }
-};
-
 }  // namespace
+
+void require_input_file(const std::string& path, const char* what) {
+  require_tag_input(path);
+  if (path == "-" || (status_of(path) && !is_regular_input(path)))
+    throw usage_error("{}: {} must be a regular file; save it as one first", shown_input(path), what);
+}
 
 std::string damage_text(const ParityCondition& condition) {
   if (condition.is_file_intact()) return "only the parity is damaged";
@@ -323,21 +266,6 @@ Action add_repair_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file that has parity, in it or beside it as INPUT.parity")
       ->required();
   add_output_options(*command, state->output);
-  add_run_options(*command, state->run);
-  add_memory_option(*command, state->run);
-  return [state](Ranks& ranks) { state->execute(ranks); };
-}
-
-Action add_protect_command(CLI::App& app) {
-  auto state = std::make_shared<ProtectCommand>();
-  CLI::App* command =
-      app.add_subcommand("protect", "Add parity to a .tag file, so that damage can be repaired");
-  command->add_option("FILE", state->input, ".tag file")->required();
-  add_text_option(*command, "--parity", state->share, "P%",
-                  "Size of the parity, as a percentage of the size of the file: with 5%, a file of 1 GB "
-                  "takes some 50 MB more, and a damaged stretch of nearly as many bytes can be rebuilt");
-  command->add_flag("--beside", state->beside, "Write the parity to FILE.parity, and leave FILE as it is");
-  command->add_flag("-f,--force", state->overwrite, "Overwrite FILE.parity if it exists");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks& ranks) { state->execute(ranks); };
