@@ -13,12 +13,12 @@
 #include <optional>
 #include <utility>
 
-#include "io/bytes/crc32c.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/spool_file.h"
 #include "io/formats/zarr/container.h"
+#include "io/formats/zarr/crc32c.h"
 #include "io/formats/zarr/metadata.h"
 #include "io/metadata/lengths.h"
 

@@ -4,10 +4,10 @@
 #include <string_view>
 
 #include "io/bytes/checksum.h"
-#include "io/bytes/crc32c.h"
 #include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/errors/errors.h"
+#include "io/formats/zarr/crc32c.h"
 
 namespace tagrid {
 namespace {

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <memory>
 
-#include "io/bytes/crc32c.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/files/compressed_bytes.h"
+#include "io/formats/zarr/crc32c.h"
 
 namespace tagrid {
 namespace {

@@ -5,9 +5,9 @@
 #include <array>
 #include <span>
 
-#include "io/bytes/crc32c.h"
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
+#include "io/formats/zarr/crc32c.h"
 
 namespace tagrid {
 namespace {

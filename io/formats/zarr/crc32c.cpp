@@ -1,4 +1,4 @@
-#include "io/bytes/crc32c.h"
+#include "io/formats/zarr/crc32c.h"
 
 #include <isa-l/crc.h>
 
