@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
@@ -13,7 +14,7 @@ namespace tagrid {
 class VolumeInMemory : public VolumeSource {
  public:
   VolumeInMemory(const Index3& dims, const SourceTraits& traits)
-      : VolumeSource({.info = {dims, SampleType::int16, {}, "content: numbers\n"},
+      : VolumeSource({.info = {dims, SampleType::int16, parse_metadata("content: numbers\n")},
                       .files = {"header", "numbers"},
                       .traits = traits,
                       .holds_other_bytes = true,

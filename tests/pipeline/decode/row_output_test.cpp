@@ -21,8 +21,8 @@ class RowOutputTest : public TemporaryFolder {
 
   /// The samples of a file, written `together` rows at a time.
   std::string written(std::int64_t together, const std::string& spool) const {
-    const auto writer = create_volume(format_named("raw"), path("out.raw"),
-                                      {dims_, SampleType::int16, {}, ""}, {.files = {.overwrite = true}});
+    const auto writer = create_volume(format_named("raw"), path("out.raw"), {dims_, SampleType::int16},
+                                      {.files = {.overwrite = true}});
     RowOutput output(*writer, spool, "out.raw");
     for_each_rows<std::int16_t>(parameters_, BrickRows::all(parameters_.bricks()), together, samples_,
                                 [&](const DecodedRows& rows) { output.write(rows); });

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 
+#include "io/metadata/text.h"
 #include "pipeline/overview/header.h"
 #include "pipeline/preview/read_preview.h"
 #include "tests/support/counted_heap.h"
@@ -39,7 +40,7 @@ class LargePreview : public TemporaryFolder {
                          .range_high = 3072,
                          .field_scale = 8.0 / 4096,
                          .max_error = 2},
-                        "spacings: 1 1 1\n"};
+                        parse_metadata("spacings: 1 1 1\n")};
     header.parameters.lead = 1;
     std::vector<RepeatedTag::Overview> overviews;
     for (const int factor : factors_for(dims)) {

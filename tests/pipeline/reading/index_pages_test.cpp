@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "io/errors/errors.h"
+#include "io/metadata/text.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
@@ -40,7 +41,7 @@ TagHeader header_of_a_large_volume() {
            .max_level = max_level(32),
            .field_scale = 1,
            .max_error = 0},
-          "spacings: 1 1 1\n"};
+          parse_metadata("spacings: 1 1 1\n")};
 }
 const std::vector<std::uint8_t> constant_five = {0, 5, 0};
 

@@ -30,7 +30,7 @@ class AgainstOriginalTest : public TemporaryFolder {
     return decoded_[static_cast<std::size_t>(Box::of_size(dims_).offset(p))];
   }
   VerifySetup opened() const {
-    return verify_setup("a.tag", {parameters_, ""}, path("a.nrrd"), {}, Resources(1));
+    return verify_setup("a.tag", {parameters_, {}}, path("a.nrrd"), {}, Resources(1));
   }
 
   /// The statistics of all rows, `together` rows of bricks at a time. `active` gives the activity of every
