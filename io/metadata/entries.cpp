@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
@@ -20,14 +21,14 @@ struct FieldName {
 
 constexpr std::size_t storage_fields = 8;  // the first ones of the list
 constexpr std::array known_fields = {FieldName{"type"},
-                                       FieldName{"dimension"},
-                                       FieldName{"sizes"},
-                                       FieldName{"encoding"},
-                                       FieldName{"endian"},
-                                       FieldName{"data file", "datafile"},
-                                       FieldName{"line skip", "lineskip"},
-                                       FieldName{"byte skip", "byteskip"},
-                               FieldName{"content"},
+                                     FieldName{"dimension"},
+                                     FieldName{"sizes"},
+                                     FieldName{"encoding"},
+                                     FieldName{"endian"},
+                                     FieldName{"data file", "datafile"},
+                                     FieldName{"line skip", "lineskip"},
+                                     FieldName{"byte skip", "byteskip"},
+                                     FieldName{"content"},
                                      FieldName{"number"},
                                      FieldName{"block size", "blocksize"},
                                      FieldName{"min"},
@@ -53,10 +54,9 @@ constexpr std::array known_fields = {FieldName{"type"},
 /// The number of a field in the list; nothing if there is none of this name.
 std::optional<std::size_t> field_named(std::string_view name) {
   const std::string lower = lower_case(name);
-  const auto found = std::ranges::find_if(
-      known_fields, [&](const FieldName& f) { return f.field == lower || f.other == lower; });
-  if (found == known_fields.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - known_fields.begin());
+  for (std::size_t i = 0; i < known_fields.size(); ++i)
+    if (known_fields[i].field == lower || known_fields[i].other == lower) return i;
+  return std::nullopt;
 }
 
 struct Parts {
@@ -91,8 +91,8 @@ MetadataEntry entry_of(std::string_view line, const Parts& parts) {
 MetadataEntry entry_of_line(std::string_view line) { return entry_of(line, parts_of(line)); }
 
 bool is_storage_field(std::string_view field) {
-  return std::ranges::find(known_fields.begin(), known_fields.begin() + storage_fields, field, &FieldName::field) !=
-         known_fields.begin() + storage_fields;
+  return std::ranges::any_of(std::span(known_fields).first(storage_fields),
+                             [&](const FieldName& known) { return known.field == field; });
 }
 
 void MetadataEntries::add_field(std::string_view field, std::string_view value) {

@@ -15,10 +15,11 @@ namespace {
 
 using Kind = Completion::Kind;
 
-std::vector<std::string> names_of_formats(bool (Format::*can)() const) {
+template <class Can>
+std::vector<std::string> names_of_formats(Can can) {
   std::vector<std::string> names;
   for (const Format& format : formats())
-    if ((format.*can)()) names.emplace_back(format.name);
+    if (can(format)) names.emplace_back(format.name);
   return names;
 }
 
@@ -31,8 +32,8 @@ std::vector<std::string> names_of_types() {
 /// Values that the help of an option does not list one by one.
 const std::map<std::string, std::vector<std::string>>& usual_values() {
   static const std::map<std::string, std::vector<std::string>> values = {
-      {"--format", names_of_formats(&Format::is_written)},
-      {"--from", names_of_formats(&Format::is_read)},
+      {"--format", names_of_formats([](const Format& format) { return format.writes.any(); })},
+      {"--from", names_of_formats([](const Format& format) { return format.reads.any(); })},
       {"--type", names_of_types()},
       {"--cube", {"4", "8", "16", "32", "64", "128", "256"}},
       {"--overview", {"4", "16", "64", "256", "1024"}},
