@@ -77,7 +77,7 @@ get_target_property(seccomp_library seccomp::seccomp IMPORTED_LOCATION)
 set(seccomp_if_needed -Wl,--push-state,--as-needed,${seccomp_library},--pop-state)
 # For addresses. Only the header: who reads one loads the library.
 tagrid_require_header(tagrid_curl curl/curl.h libcurl4-openssl-dev)
-# For parity. Only what writes or repairs it loads the library.
+# For parity and the checksums of Zarr. Only what writes or repairs it loads the library.
 tagrid_require_library(isal::isal isa-l.h isal libisal-dev)
 get_target_property(isal_library isal::isal IMPORTED_LOCATION)
 set(isal_if_needed -Wl,--push-state,--as-needed,${isal_library},--pop-state)

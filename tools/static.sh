@@ -18,9 +18,9 @@ if [ ! -f "$libraries/lib/libtbb.a" ]; then
     -DCMAKE_INSTALL_PREFIX="$libraries" >"$build/onetbb.log" 2>&1 || { cat "$build/onetbb.log" >&2; exit 70; }
   cmake --build "$build/onetbb" --target install >/dev/null
 fi
-if [ ! -f "$libraries/lib/libisal.a" ]; then
-  # Only what parity needs. `units` are folders of its sources.
-  make -s -C "$build/sources/libisal" -f Makefile.unx -j "$(nproc)" lib units=erasure_code >"$build/libisal.log" 2>&1 ||
+if ! nm "$libraries/lib/libisal.a" 2>/dev/null | grep -q crc32_iscsi; then
+  # Only what parity and Zarr need. `units` are folders of its sources.
+  make -s -C "$build/sources/libisal" -f Makefile.unx -j "$(nproc)" lib units="erasure_code crc" >"$build/libisal.log" 2>&1 ||
     { cat "$build/libisal.log" >&2; exit 70; }
   cp "$build/sources/libisal/bin/isa-l.a" "$libraries/lib/libisal.a"
 fi

@@ -60,7 +60,11 @@ void LineFile::append(std::string_view line) {
     }
     done += static_cast<std::size_t>(count);
   }
-  if (uninterrupted([&] { return fsync(descriptor_); }) != 0) throw world_error("cannot write", name_, errno);
+  if (uninterrupted([&] { return fsync(descriptor_); }) != 0) {
+    const int error = errno;
+    cut(size_);
+    throw world_error("cannot write", name_, error);
+  }
   size_ += static_cast<long long>(done);
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -59,36 +58,22 @@ std::optional<std::size_t> field_named(std::string_view name) {
   return std::nullopt;
 }
 
-struct Parts {
-  MetadataEntry::Kind kind = MetadataEntry::Kind::comment;
-  std::size_t name_length = 0, field = 0;
-};
+}  // namespace
 
-Parts parts_of(std::string_view line) {
+MetadataEntry entry_of_line(std::string_view line) {
   using enum MetadataEntry::Kind;
-  if (!line.empty() && line.front() == '#') return {};
+  if (!line.empty() && line.front() == '#') return {.line = line};
   if (line.find('\0') != line.npos) throw BrokenInput("NRRD header: a line contains a zero byte");
   const std::size_t colon = line.find(':');
   if (colon != line.npos && line.substr(colon, 2) != ":=")
-    if (const auto number = field_named(line.substr(0, colon))) return {field, colon, *number};
+    if (const auto number = field_named(line.substr(0, colon)))
+      return {field, known_fields[*number].field, trimmed(line.substr(colon + 1)), "", line};
   // A key may contain a colon, but not ":=".
-  if (const std::size_t sign = line.find(":="); sign != line.npos) return {pair, sign, 0};
+  if (const std::size_t sign = line.find(":="); sign != line.npos)
+    return {pair, "", line.substr(sign + 2), line.substr(0, sign), line};
   throw BrokenInput("NRRD header: the line " + quoted(line) +
                     " is neither a field, a key:=value nor a comment");
 }
-
-MetadataEntry entry_of(std::string_view line, const Parts& parts) {
-  using enum MetadataEntry::Kind;
-  if (parts.kind == field)
-    return {field, known_fields[parts.field].field, trimmed(line.substr(parts.name_length + 1)), "", line};
-  if (parts.kind == pair)
-    return {pair, "", line.substr(parts.name_length + 2), line.substr(0, parts.name_length), line};
-  return {.line = line};
-}
-
-}  // namespace
-
-MetadataEntry entry_of_line(std::string_view line) { return entry_of(line, parts_of(line)); }
 
 bool is_storage_field(std::string_view field) {
   return std::ranges::any_of(std::span(known_fields).first(storage_fields),
@@ -125,19 +110,8 @@ void MetadataEntries::add_written_pair(std::string_view key, std::string_view va
 void MetadataEntries::add_line(std::string_view line) {
   if (line.find('\n') != line.npos || line.ends_with('\r'))
     throw BrokenInput("NRRD header: lines here must end with a single line feed");
-  const Parts parts = parts_of(line);
-  if (line.size() >= std::numeric_limits<std::uint32_t>::max() - text_.size())
-    throw BrokenInput("NRRD header: there are more than 4 GiB of lines");
-  places_.push_back({static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(parts.name_length),
-                     parts.kind, static_cast<std::uint8_t>(parts.field)});
+  entry_of_line(line);
   text_.append(line).append("\n");
-}
-
-MetadataEntry MetadataEntries::entry(std::size_t number) const {
-  const Place& place = places_[number];
-  const std::size_t end = number + 1 < places_.size() ? places_[number + 1].begin : text_.size();
-  const auto line = std::string_view(text_).substr(place.begin, end - place.begin - 1);
-  return entry_of(line, {place.kind, place.name_length, place.field});
 }
 
 }  // namespace tagrid

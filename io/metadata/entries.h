@@ -4,10 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace tagrid {
 
@@ -29,8 +27,8 @@ MetadataEntry entry_of_line(std::string_view line);
 /// True if the field says how samples are stored, and so belongs to the file rather than to the volume.
 bool is_storage_field(std::string_view field);
 
-/// Entries in their order. Each is read once; its parts are found again by their places. Views end when the
-/// entries change. Memory: 12 bytes an entry, and its text.
+/// Entries in their order. Each is taken apart when it is its turn: the lines of a hostile header take no memory
+/// besides their text. Views end when the entries change.
 class MetadataEntries {
  public:
   class Iterator {
@@ -38,26 +36,27 @@ class MetadataEntries {
     using value_type = MetadataEntry;
     using difference_type = std::ptrdiff_t;
     Iterator() = default;
-    Iterator(const MetadataEntries& all, std::size_t number) : all_(&all), number_(number) {}
-    MetadataEntry operator*() const { return all_->entry(number_); }
+    explicit Iterator(std::string_view rest) : rest_(rest) {}
+    MetadataEntry operator*() const { return entry_of_line(line()); }
     Iterator& operator++() {
-      ++number_;
+      rest_.remove_prefix(line().size() + 1);
       return *this;
     }
     Iterator operator++(int) {
       const Iterator before = *this;
-      ++number_;
+      ++*this;
       return before;
     }
-    bool operator==(const Iterator& other) const { return number_ == other.number_; }
+    bool operator==(const Iterator& other) const { return rest_.size() == other.rest_.size(); }
 
    private:
-    const MetadataEntries* all_ = nullptr;
-    std::size_t number_ = 0;
+    std::string_view line() const { return rest_.substr(0, rest_.find('\n')); }
+
+    std::string_view rest_;
   };
-  Iterator begin() const { return {*this, 0}; }
-  Iterator end() const { return {*this, places_.size()}; }
-  bool empty() const { return places_.empty(); }
+  Iterator begin() const { return Iterator(text_); }
+  Iterator end() const { return Iterator(std::string_view()); }
+  bool empty() const { return text_.empty(); }
 
   /// The same entry as others have it.
   void add(const MetadataEntry& entry) { add_line(entry.line); }
@@ -78,16 +77,7 @@ class MetadataEntries {
   bool operator==(const MetadataEntries& other) const { return text_ == other.text_; }
 
  private:
-  struct Place {
-    std::uint32_t begin = 0;        ///< of the line
-    std::uint32_t name_length = 0;  ///< of what stands before the colon
-    MetadataEntry::Kind kind = MetadataEntry::Kind::comment;
-    std::uint8_t field = 0;  ///< its number in the list of fields
-  };
-  MetadataEntry entry(std::size_t number) const;
-
   std::string text_;
-  std::vector<Place> places_;
 };
 
 }  // namespace tagrid

@@ -51,18 +51,20 @@ void build_and_run(const DecodeJob& job, BrickSource& source, RowSink& sink, Wat
       graph, [&](const Brick& brick) { return static_cast<std::size_t>(brick->id - first_brick); });
   Write write(graph, flow::serial, [&](const Brick& brick, Write::output_ports_type& out) {
     const TimeOfNode time(Node::write_rows);
-    if (keep) sink.take(*brick);
-    gathered.add(std::move(brick->samples));
-    std::get<0>(out).try_put(1);
-    if (!gathered.complete()) return;
+    const std::size_t bytes = brick->samples.size();
     try {
-      sink.write(gathered);
+      if (keep) sink.take(*brick);
+      gathered.add(std::move(brick->samples));
+      std::get<0>(out).try_put(1);
+      if (gathered.complete()) sink.write(gathered);
     } catch (...) {
       failure.keep();
       source.stop();
       throw;
     }
-    watch.done(gathered.bytes());
+    if (keep) watch.done(bytes);
+    if (!gathered.complete()) return;
+    if (!keep) watch.done(gathered.bytes());
     gathered.begin_next();
   });
 

@@ -72,6 +72,7 @@ class PushEncoder::Slices : public SliceSource {
  public:
   explicit Slices(SliceQueue& queue) : queue_(queue) {}
   SliceSamples read(const Box&) override { return queue_.take(); }
+  void stop() override { queue_.close(std::make_exception_ptr(GivenUp())); }
 
  private:
   SliceQueue& queue_;
@@ -108,7 +109,8 @@ void PushEncoder::run() {
   queue_.close(std::make_exception_ptr(GivenUp()));
 }
 
-void PushEncoder::rethrow_failure() const {
+void PushEncoder::wait_for_end() {
+  if (worker_.joinable()) worker_.join();
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -119,7 +121,7 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
     // A slice copied before the wait would be one more than the plan counts.
-    if (!queue_.wait_for_room()) rethrow_failure();
+    if (!queue_.wait_for_room()) wait_for_end();
     auto slice = std::make_shared_for_overwrite<std::byte[]>(memory_size(slice_bytes(parameters)));
     copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
     queue_.put(std::move(slice));
@@ -128,11 +130,10 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
 
 void PushEncoder::finish() {
   if (fed_ < job_.parameters().dims.z) {
-    if (queue_.is_closed()) rethrow_failure();
+    if (queue_.is_closed()) wait_for_end();
     throw UsageError(fmt::format("only {} of {} slices were given", fed_, job_.parameters().dims.z));
   }
-  if (worker_.joinable()) worker_.join();
-  rethrow_failure();
+  wait_for_end();
 }
 
 }  // namespace tagrid

@@ -53,7 +53,8 @@ class PushEncoder {
   class CallersWatch;
 
   void run();
-  void rethrow_failure() const;
+  /// Waits for the end of the work, and throws its failure.
+  void wait_for_end();
 
   EncodeJob job_;
   Progress progress_;
@@ -63,7 +64,7 @@ class PushEncoder {
 
   SliceQueue queue_{most_waiting};
   std::atomic<bool> given_up_ = false;  ///< the caller has given up
-  std::exception_ptr failure_;  ///< of the work; to be read when it has ended, and so closed the queue
+  std::exception_ptr failure_;          ///< of the work; set when it has ended
   std::thread worker_;
 };
 

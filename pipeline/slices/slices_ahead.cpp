@@ -50,7 +50,11 @@ SliceSamples read_slice_on_threads(VolumeSource& source, const Box& rows) {
 }
 
 SlicesAhead::SlicesAhead(VolumeSource& source, std::int64_t count)
-    : source_(source), count_(count), queue_(static_cast<std::size_t>(count)) {
+    : source_(source),
+      count_(count),
+      queue_(static_cast<std::size_t>(count)),
+      no_longer_needed_(
+          std::make_exception_ptr(WorldError(source.name() + ": its samples are no longer needed"))) {
   source_.stop_when(stopped_);
 }
 
@@ -78,13 +82,9 @@ void SlicesAhead::read_all() {
   }
 }
 
-std::exception_ptr SlicesAhead::no_longer_needed() const {
-  return std::make_exception_ptr(WorldError(source_.name() + ": its samples are no longer needed"));
-}
-
 void SlicesAhead::stop() {
   stopped_ = true;
-  queue_.close(no_longer_needed());
+  queue_.close(no_longer_needed_);
 }
 
 void SlicesAhead::end() {

@@ -35,12 +35,12 @@ class SlicesAhead : public SliceSource {
  private:
   void start();
   void read_all();
-  std::exception_ptr no_longer_needed() const;
 
   VolumeSource& source_;
   std::int64_t count_;
   std::atomic<bool> stopped_{false};  ///< what ends a read that waits
   SliceQueue queue_;
+  std::exception_ptr no_longer_needed_;
   std::thread thread_;
 };
 

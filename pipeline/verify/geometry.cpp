@@ -161,9 +161,14 @@ class GeometryOfBoth {
                     fmt::format("{} numbers", b.size()));
     double largest = 0;
     for (const auto& numbers : {std::cref(a), std::cref(b)})
-      for (const double number : numbers.get()) largest = std::max(largest, std::abs(number));
+      for (const double number : numbers.get())
+        if (std::isfinite(number)) largest = std::max(largest, std::abs(number));
+    const auto agree = [&](double one, double other) {
+      return one == other || (std::isnan(one) && std::isnan(other)) ||
+             std::abs(one - other) <= tolerance * largest;
+    };
     for (std::size_t i = 0; i < a.size(); ++i)
-      if (!(std::abs(a[i] - b[i]) <= tolerance * largest)) {
+      if (!agree(a[i], b[i])) {
         const std::string which = a.size() == 1 ? "" : fmt::format(", number {} of {},", i + 1, a.size());
         return differ(std::string(key) + which, fmt::format("{}", a[i]), fmt::format("{}", b[i]));
       }

@@ -84,7 +84,11 @@ archive::Output output_at(const std::string& path, const KnownOutput* known) {
   using archive::Output;
   if (!status_of_name(path)) return Output::absent;
   if (!is_regular_output(path)) return Output::irregular;
-  return known != nullptr && has_written_size(*known, path) ? Output::whole : Output::other;
+  try {
+    return known != nullptr && has_written_size(*known, path) ? Output::whole : Output::other;
+  } catch (const WorldError&) {
+    return Output::other;  // it cannot be opened: whoever needs its content says so
+  }
 }
 
 }  // namespace
@@ -201,7 +205,11 @@ void KnownOutputs::read(const std::string& path) {
     const ordered_json record = is_too_long ? ordered_json() : ordered_json::parse(line, nullptr, false);
     try {
       const std::string output = note(record, line);
-      if (first < unreadable_.size()) older_[output][first] = unreadable_.size();
+      // Only what rests on a comparison with the volume shows that a line before it does not matter: a refusal
+      // that is recorded must not end the doubt that it follows from.
+      const auto status = record.at("status").get<std::string>();
+      if (first < unreadable_.size() && (status == "ok" || status == "removed"))
+        older_[output][first] = unreadable_.size();
     } catch (const nlohmann::json::exception&) {
       unreadable_.push_back(fmt::format("{}: line {} is not a record", path, end.lines));
     }

@@ -88,6 +88,8 @@ constexpr Row removal_rows[] = {
      .renewed = true, .check = Check::damaged},
     {.then = Action::recorded_again, .why = "this run has not verified what another one recorded",
      .renewed = true},
+    {.then = Action::damaged, .why = "the output is not what was written",
+     .check = Check::damaged},
     // Nothing is there.
     {.then = Action::missing_copy, .why = "the only copy is lost or damaged, which somebody must know",
      .record = Record::removed, .output = not_whole, .input = Input::gone},
@@ -115,8 +117,6 @@ constexpr Row removal_rows[] = {
      .options = Options::unread},
     {.then = Action::other_options, .why = "a loss that is not asked for now must not become final",
      .options = Options::different},
-    {.then = Action::damaged, .why = "the output is not what was written",
-     .check = Check::damaged},
     {.then = Action::changed, .why = "the output is of an earlier version of the volume",
      .input = Input::changed},
     {.then = Action::remove, .why = "the output has this volume, as asked, and every record agrees",

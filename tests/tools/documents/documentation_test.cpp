@@ -51,10 +51,11 @@ class Documentation : public CommandLine {
     words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z-]+)"));
     return words;
   }
-  static Words names_of_formats(bool (Format::*can)() const) {
+  template <class Can>
+  static Words names_of_formats(Can can) {
     Words names;
     for (const Format& format : formats())
-      if ((format.*can)()) names.emplace(format.name);
+      if (can(format)) names.emplace(format.name);
     return names;
   }
   Words all_options() const {
@@ -203,8 +204,10 @@ TEST_F(BashCompletion, HasEveryOptionAndNoOther) {
 TEST_F(BashCompletion, OffersTheValuesOfOptions) {
   EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz"}));
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
-  EXPECT_EQ(completed("encode --from ''"), names_of_formats(&Format::is_read));
-  EXPECT_EQ(completed("decode --format ''"), names_of_formats(&Format::is_written));
+  EXPECT_EQ(completed("encode --from ''"),
+            names_of_formats([](const Format& format) { return format.reads.any(); }));
+  EXPECT_EQ(completed("decode --format ''"),
+            names_of_formats([](const Format& format) { return format.writes.any(); }));
   EXPECT_EQ(completed("encode --effort ''"), (Words{"fast", "default", "best"}));
   EXPECT_EQ(completed("encode --type f"), (Words{"float32", "float64"}));
   EXPECT_EQ(completed("encode --range ''"), Words{"auto"});
@@ -265,8 +268,9 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
     EXPECT_EQ(completed, options(command)) << command;
   }
   EXPECT_EQ(all_matches(text.substr(text.find("local -a commands")), "\n    '([a-z]+):"), commands());
-  for (const auto& [option, words] : {std::pair("--from=", names_of_formats(&Format::is_read)),
-                                      std::pair("--effort=", Words{"fast", "default", "best"})}) {
+  for (const auto& [option, words] :
+       {std::pair("--from=", names_of_formats([](const Format& format) { return format.reads.any(); })),
+        std::pair("--effort=", Words{"fast", "default", "best"})}) {
     const Words lists = all_matches(text, std::string(option) + R"(\[[^\n]*:\(([^)]*)\)')");
     ASSERT_EQ(lists.size(), 1U) << option;
     EXPECT_EQ(all_matches(*lists.begin(), "([^ ]+)"), words);
