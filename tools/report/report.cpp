@@ -8,6 +8,7 @@
 #include "io/formats/nrrd/geometry.h"
 #include "io/formats/nrrd/region.h"
 #include "io/formats/nrrd/rescale.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 #include "io/volume/lengths.h"
 #include "pipeline/job/resolved_options.h"
