@@ -102,9 +102,9 @@ struct ServeCommand {
 
   void tell_of_losses(const std::string& input, const VolumeInfo& info) const {
     const Format& zarr = format_named("zarr");
-    if (const std::string lost = zarr.lost_rescale(info); !lost.empty())
+    if (const std::string lost = zarr.keeps.lost_rescale(info); !lost.empty())
       warn(run, "{}: viewers show stored samples: {}", input, lost);
-    for (const std::string& lost : zarr.lost(info)) warn(run, "{}: {}", input, lost);
+    for (const std::string& lost : zarr.keeps.lost(info)) warn(run, "{}: {}", input, lost);
   }
 
   /// The address of a viewer at `origin` that shows the images.
