@@ -27,7 +27,7 @@ bool failed(int error) {
 
 }  // namespace
 
-struct MemoryFiles::Thing {
+struct MemoryFiles::Thing : std::enable_shared_from_this<Thing> {
   FileType type = FileType::regular;
   std::uint64_t number = 0, links = 0;
   unsigned mode = 0;
@@ -140,9 +140,9 @@ void MemoryFiles::end_process() {
 
 void MemoryFiles::cut_power(unsigned kept_names) {
   end_process();
-  std::vector<Thing*> all_folders;
+  std::vector<std::shared_ptr<Thing>> all_folders;  // also those that lose their names here
   visit([&](const std::string&, Thing& thing) {
-    if (thing.type == FileType::folder) all_folders.push_back(&thing);
+    if (thing.type == FileType::folder) all_folders.push_back(thing.shared_from_this());
   });
   for (std::size_t i = 0; i < all_folders.size(); ++i) {
     if ((kept_names >> i & 1u) == 0) all_folders[i]->names = all_folders[i]->synced_names;

@@ -247,6 +247,9 @@ struct ConvertCommand {
   void make_output_dir() const {
     if (!files().make_folder(options.output_dir) && errno != EEXIST)
       throw world_error("cannot create the directory", options.output_dir, errno);
+    // Also if another run has just made it: originals may go because of what is in it.
+    if (const int error = sync_folder(folder_of(options.output_dir)); error != 0)
+      throw world_error("cannot sync its parent directory", options.output_dir, error);
   }
 };
 
