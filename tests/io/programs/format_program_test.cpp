@@ -108,12 +108,13 @@ struct FailingProcesses : Processes {
 
 TEST_F(FormatProgramTest, EachStepOfTheStartMayFail) {
   using Failure = StartedChild::Failure;
+  program_ = "/a/program";
   FailingProcesses failing;
   const ProcessesInstead instead(failing);
   const auto failure_of = [&](Failure at, int error) {
     failing.failure = at;
     failing.error = error;
-    return failure([] { FormatProgram("/a/program", FormatProgram::Limits{}); });
+    return failure([&] { FormatProgram(program_, FormatProgram::Limits{}); });
   };
   EXPECT_THAT(failure_of(Failure::pipe, EMFILE),
               HasSubstr("/a/program: cannot make a pipe to it: Too many open"));
