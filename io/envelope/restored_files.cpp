@@ -1,20 +1,17 @@
 #include "io/envelope/restored_files.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
-#include <cstdio>
 #include <utility>
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 namespace {
@@ -111,7 +108,7 @@ void RestoredFiles::check() {
 /// Throws UsageError if a file may not get its name. Anything but a file is not replaced.
 void RestoredFiles::check_target(std::size_t file) const {
   const auto status = status_of_name(path(file));
-  if (status && !S_ISREG(status->st_mode) && !S_ISLNK(status->st_mode))
+  if (status && !status->is_file() && !status->is_link())
     throw UsageError(path(file) + ": exists and is not a regular file");
   if (status && !options_.overwrite)
     throw UsageError(path(file) + ": already exists", Problem::output_exists);
@@ -123,7 +120,7 @@ void RestoredFiles::make_folders(const std::string& name) {
   for (std::size_t end = name.find('/'); end != name.npos; end = name.find('/', end + 1)) {
     const std::string folder = folder_ + "/" + name.substr(0, end);
     const auto status = status_of_name(folder);
-    if (status && !S_ISDIR(status->st_mode))
+    if (status && !status->is_folder())
       throw UsageError(folder + ": is not a directory, but source files belong in a directory of this name");
     if (!status) staging_->make(folder);
   }
@@ -137,16 +134,16 @@ void RestoredFiles::publish() {
     check_target(published_);
     if (options_.overwrite) {
       // The older file keeps its name until the new one takes it. Some file systems have no links.
-      if (link(target.c_str(), older(published_).c_str()) != 0 && errno != ENOENT &&
-          std::rename(target.c_str(), older(published_).c_str()) != 0)
+      if (!tagrid::files().link(target, older(published_)) && errno != ENOENT &&
+          !tagrid::files().rename(target, older(published_)))
         throw world_error("cannot set aside", target, errno);
-      if (std::rename(staged(published_).c_str(), target.c_str()) != 0) {
+      if (!tagrid::files().rename(staged(published_), target)) {
         const int error = errno;
-        std::rename(older(published_).c_str(), target.c_str());
+        tagrid::files().rename(older(published_), target);
         throw world_error("cannot rename the finished file to", target, error);
       }
-    } else if (const int error = rename_to_new(staged(published_), target); error != 0) {
-      throw world_error("cannot rename the finished file to", target, error);
+    } else if (!tagrid::files().rename_to_new(staged(published_), target)) {
+      throw world_error("cannot rename the finished file to", target, errno);
     }
   }
   for (const std::string& folder : staging_->made())
@@ -170,8 +167,8 @@ void RestoredFiles::take_back() noexcept {
   open_.clear();
   while (published_ > 0) {
     const std::string target = path(--published_);
-    unlink(target.c_str());
-    std::rename(older(published_).c_str(), target.c_str());
+    tagrid::files().unlink(target);
+    tagrid::files().rename(older(published_), target);
   }
   staging_.reset();
   signals_wait_.reset();

@@ -13,7 +13,7 @@
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
 #include "io/files/output_file.h"
-#include "io/files/staging_folder.h"
+#include "io/files/output_folder.h"
 #include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"
 

@@ -1,25 +1,20 @@
 #include "io/files/file_attributes.h"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
-#include <system_error>
 
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
 
-std::optional<struct stat> status_of_stream_or(const std::string& path, int stream) {
+std::optional<FileStatus> status_of_stream_or(const std::string& path, int stream) {
   if (path != "-") return status_of(path);
-  struct stat status = {};
-  if (fstat(stream, &status) == 0) return status;
-  return std::nullopt;
+  FileStatus status;
+  return files().status(stream, status) ? std::optional(status) : std::nullopt;
 }
 
 }  // namespace
@@ -27,37 +22,34 @@ std::optional<struct stat> status_of_stream_or(const std::string& path, int stre
 std::optional<FileAttributes> attributes_of(const std::string& path) {
   if (path == "-") return std::nullopt;
   const auto status = status_of(path);
-  if (!status || !S_ISREG(status->st_mode)) return std::nullopt;
-  return FileAttributes{status->st_mode & 0777, status->st_uid, status->st_gid, status->st_atim,
-                        status->st_mtim};
+  if (!status || !status->is_file()) return std::nullopt;
+  return FileAttributes{status->mode, status->owner, status->group, status->accessed, status->modified};
 }
 
 void set_permissions(int descriptor, const FileAttributes& attributes) {
   // Failures are no errors: some file systems have no owners or permissions, and only root changes owners.
-  mode_t mode = attributes.mode;
-  if (fchown(descriptor, attributes.owner, static_cast<gid_t>(-1)) != 0) mode &= 0777;
-  if (fchown(descriptor, static_cast<uid_t>(-1), attributes.group) != 0)
+  unsigned mode = attributes.mode;
+  files().set_owner(descriptor, attributes.owner);
+  if (!files().set_group(descriptor, attributes.group))
     mode = (mode & 0707) | (((mode >> 3) & mode & 07) << 3);
-  if (fchmod(descriptor, mode) != 0) return;
+  files().set_mode(descriptor, mode);
 }
 
 void set_times(int descriptor, const FileAttributes& attributes) {
-  const timespec times[2] = {attributes.accessed, attributes.modified};
-  if (futimens(descriptor, times) != 0) errno = 0;
+  files().set_times(descriptor, attributes.accessed, attributes.modified);
 }
 
 bool is_regular_input(const std::string& path) {
   if (is_declared_source(path)) return true;
-  const auto status = status_of_stream_or(path, STDIN_FILENO);
-  return status && S_ISREG(status->st_mode);
+  const auto status = status_of_stream_or(path, standard_input);
+  return status && status->is_file();
 }
 
 std::optional<std::filesystem::path> without_links(const std::filesystem::path& path) {
-  std::error_code error;
-  std::filesystem::path file = std::filesystem::canonical(path, error);
-  if (!error) return file;
-  if (error == std::errc::no_such_file_or_directory) return std::nullopt;
-  throw world_error("cannot look at", path.string(), error.value());
+  std::string file;
+  if (files().resolve(path.string(), file)) return file;
+  if (errno == ENOENT) return std::nullopt;
+  throw world_error("cannot look at", path.string(), errno);
 }
 
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
@@ -66,32 +58,32 @@ bool is_below(const std::filesystem::path& path, const std::filesystem::path& fo
 
 bool is_folder(const std::string& path) {
   const auto status = path == "-" ? std::nullopt : status_of(path);
-  return status && S_ISDIR(status->st_mode);
+  return status && status->is_folder();
 }
 
 bool is_file_or_folder(const std::string& path) {
   const auto status = path == "-" ? std::nullopt : status_of(path);
-  return status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode));
+  return status && (status->is_file() || status->is_folder());
 }
 
 std::uint64_t size_of_files(const std::vector<std::string>& files) {
   std::uint64_t bytes = 0;
   for (const std::string& file : files)
-    if (const auto status = status_of(file); status && S_ISREG(status->st_mode))
-      bytes += static_cast<std::uint64_t>(status->st_size);
+    if (const auto status = status_of(file); status && status->is_file()) bytes += status->size;
   return bytes;
 }
 
 bool is_regular_output(const std::string& path) {
   if (path == "-") return false;
   const auto status = status_of(path);
-  return !status || S_ISREG(status->st_mode);
+  return !status || status->is_file();
 }
 
 void refuse_same_file(const std::string& input, const std::string& output) {
-  const auto in = status_of_stream_or(input, STDIN_FILENO), out = status_of_stream_or(output, STDOUT_FILENO);
+  const auto in = status_of_stream_or(input, standard_input),
+             out = status_of_stream_or(output, standard_output);
   if (!in || !out) return;
-  if (!S_ISREG(in->st_mode) || in->st_dev != out->st_dev || in->st_ino != out->st_ino) return;
+  if (!in->is_file() || !in->is_same_file(*out)) return;
   throw UsageError(shown_output(output) +
                    ": is the input itself, which is never written to; choose another output");
 }
@@ -99,7 +91,7 @@ void refuse_same_file(const std::string& input, const std::string& output) {
 UnchangedFiles::UnchangedFiles(const std::vector<std::string>& files) {
   for (const std::string& file : files)
     if (const auto status = file == "-" ? std::nullopt : status_of(file);
-        status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode)))
+        status && (status->is_file() || status->is_folder()))
       files_.push_back({file, *status});
 }
 
@@ -115,8 +107,7 @@ std::uint64_t UnchangedFiles::memory(const std::vector<std::string>& files) {
 std::string UnchangedFiles::touched() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);
-    if (now && (now->st_ctim.tv_sec != was.st_ctim.tv_sec || now->st_ctim.tv_nsec != was.st_ctim.tv_nsec))
-      return path;
+    if (now && now->changed != was.changed) return path;
   }
   return "";
 }
@@ -124,8 +115,7 @@ std::string UnchangedFiles::touched() const {
 void UnchangedFiles::require() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);
-    if (!now || now->st_ino != was.st_ino || now->st_size != was.st_size ||
-        now->st_mtim.tv_sec != was.st_mtim.tv_sec || now->st_mtim.tv_nsec != was.st_mtim.tv_nsec)
+    if (!now || now->number != was.number || now->size != was.size || now->modified != was.modified)
       throw BrokenInput(path + ": was changed while it was being read");
   }
 }

@@ -1,24 +1,21 @@
 // Attributes of files: identity, owner, permissions and times; and whether they change.
 #pragma once
 
-#include <sys/stat.h>
-#include <sys/types.h>
-#include <time.h>
-#include <filesystem>
-
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "io/system/files.h"
 
 namespace tagrid {
 
 /// The attributes that a file inherits when it replaces another one.
 struct FileAttributes {
-  mode_t mode = 0;  ///< the permissions: lowest nine bits
-  uid_t owner = 0;
-  gid_t group = 0;
-  timespec accessed = {}, modified = {};
+  unsigned mode = 0;  ///< the permissions: lowest nine bits
+  std::uint32_t owner = 0, group = 0;
+  FileTime accessed = {}, modified = {};
 };
 
 /// The attributes of a regular file; nothing for "-", missing files, devices and pipes.
@@ -75,7 +72,7 @@ class UnchangedFiles {
  private:
   struct Known {
     std::string path;
-    struct stat status;
+    FileStatus status;
   };
   std::vector<Known> files_;
 };

@@ -1,18 +1,14 @@
 #include "io/files/file_bytes.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cerrno>
 #include <cstring>
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -29,26 +25,24 @@ struct Extent {
 }
 
 /// Throws WorldError for a directory. Returns nothing if the file is not a regular one.
-std::optional<Extent> extent_of(int descriptor, const std::string& name) {
-  struct stat status = {};
-  off_t base = 0;
-  int error = fstat(descriptor, &status) != 0 ? errno : 0;
-  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
-  if (error == 0 && S_ISREG(status.st_mode) && (base = lseek(descriptor, 0, SEEK_CUR)) < 0) error = errno;
+std::optional<Extent> extent_of(int file, const std::string& name) {
+  FileStatus status;
+  std::int64_t base = 0;
+  int error = files().status(file, status) ? 0 : errno;
+  if (error == 0 && status.is_folder()) error = EISDIR;
+  if (error == 0 && status.is_file() && (base = files().position(file)) < 0) error = errno;
   if (error != 0) throw world_error("cannot read", name, error);
-  if (!S_ISREG(status.st_mode)) return std::nullopt;
-  return Extent{static_cast<std::uint64_t>(base),
-                static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0))};
+  if (!status.is_file()) return std::nullopt;
+  const auto from = static_cast<std::uint64_t>(base);
+  return Extent{from, status.size - std::min(status.size, from)};
 }
 
 /// Reads `size` bytes, or fewer at the end of the file; returns their number.
-std::size_t read_from(int descriptor, const std::string& name, std::uint64_t position, std::byte* out,
+std::size_t read_from(int file, const std::string& name, std::uint64_t position, std::byte* out,
                       std::size_t size) {
   std::size_t done = 0;
   while (done < size) {
-    const std::size_t most = std::min(size - done, std::size_t{1} << 30);
-    const ssize_t count = uninterrupted(
-        [&] { return pread(descriptor, out + done, most, static_cast<off_t>(position + done)); });
+    const std::ptrdiff_t count = files().read_at(file, position + done, {out + done, size - done});
     if (count < 0) throw world_error("cannot read", name, errno);
     if (count == 0) break;
     done += static_cast<std::size_t>(count);
@@ -59,15 +53,15 @@ std::size_t read_from(int descriptor, const std::string& name, std::uint64_t pos
 }  // namespace
 
 FileBytes::FileBytes(const std::string& path) : name_(shown_input(path)), buffer_(peek_limit) {
-  if (path != "-") opened_ = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
-  descriptor_ = path == "-" ? STDIN_FILENO : int{opened_};
+  if (path != "-") opened_ = files().open(path, {.read = true});
+  descriptor_ = path == "-" ? standard_input : int{opened_};
   if (descriptor_ < 0) throw_cannot_open(path, errno);
   look_at_file();
 }
 
 FileBytes::FileBytes(int descriptor, const std::string& name)
     : name_(name), opened_(descriptor), descriptor_(descriptor), buffer_(peek_limit) {
-  lseek(descriptor_, 0, SEEK_SET);
+  files().seek(descriptor_, 0);
   look_at_file();
 }
 
@@ -76,23 +70,23 @@ void FileBytes::look_at_file() {
   if (!extent) return;
   base_ = extent->base;
   size_ = extent->size;
-  posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
+  files().reads_in_order(descriptor_);
 }
 
 /// Waits until a pipe has bytes, or has ended.
 void FileBytes::wait_for_bytes() const {
   constexpr int look_again = 100;  // ms
-  pollfd ready = {descriptor_, POLLIN, 0};
-  while (poll(&ready, 1, stop_ ? look_again : -1) == 0)
+  std::array<Awaited, 1> bytes = {{{descriptor_}}};
+  while (wait_for(bytes, stop_ ? look_again : -1) == 0)
     if (*stop_) throw WorldError(name_ + ": its samples are no longer needed");
 }
 
 std::size_t FileBytes::read_once(std::byte* out, std::size_t size) {
   for (;;) {
     if (!size_) wait_for_bytes();
-    const ssize_t count = ::read(descriptor_, out, std::min(size, std::size_t{1} << 30));
+    const std::ptrdiff_t count = files().read(descriptor_, {out, size});
     if (count >= 0) return static_cast<std::size_t>(count);
-    if (errno != EINTR && errno != EAGAIN) throw world_error("cannot read", name_, errno);
+    if (errno != EAGAIN) throw world_error("cannot read", name_, errno);
   }
 }
 
@@ -164,17 +158,15 @@ std::size_t FileBytes::read_at(std::uint64_t position, std::byte* out, std::size
 
 void FileBytes::seek(std::uint64_t position) {
   assert(size_);
-  if (lseek(descriptor_, static_cast<off_t>(base_ + position), SEEK_SET) < 0)
-    throw world_error("cannot seek in", name_, errno);
+  if (!files().seek(descriptor_, base_ + position)) throw world_error("cannot seek in", name_, errno);
   begin_ = end_ = 0;
   position_ = position;
 }
 
 FileSource::FileSource(const std::string& path) : name_(shown_input(path)) {
-  // O_NONBLOCK: opening a pipe must not wait for a writer, as a pipe is refused anyway.
-  descriptor_ = path == "-"
-                    ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
-                    : uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
+  // Opening a pipe must not wait for a writer, as a pipe is refused anyway.
+  descriptor_ =
+      path == "-" ? files().duplicate(standard_input) : files().open(path, {.read = true, .waits = false});
   if (descriptor_ < 0) throw_cannot_open(path, errno);
   const auto extent = extent_of(descriptor_, name_);
   if (!extent)

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "io/files/byte_source.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 

@@ -8,18 +8,11 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/byte_sink.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
-
-/// Takes bytes in order: a file, a pipe, or an object of a caller of the library.
-class ByteSink {
- public:
-  virtual ~ByteSink() = default;
-  /// Takes all of `bytes`, after those before. Throws WorldError on failure.
-  virtual void write(std::span<const std::byte> bytes) = 0;
-};
 
 /// Properties of an OutputFile before and after it gets its name.
 struct OutputFileOptions {
@@ -94,13 +87,6 @@ class OutputFile : public ByteSink {
 
 /// Throws UsageError if writing to `path` would destroy something, as OutputFile's constructor does.
 void check_output(const std::string& path, bool overwrite);
-
-/// Renames a file without overwriting another one. Returns 0 or an errno.
-int rename_to_new(const std::string& from, const std::string& to);
-
-/// Makes the names in a directory survive a crash of the machine. Returns 0 or an errno. It is not a failure
-/// if folders cannot be opened or synced, as on some file systems.
-int sync_folder(const std::string& folder);
 
 /// A file that is written at any position. Every failure is a WorldError that names `name`.
 class PlacedFile {

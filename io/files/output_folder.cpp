@@ -1,21 +1,26 @@
 #include "io/files/output_folder.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cassert>
 #include <cerrno>
-#include <cstdio>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/output_file.h"
+#include "io/files/temporaries.h"
 
 namespace tagrid {
 namespace {
+
+constexpr int most_attempts = 100;
+
+/// The directory and those around it that do not exist, from the outermost one on.
+std::vector<std::string> missing_folders(const std::string& folder) {
+  std::vector<std::string> missing;
+  for (std::size_t end = folder.find('/', 1);; end = folder.find('/', end + 1)) {
+    const std::string path = folder.substr(0, end);
+    if (!status_of(path)) missing.push_back(path);
+    if (end == folder.npos) return missing;
+  }
+}
 
 std::string without_slashes(std::string path) {
   while (path.size() > 1 && path.ends_with('/')) path.pop_back();
@@ -31,11 +36,83 @@ std::string existing_folder_of(const std::string& path) {
   return folder;
 }
 
-int exchange_names(const std::string& a, const std::string& b) {
-  return renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno;
+}  // namespace
+
+StagingFolder::StagingFolder(std::string folder, const std::string& name) : folder_(std::move(folder)) {
+  while (folder_.size() > 1 && folder_.ends_with('/')) folder_.pop_back();
+  const auto status = status_of(folder_);
+  if (status && !status->is_folder())
+    throw UsageError(folder_ + ": is not a directory; give the directory for the files");
+  const std::vector<std::string> missing = status ? std::vector<std::string>() : missing_folders(folder_);
+  const std::string outermost = missing.empty() ? "" : missing.front();
+  try {
+    for (int attempt = 1; path_.empty(); ++attempt) {
+      const std::string candidate = folder_ + "/" + temporary_name(name);
+      forget_temporary(slot_);
+      slot_ = register_temporary_folder(candidate, outermost);  // a signal may come at any time
+      if (attempt == 1)
+        for (const std::string& path : missing) make(path);
+      if (!make_hidden(candidate) && attempt == most_attempts)
+        throw world_error("cannot create a directory in", folder_, EEXIST);
+    }
+  } catch (...) {
+    let_go();
+    throw;
+  }
 }
 
-}  // namespace
+StagingFolder::~StagingFolder() {
+  if (!path_.empty()) remove_with_files(path_);
+  let_go();
+}
+
+void StagingFolder::let_go() {
+  descriptor_.reset();
+  if (!kept_)
+    for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) files().remove_folder(*folder);
+  forget_temporary(std::exchange(slot_, -1));
+}
+
+void StagingFolder::make(const std::string& folder) {
+  if (files().make_folder(folder)) {
+    made_.push_back(folder);
+    return;
+  }
+  const int error = errno;
+  // Somebody else may have made it in the meantime.
+  const auto status = status_of(folder);
+  if (!status || !status->is_folder()) throw world_error("cannot create the directory", folder, error);
+}
+
+/// Makes the hidden directory, and holds it, so that nobody takes it for abandoned. Returns false if the name
+/// is taken, or if somebody has just removed it.
+bool StagingFolder::make_hidden(const std::string& candidate) {
+  if (!files().make_folder(candidate, 0700)) {
+    if (errno == EEXIST) return false;
+    throw world_error("cannot create a directory in", folder_, errno);
+  }
+  descriptor_ = files().open_folder(candidate);
+  if (descriptor_ < 0 && errno != ENOENT) {
+    const int error = errno;
+    files().remove_folder(candidate);
+    throw world_error("cannot open a new directory in", folder_, error);
+  }
+  if (descriptor_ >= 0 && hold_temporary(descriptor_)) {
+    path_ = candidate;
+    return true;
+  }
+  descriptor_.reset();
+  return false;
+}
+
+bool StagingFolder::remove(const std::vector<std::string>& in_it) {
+  // By their names, since the directory may not be readable just now.
+  for (const std::string& file : in_it) files().unlink(file);
+  const bool is_gone = files().remove_folder(path_) || remove_with_files(path_);
+  path_.clear();
+  let_go();
+  return is_gone;
+}
 
 OutputFolder::OutputFolder(const std::string& path, bool overwrite, std::optional<FileAttributes> like,
                            MayReplace may_replace)
@@ -55,10 +132,10 @@ OutputFolder::~OutputFolder() {
 void OutputFolder::require_target() const {
   const auto status = status_of_name(path_);
   if (!status) return;
-  if (!S_ISDIR(status->st_mode)) throw UsageError(name_ + ": is a file; give the name of a directory");
+  if (!status->is_folder()) throw UsageError(name_ + ": is a file; give the name of a directory");
   if (!overwrite_) throw UsageError(name_ + ": already exists", Problem::output_exists);
-  std::error_code unknown;
-  if (!std::filesystem::is_empty(path_, unknown) && !may_replace_(path_))
+  std::vector<FolderEntry> entries;
+  if ((!files().list(path_, entries) || !entries.empty()) && !may_replace_(path_))
     throw UsageError(name_ + ": is a directory of other files, which is not replaced; give another name");
 }
 
@@ -67,41 +144,37 @@ void OutputFolder::begin(const std::string& file) {
   for (std::size_t slash = file.find('/'); slash != file.npos; slash = file.find('/', slash + 1)) {
     const std::string folder = file.substr(0, slash);
     if (!folders_.insert(folder).second) continue;
-    if (mkdir((staging_.path() + "/" + folder).c_str(), 0777) != 0)
-      throw world_error("cannot write", name_, errno);
+    if (!files().make_folder(staging_.path() + "/" + folder)) throw world_error("cannot write", name_, errno);
   }
   const std::string path = staging_.path() + "/" + file;
-  file_ = uninterrupted(
-      [&] { return open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, like_ ? 0600 : 0666); });
+  file_ = files().open(path, {.write = true, .creates = true, .is_new = true, .mode = like_ ? 0600u : 0666u});
   if (file_ < 0) throw world_error("cannot write", name_, errno);
   if (like_) set_permissions(file_, *like_);
   position_ = 0;
 }
 
 void OutputFolder::write(std::span<const std::byte> bytes) {
-  if (!write_all_at(file_, position_, bytes)) throw world_error("cannot write", name_, errno);
+  if (!files().write_at(file_, position_, bytes)) throw world_error("cannot write", name_, errno);
   position_ += bytes.size();
   bytes_ += bytes.size();
 }
 
 void OutputFolder::end() {
   if (like_) set_times(file_, *like_);
-  if (uninterrupted([&] { return fsync(file_); }) != 0) throw world_error("cannot write", name_, errno);
+  if (!files().sync(file_)) throw world_error("cannot write", name_, errno);
   // Network file systems report some failed writes only in close().
-  if (close(file_.release()) != 0 && errno != EINTR) throw world_error("cannot write", name_, errno);
+  if (!files().close(file_.release())) throw world_error("cannot write", name_, errno);
 }
 
 void OutputFolder::sync_folders() const {
   for (const std::string& folder : folders_) {
     const std::string path = staging_.path() + "/" + folder;
     if (like_) {
-      const mode_t readable = like_->mode & 0444u;
-      if (chmod(path.c_str(), (like_->mode & 0666u) | (readable >> 2u) | S_IRWXU) != 0)
+      const unsigned readable = like_->mode & 0444u;
+      if (!files().set_mode(path, (like_->mode & 0666u) | (readable >> 2u) | 0700u))
         throw world_error("cannot write", name_, errno);
     } else if (folder.empty()) {  // was private
-      const mode_t mask = umask(0);
-      umask(mask);
-      if (chmod(path.c_str(), 0777u & ~mask) != 0) throw world_error("cannot write", name_, errno);
+      if (!files().set_mode(path, mode_of_new_folders())) throw world_error("cannot write", name_, errno);
     }
     if (const int error = sync_folder(path); error != 0) throw world_error("cannot write", name_, error);
   }
@@ -114,7 +187,7 @@ void OutputFolder::publish() {
   require_target();
   int error = 0;
   if (status_of_name(path_)) {
-    error = exchange_names(staging_.path(), path_);
+    error = files().exchange(staging_.path(), path_) ? 0 : errno;
     if (error == 0) state_ = State::exchanged;
     if (error == EINVAL || error == ENOSYS)
       throw UsageError(
@@ -122,7 +195,7 @@ void OutputFolder::publish() {
           Problem::output_exists);
   } else {
     // Replaces an empty directory that was made in the meantime, but no other one.
-    error = rename(staging_.path().c_str(), path_.c_str()) == 0 ? 0 : errno;
+    error = files().rename(staging_.path(), path_) ? 0 : errno;
     if (error == 0) state_ = State::named;
   }
   if (error != 0) throw world_error("cannot rename the finished directory to", name_, error);
@@ -144,8 +217,8 @@ void OutputFolder::keep() {
 
 void OutputFolder::take_back() noexcept {
   const State state = std::exchange(state_, State::hidden);
-  if (state == State::exchanged) exchange_names(staging_.path(), path_);
-  if (state == State::named) std::rename(path_.c_str(), staging_.path().c_str());
+  if (state == State::exchanged) files().exchange(staging_.path(), path_);
+  if (state == State::named) files().rename(path_, staging_.path());
 }
 
 }  // namespace tagrid

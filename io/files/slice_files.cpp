@@ -3,30 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <filesystem>
 
 #include "io/errors/errors.h"
+#include "io/system/files.h"
 #include "io/text/numbered_names.h"
 
 namespace tagrid {
 
 std::vector<std::string> visible_files(const std::string& folder) {
-  namespace fs = std::filesystem;
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error)) {
-    std::error_code unknown;
-    const fs::file_type type = entry->status(unknown).type();
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
+  std::vector<std::string> paths;
+  for (const FolderEntry& entry : entries) {
+    const std::string path = (std::filesystem::path(folder) / entry.name).string();
+    FileStatus status;
     const bool may_be_file =
-        type == fs::file_type::regular || type == fs::file_type::not_found || type == fs::file_type::none;
-    if (may_be_file && !entry->path().filename().string().starts_with('.'))
-      files.push_back(entry->path().string());
+        entry.type == FileType::regular ||
+        (entry.type == FileType::link && (!files().status(path, true, status) || status.is_file()));
+    if (may_be_file && !entry.name.starts_with('.')) paths.push_back(path);
   }
-  if (error) throw world_error("cannot read", folder, error.value());
-  std::ranges::sort(files, comes_before);
-  return files;
+  std::ranges::sort(paths, comes_before);
+  return paths;
 }
 
 std::string FilePattern::name(std::int64_t number) const {

@@ -1,15 +1,10 @@
 #include "io/files/spool_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <sys/vfs.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
-#include <filesystem>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -27,13 +22,8 @@ SpoolFile SpoolFile::in(const std::string& folder, const std::string& whose) { r
 SpoolFile::SpoolFile(std::string folder, std::string name)
     : name_(std::move(name)), folder_(std::move(folder)) {
   buffer_.reserve(buffer_size);
-  descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
-  if (descriptor_ >= 0) return;
-  // Some network file systems have no nameless files: create one with a name, then remove the name.
-  std::string path = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
-  descriptor_ = mkostemp(path.data(), O_CLOEXEC);
+  descriptor_ = files().open_nameless(folder_);
   if (descriptor_ < 0) fail("cannot create", errno);
-  if (unlink(path.c_str()) != 0) fail("cannot remove", errno);
 }
 
 void SpoolFile::fail(const char* what, int error) const {
@@ -52,7 +42,7 @@ void SpoolFile::write(std::span<const std::byte> bytes) {
 }
 
 void SpoolFile::write_all(std::uint64_t position, std::span<const std::byte> bytes) {
-  if (!write_all_at(descriptor_, position, bytes)) fail("cannot write", errno);
+  if (!files().write_at(descriptor_, position, bytes)) fail("cannot write", errno);
 }
 
 void SpoolFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
@@ -69,11 +59,9 @@ void SpoolFile::clear() {
 }
 
 RoomForFiles room_in(const std::string& folder) {
-  constexpr long of_tmpfs = 0x01021994, of_ramfs = 0x858458f6;
-  struct statfs found = {};
-  if (statfs(folder.c_str(), &found) != 0) return {};
-  return {static_cast<std::uint64_t>(found.f_bavail) * static_cast<std::uint64_t>(found.f_bsize),
-          static_cast<long>(found.f_type) == of_tmpfs || static_cast<long>(found.f_type) == of_ramfs};
+  Room room;
+  if (!files().room(folder, room)) return {};
+  return {room.bytes, room.is_in_memory};
 }
 
 int SpoolFile::release() {
@@ -93,8 +81,7 @@ void SpoolFile::begin_reading() {
 }
 
 std::size_t SpoolFile::read_some(std::uint64_t position, std::span<std::byte> to) const {
-  const ssize_t count =
-      uninterrupted([&] { return pread(descriptor_, to.data(), to.size(), static_cast<off_t>(position)); });
+  const std::ptrdiff_t count = files().read_at(descriptor_, position, to);
   if (count <= 0) fail("cannot read", count < 0 ? errno : EIO);
   return static_cast<std::size_t>(count);
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 

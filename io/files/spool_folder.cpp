@@ -1,10 +1,8 @@
 // Where temporary files lie by default. Apart from SpoolFile, as a library must not look at the environment.
-#include <sys/stat.h>
-
 #include <cstdlib>
 
 #include "io/files/spool_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -19,7 +17,7 @@ std::string folder_for_temporaries() {
 std::string folder_beside(const std::string& path) {
   if (path == "-") return folder_for_temporaries();
   const auto status = status_of(path);
-  if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
+  if (status && !status->is_file()) return folder_for_temporaries();
   return folder_of(path);
 }
 

@@ -1,30 +1,20 @@
 #include "io/files/temporaries.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <linux/magic.h>
-#include <sys/random.h>
-#include <sys/stat.h>
-#include <sys/syscall.h>
-#include <sys/vfs.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <climits>
-#include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <set>
-#include <system_error>
 
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/signals.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -33,10 +23,13 @@ constexpr std::string_view temporary_mark = ".part", older_mark = ".old";
 constexpr std::string_view suffix_letters = "abcdefghijklmnopqrstuvwxyz012345";
 constexpr std::size_t suffix_size = 6;
 
+/// Longer paths are not registered.
+constexpr std::size_t most_path = 4096;
+
 constexpr int slot_count = 64;
 enum SlotState : int { slot_free, slot_filling, slot_used };
 std::array<std::atomic<int>, slot_count> slot_states = {};
-char slot_paths[slot_count][PATH_MAX], slot_originals[slot_count][PATH_MAX];
+char slot_paths[slot_count][most_path], slot_originals[slot_count][most_path];
 bool slot_is_folder[slot_count];
 
 std::atomic<int> signal_code{-1};
@@ -46,7 +39,7 @@ std::atomic<bool> signals_wait{false};
 std::atomic<int> waiting_signal{0};
 
 int add_to_slots(const std::string& path, const std::string& original, bool folder) {
-  if (path.size() >= PATH_MAX || original.size() >= PATH_MAX) return -1;
+  if (path.size() >= most_path || original.size() >= most_path) return -1;
   for (int slot = 0; slot < slot_count; ++slot) {
     int expected = slot_free;
     auto& state = slot_states[static_cast<std::size_t>(slot)];
@@ -76,79 +69,36 @@ std::optional<std::string_view> target_of(std::string_view name, std::string_vie
   return name.substr(1, name.size() - end_size - 1);
 }
 
-int remove_files_in(int folder, int depth) noexcept;
-
-/// More than any directory of ours has within it.
-constexpr int deepest = 16;
-
-/// Removes a file, or a directory with all that is in it.
-bool remove_entry(int folder, const char* name, int depth) noexcept {
-  if (unlinkat(folder, name, 0) == 0) return true;
-  if (errno != EISDIR || depth == deepest || std::strcmp(name, ".") == 0 || std::strcmp(name, "..") == 0)
-    return false;
-  const int inner = openat(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-  if (inner >= 0) {
-    while (remove_files_in(inner, depth + 1) > 0) {
-    }
-    close(inner);
-  }
-  return unlinkat(folder, name, AT_REMOVEDIR) == 0;
-}
-
-// Reads the directory once and removes its files and directories; returns how many. It does not use
-// readdir(), which allocates: a signal handler must not.
-int remove_files_in(int folder, int depth) noexcept {
-  alignas(8) char entries[4096];
-  int removed = 0;
-  lseek(folder, 0, SEEK_SET);
-  for (;;) {
-    const long size = syscall(SYS_getdents64, folder, entries, sizeof entries);
-    if (size <= 0) return removed;
-    for (long at = 0; at < size;) {
-      // The layout of the kernel: number, offset, length of the entry, type, name.
-      unsigned short length;
-      std::memcpy(&length, entries + at + 16, sizeof length);
-      removed += remove_entry(folder, entries + at + 19, depth);
-      at += length;
-    }
-  }
-}
-
 namespace fs = std::filesystem;
-
-bool has_type(int descriptor, mode_t type) {
-  struct stat status = {};
-  return fstat(descriptor, &status) == 0 && (status.st_mode & S_IFMT) == type;
-}
 
 /// Removes a directory of files that were to get their names. An older file that was set aside is not
 /// removed: it may be the only copy.
 bool remove_new_files(const std::string& folder) {
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    files.push_back(entry->path());
-  for (const fs::path& file : files)
-    if (file.extension() != ".old") fs::remove_all(file, error);
-  return rmdir(folder.c_str()) == 0;
+  std::vector<FolderEntry> entries;
+  files().list(folder, entries);
+  for (const FolderEntry& entry : entries) {
+    const std::string path = folder + "/" + entry.name;
+    if (!entry.name.ends_with(".old") && !files().unlink(path) && errno == EISDIR) remove_with_files(path);
+  }
+  return files().remove_folder(folder);
 }
 
 /// Removes a file, or with `folders` a directory, if no process holds it.
 bool remove_if_abandoned(const std::string& path, bool folders) {
-  const Descriptor descriptor =
-      uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
-  if (descriptor < 0) return false;
+  const Descriptor opened = files().open(path, {.read = true, .follows_link = false, .waits = false});
+  FileStatus status;
+  if (opened < 0 || !files().is_local(opened) || !files().status(opened, status)) return false;
   // Removed while this process holds it: a process that is about to hold it will see that it is gone.
   const bool is_ours =
-      is_local(descriptor) && has_type(descriptor, folders ? S_IFDIR : S_IFREG) && lock_now(descriptor);
-  return is_ours && (folders ? remove_new_files(path) : unlink(path.c_str()) == 0);
+      status.type == (folders ? FileType::folder : FileType::regular) && files().lock(opened, false);
+  return is_ours && (folders ? remove_new_files(path) : files().unlink(path));
 }
 
 /// Removes the lock of an output if no process holds it; see OutputLock. A file with content is not
 /// a lock.
 void remove_abandoned_lock(const std::string& output) {
   const std::string lock = hidden_beside(output, ".lock");
-  if (const auto status = status_of_name(lock); status && S_ISREG(status->st_mode) && status->st_size == 0)
+  if (const auto status = status_of_name(lock); status && status->is_file() && status->size == 0)
     remove_if_abandoned(lock, false);
 }
 
@@ -160,14 +110,11 @@ std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folde
     for (const std::string& output : outputs) remove_abandoned_lock(output);
   std::size_t removed = 0;
   for (const auto& [folder, targets] : names) {
-    std::vector<std::string> abandoned;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-      const std::string name = entry->path().filename().string();
+    std::vector<FolderEntry> there;
+    files().list(folder, there);
+    for (const auto& [name, type] : there)
       if (const auto target = target_of_temporary(name); target && targets.contains(std::string(*target)))
-        abandoned.push_back(entry->path().string());
-    }
-    for (const std::string& path : abandoned) removed += remove_if_abandoned(path, folders);
+        removed += remove_if_abandoned((fs::path(folder) / name).string(), folders);
   }
   return removed;
 }
@@ -176,7 +123,7 @@ std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folde
 void remove_folders_around(const char* path, const char* outermost) noexcept {
   const std::size_t least = std::strlen(outermost);
   std::size_t size = std::strlen(path);
-  char folder[PATH_MAX];
+  char folder[most_path];
   if (least == 0 || size >= sizeof folder) return;
   std::memcpy(folder, path, size + 1);
   for (;;) {
@@ -184,7 +131,7 @@ void remove_folders_around(const char* path, const char* outermost) noexcept {
     while (size > 0 && folder[size - 1] == '/') --size;
     if (size < least) return;
     folder[size] = '\0';
-    rmdir(folder);
+    in_handler::remove_folder(folder);
   }
 }
 
@@ -204,7 +151,7 @@ void forget_temporary(int slot) {
 
 std::string random_suffix() {
   std::array<unsigned char, suffix_size> random = {};
-  if (getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
+  if (!fill_with_random(random))
     for (auto& byte : random) byte = static_cast<unsigned char>(std::rand());
   std::string suffix;
   for (unsigned char byte : random) suffix += suffix_letters[byte % suffix_letters.size()];
@@ -229,25 +176,14 @@ void unlink_temporaries() noexcept {
   for (int slot = 0; slot < slot_count; ++slot) {
     if (slot_states[static_cast<std::size_t>(slot)].load() != slot_used) continue;
     if (slot_is_folder[slot]) {
-      remove_folder(slot_paths[slot]);
+      in_handler::remove_with_files(slot_paths[slot]);
       remove_folders_around(slot_paths[slot], slot_originals[slot]);
       continue;
     }
-    if (slot_originals[slot][0] != '\0') std::rename(slot_paths[slot], slot_originals[slot]);
+    if (slot_originals[slot][0] != '\0') in_handler::rename(slot_paths[slot], slot_originals[slot]);
     // Also after a rename: rename() keeps both names if they belong to one file.
-    unlink(slot_paths[slot]);
+    in_handler::unlink(slot_paths[slot]);
   }
-}
-
-bool remove_folder(const char* path) noexcept {
-  const int folder =
-      uninterrupted([&] { return open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); });
-  if (folder >= 0) {
-    while (remove_files_in(folder, 0) > 0) {
-    }
-    close(folder);
-  }
-  return rmdir(path) == 0;
 }
 
 SignalsWait::SignalsWait() { signals_wait = true; }
@@ -259,10 +195,9 @@ SignalsWait::~SignalsWait() {
   unlink_temporaries();
   if (const int code = code_after_signal(); code >= 0) {
     write_message_after_signal();
-    _exit(code);
+    in_handler::exit(code);
   }
-  std::signal(number, SIG_DFL);
-  std::raise(number);
+  in_handler::end_by(number);
 }
 
 bool signal_waits(int number) noexcept {
@@ -281,25 +216,14 @@ void end_signals_with(int code, const std::string& message) {
 int code_after_signal() noexcept { return signal_code; }
 
 void write_message_after_signal() noexcept {
-  if (signal_message_size > 0 && write(STDERR_FILENO, signal_message.data(), signal_message_size) < 0) return;
-}
-
-bool is_local(int descriptor) {
-  constexpr std::uint32_t zfs = 0x2FC12FC1;
-  constexpr std::array<std::uint32_t, 7> local = {
-      EXT4_SUPER_MAGIC, XFS_SUPER_MAGIC,       BTRFS_SUPER_MAGIC, F2FS_SUPER_MAGIC, zfs,
-      TMPFS_MAGIC,      OVERLAYFS_SUPER_MAGIC,
-  };
-  struct statfs status = {};
-  return fstatfs(descriptor, &status) == 0 &&
-         std::ranges::count(local, static_cast<std::uint32_t>(status.f_type)) > 0;
+  if (signal_message_size > 0) in_handler::say(signal_message.data(), signal_message_size);
 }
 
 bool hold_temporary(int descriptor) {
-  if (!is_local(descriptor)) return true;
-  if (!lock_now(descriptor) && errno == EWOULDBLOCK) return false;
-  struct stat status = {};
-  return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
+  if (!files().is_local(descriptor)) return true;
+  if (!files().lock(descriptor, false) && errno == EWOULDBLOCK) return false;
+  FileStatus status;
+  return !files().status(descriptor, status) || status.links > 0;
 }
 
 /// Also removes the locks of outputs if no process holds them; these are empty, and not counted.

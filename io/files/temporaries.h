@@ -37,9 +37,6 @@ std::optional<std::string_view> target_of_older(std::string_view name);
 /// Removes registered temporary files and gives older files their names back. Async-signal-safe.
 void unlink_temporaries() noexcept;
 
-/// Removes a directory with all that is in it. Returns false if anything stays. Async-signal-safe.
-bool remove_folder(const char* path) noexcept;
-
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
 class SignalsWait {
  public:
@@ -57,9 +54,6 @@ void end_signals_with(int code, const std::string& message);
 /// That code, or -1. For a signal handler, which then writes the message.
 int code_after_signal() noexcept;
 void write_message_after_signal() noexcept;
-
-/// True if an open file or directory is on a local file system.
-bool is_local(int descriptor);
 
 /// Holds a new temporary file until its descriptor is closed. Returns false if another process has just taken
 /// it for abandoned and removed it; the caller must then create another one.

@@ -1,10 +1,9 @@
 #include "io/http/curl_library.h"
 
-#include <dlfcn.h>
-
 #include <string>
 
 #include "io/errors/errors.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 #ifdef TAGRID_STATIC
@@ -21,13 +20,13 @@ namespace {
 void* library() {
   // Debian has the library with OpenSSL, and with GnuTLS under another name.
   for (const char* name : {"libcurl.so.4", "libcurl-gnutls.so.4"})
-    if (void* found = dlopen(name, RTLD_NOW | RTLD_LOCAL); found != nullptr) return found;
+    if (void* found = load_library(name); found != nullptr) return found;
   throw WorldError("needs libcurl, which is not installed; on Debian: apt-get install libcurl4");
 }
 
 template <class Function>
 void find(void* in, const char* name, Function& function) {
-  function = reinterpret_cast<Function>(dlsym(in, name));
+  function = reinterpret_cast<Function>(function_of_library(in, name));
   if (function == nullptr)
     throw WorldError(std::string("needs libcurl, which is too old here: it has no ") + name);
 }

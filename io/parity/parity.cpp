@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
-#include "io/files/system_call.h"
 #include "io/parity/pages.h"
 #include "io/parity/reed_solomon.h"
 #include "io/parity/stripes.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 namespace {
@@ -256,8 +255,10 @@ ParityCondition ProtectedFile::walk(const WriteAt* write, std::uint64_t memory) 
 
 std::string file_of_link(const std::string& path) {
   const auto status = status_of_name(path);
-  if (!status || !S_ISLNK(status->st_mode) || !status_of(path)) return path;
-  return std::filesystem::canonical(path).string();
+  if (!status || !status->is_link() || !status_of(path)) return path;
+  std::string file;
+  if (!files().resolve(path, file)) throw world_error("cannot look at", path, errno);
+  return file;
 }
 
 bool has_parity(const std::string& path) {

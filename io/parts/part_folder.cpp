@@ -1,18 +1,15 @@
 #include "io/parts/part_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <exception>
-#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/files/held_by_another.h"
+#include "io/files/held_files.h"
 #include "io/files/output_file.h"
 #include "io/files/temporaries.h"
 
@@ -20,16 +17,14 @@ namespace tagrid {
 namespace {
 
 void unlink_file(const std::string& path) {
-  if (unlink(path.c_str()) != 0 && errno != ENOENT) throw world_error("cannot remove", path, errno);
+  if (!files().unlink(path) && errno != ENOENT) throw world_error("cannot remove", path, errno);
 }
 
 std::vector<std::string> names_in(const std::string& folder) {
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot list its files", folder, errno);
   std::vector<std::string> names;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error))
-    names.push_back(entry->path().filename().string());
-  if (error) throw world_error("cannot list its files", folder, error.value());
+  for (FolderEntry& entry : entries) names.push_back(std::move(entry.name));
   return names;
 }
 
@@ -57,7 +52,7 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
     slot_ = register_temporary_folder(path_);
   }
   // Only the user may read parts: the permissions of the output are not known here.
-  if (mkdir(path_.c_str(), 0700) != 0 && !(resumable && errno == EEXIST)) {
+  if (!files().make_folder(path_, 0700) && !(resumable && errno == EEXIST)) {
     const int error = errno;
     forget_temporary(std::exchange(slot_, -1));
     throw world_error("cannot create the directory for the parts of the run", path_, error);
@@ -70,9 +65,12 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
 PartFolder::~PartFolder() {
   // A run that failed before it had anything to continue from leaves nothing. A record that cannot be
   // checked, on a network file system, counts as existing.
-  const auto is_unrecorded = [&] { return access(record().c_str(), F_OK) != 0 && errno == ENOENT; };
+  const auto is_unrecorded = [&] {
+    FileStatus unused;
+    return !files().status(record(), true, unused) && errno == ENOENT;
+  };
   if (!resumable_) {
-    remove_folder(path_.c_str());
+    remove_with_files(path_);
   } else if (lock_ >= 0 && !removed_ && is_unrecorded()) {
     try {
       remove();
@@ -86,12 +84,12 @@ PartFolder::~PartFolder() {
 void PartFolder::require_own() const {
   const auto status = status_of_name(path_);
   if (!status) return;  // removed at the end of another run
-  if (!S_ISDIR(status->st_mode))
+  if (!status->is_folder())
     throw UsageError(path_ +
                      ": exists and is not a directory, but the run needs a directory of this name for its "
                      "parts; move it away");
   const auto beside = status_of(folder_of(path_));
-  if (!beside || beside->st_dev != status->st_dev)
+  if (!beside || beside->device != status->device)
     throw UsageError(path_ + ": is on a different file system from the output; unmount it");
   if (status_of(record())) return;
   for (const std::string& name : names_in(path_))
@@ -104,10 +102,10 @@ void PartFolder::lock() {
   const std::string name = path_ + "/lock";
   // Repeated if the file was removed in the meantime, at the end of the run that held it.
   for (;;) {
-    lock_ = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600); });
-    if (lock_ < 0 && errno == ENOENT && mkdir(path_.c_str(), 0700) == 0) continue;
+    lock_ = files().open(name, {.read = true, .write = true, .creates = true, .mode = 0600});
+    if (lock_ < 0 && errno == ENOENT && files().make_folder(path_, 0700)) continue;
     if (lock_ < 0) throw world_error("cannot create", name, errno);
-    if (!lock_now(lock_)) {
+    if (!files().lock(lock_, false)) {
       const int error = errno;
       // Some file systems have no locks; then the caller must ensure that there is only one run.
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
@@ -117,9 +115,9 @@ void PartFolder::lock() {
                             ": another process is working on this run; repeat the command when it has ended");
       throw world_error("cannot lock", name, error);
     }
-    struct stat ours = {};
+    FileStatus ours;
     const auto named = status_of(name);
-    if (fstat(lock_, &ours) == 0 && named && named->st_ino == ours.st_ino) return;
+    if (files().status(lock_, ours) && named && named->number == ours.number) return;
     lock_.reset();
   }
 }
@@ -143,7 +141,7 @@ void PartFolder::remove() {
   clear();
   removed_ = true;
   if (resumable_) unlink_file(path_ + "/lock");
-  if (rmdir(path_.c_str()) != 0 && errno != ENOENT && errno != ENOTEMPTY && errno != EEXIST)
+  if (!files().remove_folder(path_) && errno != ENOENT && errno != ENOTEMPTY && errno != EEXIST)
     throw world_error("cannot remove", path_, errno);
 }
 

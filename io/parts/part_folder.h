@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 

@@ -12,7 +12,8 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -65,7 +66,7 @@ void record_fields(auto& fields, auto& record) {
 std::string local_time(std::int64_t seconds) {
   const auto time = static_cast<std::time_t>(seconds);
   std::tm parts = {};
-  if (localtime_r(&time, &parts) == nullptr) return fmt::format("second {}", seconds);
+  if (!to_local_time(time, parts)) return fmt::format("second {}", seconds);
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", parts);
 }
 
@@ -84,18 +85,18 @@ std::uint64_t checksum_of_ends(const std::string& path, std::uint64_t size) {
 FileIdentity identity_of(const std::string& path) {
   const auto status = status_of(path);
   if (!status) throw world_error("cannot open", path, ENOENT);
-  if (!S_ISREG(status->st_mode)) throw UsageError(path + ": is not a file that can be read again");
+  if (!status->is_file()) throw UsageError(path + ": is not a file that can be read again");
   FileIdentity id;
   // The same file has the same path here, whatever its name in the command and the current folder.
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::canonical(path, error);
   id.path = error ? path : whole.string();
-  id.size = static_cast<std::uint64_t>(status->st_size);
-  id.inode = status->st_ino;
-  id.modified = status->st_mtim.tv_sec;
-  id.modified_ns = status->st_mtim.tv_nsec;
-  id.changed = status->st_ctim.tv_sec;
-  id.changed_ns = status->st_ctim.tv_nsec;
+  id.size = status->size;
+  id.inode = status->number;
+  id.modified = status->modified.seconds;
+  id.modified_ns = status->modified.nanoseconds;
+  id.changed = status->changed.seconds;
+  id.changed_ns = status->changed.nanoseconds;
   id.ends_checksum = checksum_of_ends(path, id.size);
   return id;
 }

@@ -1,9 +1,9 @@
 #include "io/programs/environment.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <string_view>
+
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -25,10 +25,8 @@ bool is_passed_on(std::string_view name) {
 
 std::vector<std::string> environment_of_programs() {
   std::vector<std::string> variables;
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string_view text = *variable;
-    if (is_passed_on(text.substr(0, text.find('=')))) variables.emplace_back(text);
-  }
+  for (std::string& text : environment())
+    if (is_passed_on(std::string_view(text).substr(0, text.find('=')))) variables.push_back(std::move(text));
   variables.emplace_back("LC_ALL=C");
   return variables;
 }

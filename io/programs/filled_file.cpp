@@ -1,8 +1,6 @@
 #include "io/programs/filled_file.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstddef>
@@ -12,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/spool_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 
@@ -20,27 +18,23 @@ namespace tagrid {
 class FilledFile::Nameless {
  public:
   explicit Nameless(SpoolFile file) : folder_(file.folder()), descriptor_(file.release()) {}
-  ~Nameless() { close(descriptor_); }
-  Nameless(const Nameless&) = delete;
-  Nameless& operator=(const Nameless&) = delete;
 
   const std::string& folder() const { return folder_; }
-  std::string path() const { return fmt::format("/proc/{}/fd/{}", getpid(), descriptor_); }
+  std::string path() const { return path_of_open_file(descriptor_); }
   void copy_to(OutputFile& file) const {
     std::vector<std::byte> bytes(std::size_t{1} << 20);
-    for (off_t position = 0;;) {
-      const ssize_t count =
-          uninterrupted([&] { return pread(descriptor_, bytes.data(), bytes.size(), position); });
+    for (std::uint64_t position = 0;;) {
+      const std::ptrdiff_t count = files().read_at(descriptor_, position, bytes);
       if (count < 0) throw world_error("cannot read a temporary file for it", file.name(), errno);
       if (count == 0) return;
       file.write(std::span(bytes).first(static_cast<std::size_t>(count)));
-      position += count;
+      position += static_cast<std::uint64_t>(count);
     }
   }
 
  private:
   std::string folder_;
-  int descriptor_;
+  Descriptor descriptor_;
 };
 
 FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::string& spool)
@@ -53,10 +47,7 @@ FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::str
     return;
   }
   path_ = std::filesystem::absolute(file.temporary()).string();
-  if (const auto status = status_of(file.temporary())) {
-    device_ = status->st_dev;
-    number_ = status->st_ino;
-  }
+  if (const auto status = status_of(file.temporary())) filled_ = *status;
 }
 
 FilledFile::~FilledFile() = default;
@@ -67,9 +58,9 @@ std::uint64_t FilledFile::complete() {
     return file_.position();
   }
   const auto status = status_of(file_.temporary());
-  if (!status || status->st_dev != device_ || status->st_ino != number_)
+  if (!status || !status->is_same_file(filled_))
     throw WorldError(file_.name() + ": its writer removed or replaced the file that it was given to fill");
-  return static_cast<std::uint64_t>(status->st_size);
+  return status->size;
 }
 
 }  // namespace tagrid

@@ -1,8 +1,6 @@
 // An output that a program fills.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -35,8 +33,7 @@ class FilledFile {
   OutputFile& file_;
   std::unique_ptr<Nameless> nameless_;
   std::string path_, name_;
-  dev_t device_ = 0;
-  ino_t number_ = 0;  ///< of the file that the program fills
+  FileStatus filled_;  ///< that of the file that the program fills, at its beginning
 };
 
 }  // namespace tagrid

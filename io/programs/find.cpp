@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -10,7 +9,8 @@
 #include <map>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -28,8 +28,9 @@ bool is_format_name(std::string_view name) {
 
 bool is_program(const std::string& path) {
   const auto status = status_of(path);
-  if (!status || !S_ISREG(status->st_mode) || access(path.c_str(), X_OK) != 0) return false;
-  if ((status->st_mode & S_IWOTH) != 0)
+  if (!status || !status->is_file() || !files().is_executable(path)) return false;
+  constexpr unsigned by_all = 0002;
+  if ((status->mode & by_all) != 0)
     throw WorldError(
         path + ": is not started, because any user can change it; take that permission away (chmod o-w)");
   return true;
@@ -45,13 +46,12 @@ std::optional<std::string> find(std::string_view prefix, std::string_view name) 
 std::vector<FoundProgram> all(std::string_view prefix) {
   std::map<std::string, std::string> found;
   for (const std::string& folder : program_folders()) {
-    std::error_code absent;
-    for (const auto& entry : fs::directory_iterator(folder, absent)) {
-      const std::string file = entry.path().filename();
-      if (!file.starts_with(prefix)) continue;
-      const std::string name = file.substr(prefix.size());
-      if (is_format_name(name) && !found.contains(name) && is_program(entry.path()))
-        found.emplace(name, entry.path());
+    std::vector<FolderEntry> entries;
+    files().list(folder, entries);
+    for (const FolderEntry& entry : entries) {
+      if (!entry.name.starts_with(prefix)) continue;
+      const std::string name = entry.name.substr(prefix.size()), path = fs::path(folder) / entry.name;
+      if (is_format_name(name) && !found.contains(name) && is_program(path)) found.emplace(name, path);
     }
   }
   std::vector<FoundProgram> programs;
@@ -67,11 +67,9 @@ std::vector<std::string> program_folders() {
     for (const std::string_view folder : split(variable, ':'))
       // Otherwise the current folder, which may belong to anybody, would choose programs.
       if (folder.starts_with('/')) folders.emplace_back(folder);
-  std::error_code unknown;
-  const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
-  if (!unknown) {
-    folders.push_back(program.parent_path());
-    folders.push_back(program.parent_path().parent_path() / "libexec/tagrid");
+  if (const auto program = program_path()) {
+    folders.push_back(program->parent_path());
+    folders.push_back(program->parent_path().parent_path() / "libexec/tagrid");
   }
   return folders;
 }
@@ -85,11 +83,9 @@ std::string_view package_of_program(std::string_view name) {
 
 std::string about_missing_program(std::string_view name) {
   std::string advice = fmt::format("install the package {}", package_of_program(name));
-  std::error_code unknown;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", unknown).parent_path();
   // Somebody built the program alone.
-  if (!unknown && fs::exists(folder / "CMakeCache.txt", unknown))
-    advice = fmt::format("run cmake in {} to build all of it", folder.string());
+  if (const auto program = program_path(); program && is_file(program->parent_path() / "CMakeCache.txt"))
+    advice = fmt::format("run cmake in {} to build all of it", program->parent_path().string());
   return fmt::format("(looked for in {}); {}", fmt::join(program_folders(), ", "), advice);
 }
 

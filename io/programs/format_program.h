@@ -2,8 +2,6 @@
 // to io/programs/reader_conversation.h and io/programs/writer_conversation.h.
 #pragma once
 
-#include <sys/types.h>
-
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -11,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/system/processes.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {
@@ -82,14 +81,9 @@ class FormatProgram {
   /// Reads what has arrived; 0 at the end.
   std::size_t read_some(std::byte* out, std::size_t size);
   [[noreturn]] void fail_as_ended();
-  /// How the program ended.
-  struct Ending {
-    enum class Kind { none, exit, signal } kind = Kind::none;  ///< none: it still runs
-    int number = 0;                                            ///< the exit code, or the signal
-  };
-  static std::string in_words(const Ending& ending);
+  static std::string in_words(const ChildEnding& ending);
   /// Waits a moment for its end.
-  Ending ending();
+  ChildEnding ending();
   void end();
 
   std::string program_;
@@ -97,8 +91,7 @@ class FormatProgram {
   bool is_reader_ = true;
   bool has_first_memory_ = true;  ///< it has not said how much it needs
   Limits limits_;
-  pid_t process_ = -1;
-  int input_ = -1, output_ = -1, errors_ = -1;
+  Child child_;
   const std::atomic<bool>* stop_ = nullptr;
   std::string heard_;  ///< bytes that were read and not yet given to the caller
   std::string last_words_;

@@ -1,15 +1,12 @@
 #include "io/programs/serve.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "io/errors/errors.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -18,19 +15,9 @@ std::FILE* answers = stdout;
 
 }  // namespace
 
-std::uint64_t memory_of_program() {
-  std::uint64_t size = 0, resident = 0, of_files = 0;
-  std::ifstream statm("/proc/self/statm");
-  if (!(statm >> size >> resident >> of_files) || resident < of_files) return 0;
-  return (resident - of_files) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
 void begin_to_answer() {
-  const int output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-  std::FILE* file = output < 0 ? nullptr : fdopen(output, "w");
-  if (file == nullptr) return;  // prints of libraries would be wrong answers, which tagrid notices
-  answers = file;
-  dup2(STDERR_FILENO, STDOUT_FILENO);
+  // Without it, prints of libraries would be wrong answers, which tagrid notices.
+  if (std::FILE* file = divert_standard_output(); file != nullptr) answers = file;
 }
 
 void say(const OrderedJson& answer) {

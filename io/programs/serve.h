@@ -15,9 +15,6 @@ using OrderedJson = nlohmann::ordered_json;
 /// What a program of ours takes besides what it says: libraries, and what descriptions take.
 inline constexpr std::uint64_t memory_besides = std::uint64_t{32} << 20;
 
-/// The memory of its own that this program has touched.
-std::uint64_t memory_of_program();
-
 /// Begins a conversation. What libraries print on the standard output goes to the standard error from now on.
 void begin_to_answer();
 /// Says one line. What is not UTF-8 in a text becomes a replacement character.

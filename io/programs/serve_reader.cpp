@@ -12,6 +12,7 @@
 #include "io/programs/answers.h"
 #include "io/programs/serve.h"
 #include "io/sandbox/sandbox.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -44,7 +45,7 @@ OrderedJson json_of(const ServedVolume& volume) {
   json["order"] = volume.any_order ? "any" : "next";
   if (volume.has_plain_form) json["plain_form"] = true;
   // Headers may be read once more for the samples.
-  json["memory"] = memory_besides + 2 * memory_of_program() + volume.memory;
+  json["memory"] = memory_besides + 2 * memory_of_this_process() + volume.memory;
   return json;
 }
 

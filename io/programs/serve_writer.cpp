@@ -9,6 +9,7 @@
 #include "io/errors/errors.h"
 #include "io/metadata/text.h"
 #include "io/programs/serve.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -108,7 +109,7 @@ class MeshEntries {
 
 void say_ready(const ServedFile& file, std::uint64_t bytes_of_piece) {
   say({{"answer", "ready"},
-       {"memory", memory_besides + 2 * memory_of_program() + bytes_of_piece + file.memory},
+       {"memory", memory_besides + 2 * memory_of_this_process() + bytes_of_piece + file.memory},
        {"warnings", file.warnings}});
 }
 

@@ -9,7 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 #include "io/volume/volume_info.h"
 
@@ -72,7 +72,7 @@ std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::st
                                           const std::string& header_name, std::string_view format) {
   const auto status = status_of(path);
   // Opening reports missing files and directories.
-  const bool is_plain = !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);
+  const bool is_plain = !status || status->is_file() || status->is_folder();
   if (data_file == "-" || !is_plain)
     throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
                                   header_name, format, tagrid::quoted(std::string_view(data_file))));

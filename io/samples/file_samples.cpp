@@ -12,7 +12,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/spool_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
 #include "io/sandbox/sandbox.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 namespace {

@@ -1,12 +1,10 @@
 #include "io/server/site.h"
 
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <sys/time.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -14,17 +12,18 @@
 
 #include "io/errors/errors.h"
 #include "io/server/request.h"
+#include "io/system/processes.h"
+#include "io/system/sockets.h"
 
 namespace tagrid {
 namespace {
 
 constexpr std::size_t most_head_bytes = 16 << 10, piece_bytes = 256 << 10;
-constexpr timeval patience = {60, 0};
+constexpr std::chrono::seconds patience{60};
 
 bool send_all(int connection, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const auto sent =
-        uninterrupted([&] { return send(connection, bytes.data(), bytes.size(), MSG_NOSIGNAL); });
+    const auto sent = send_bytes(connection, bytes);
     if (sent <= 0) return false;
     bytes = bytes.subspan(static_cast<std::size_t>(sent));
   }
@@ -51,7 +50,7 @@ class Heads {
       }
       if (read_.size() > most_head_bytes) return "";
       std::array<char, 4096> some;
-      const auto count = uninterrupted([&] { return recv(connection_, some.data(), some.size(), 0); });
+      const auto count = receive_bytes(connection_, some);
       if (count <= 0) return std::nullopt;
       read_.append(some.data(), static_cast<std::size_t>(count));
     }
@@ -144,31 +143,16 @@ bool send_item(int connection, const WebRequest& request, const WebSite::Item& i
 }  // namespace
 
 LocalPort open_port(int number) {
-  LocalPort port{Descriptor(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), 0};
-  const auto fail = [&] {
-    throw WorldError(fmt::format("127.0.0.1, port {}: {}", number, std::strerror(errno)));
-  };
-  if (port.socket < 0) fail();
-  const int on = 1;
-  setsockopt(port.socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(number));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  if (bind(port.socket, reinterpret_cast<const sockaddr*>(&address), size) != 0 ||
-      listen(port.socket, 64) != 0 ||
-      getsockname(port.socket, reinterpret_cast<sockaddr*>(&address), &size) != 0)
-    fail();
-  port.number = ntohs(address.sin_port);
+  LocalPort port{{}, number};
+  port.socket = open_local_port(port.number);
+  if (port.socket < 0) throw WorldError(fmt::format("127.0.0.1, port {}: {}", number, std::strerror(errno)));
   return port;
 }
 
 void answer_requests(int connection, int port, const WebSite& site, std::atomic<bool>& ticket_used,
                      IdleSince& idle) {
   using Clock = std::chrono::steady_clock;
-  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  set_patience(connection, patience);
   std::vector<std::string> hosts;
   for (const std::string host : {"127.0.0.1", "localhost"}) {
     hosts.push_back(fmt::format("{}:{}", host, port));

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
-#include "io/files/output_file.h"
+#include "io/files/byte_sink.h"
 #include "io/parity/layout.h"
 #include "io/tag/index.h"
 #include "stages/sample/coding_parameters.h"

@@ -1,7 +1,6 @@
 #include "pipeline/estimate/estimate.h"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <time.h>
 
 #include <fmt/format.h>
 
@@ -17,6 +16,7 @@
 #include "io/files/spool_file.h"
 #include "io/formats/table/open_volume.h"
 #include "io/samples/file_samples.h"
+#include "io/system/this_process.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/members.h"
@@ -43,12 +43,6 @@ constexpr double samples_per_block = block_edge * block_edge * block_edge;
 constexpr std::int64_t most_bricks_of_overview = 128;
 // How often `encode` codes all of a large volume to find a bound, at least.
 constexpr double trials_of_all = 3;
-
-double thread_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // A brick that was encoded with one bound.
 struct Encoded {
@@ -123,14 +117,14 @@ class Estimator {
     if (!p.counts_points()) return {};
     const Box closed = bricks_.closed_box(position), region = region_of_marks(closed, p.domain());
     const BrickSamples samples = gather(slices, p.domain().volume(), p.type, region.grown(mark_halo(p)));
-    const double start = thread_seconds();
+    const double start = processor_seconds_of_thread();
     const Box marked = p.bounds_interpolation() ? region : intersection(region, p.domain().volume());
     LatticeBits marks(region);
     copy_bits(mark_tile(samples, region, marked, p), marks);
-    const double marked_at = thread_seconds();
+    const double marked_at = processor_seconds_of_thread();
     LatticeBits active = subdivide(std::move(marks), closed, p.domain());
     const double own = static_cast<double>(closed.count()) / static_cast<double>(region.count());
-    return {std::move(active), own * (marked_at - start) + (thread_seconds() - marked_at)};
+    return {std::move(active), own * (marked_at - start) + (processor_seconds_of_thread() - marked_at)};
   }
 
   void encode_brick_at(Index3 position, const SliceRange& slices, std::size_t i) {
@@ -139,12 +133,12 @@ class Estimator {
       const CodingParameters& p = of_bounds_[bound];
       // Without a bound of the interpolation, the grid is that of the original for all of them.
       if (bound == 0 || p.bounds_interpolation()) grid = activity_of(position, slices, p);
-      const double start = thread_seconds();
+      const double start = processor_seconds_of_thread();
       const BrickSamples samples =
           gather(slices, p.domain().volume(), p.type, samples_to_encode(p, position));
       BrickCode code;
       encode_brick(samples, grid.first, p, position, code);
-      const double encoded_at = thread_seconds();
+      const double encoded_at = processor_seconds_of_thread();
       DecodedBrick decoded;
       if (!decode_brick({code.activity, code.values}, p, {bricks_.id(position), Wanted::samples}, decoded)
                .ok())
@@ -154,7 +148,7 @@ class Estimator {
       result.activity = code.activity.size();
       result.values = code.values.size();
       result.encoding = encoded_at - start + grid.second;
-      result.decoding = thread_seconds() - encoded_at;
+      result.decoding = processor_seconds_of_thread() - encoded_at;
     }
   }
 

@@ -1,13 +1,12 @@
 #include "pipeline/memory/resources.h"
 
 #include <fmt/format.h>
-#include <sched.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
+#include "io/system/this_process.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/plan.h"
 
@@ -44,15 +43,10 @@ std::uint64_t first_memory_of_programs(const std::optional<std::uint64_t>& limit
 
 std::uint64_t limit_for_most_first_memory() { return most_first_memory + memory_of_program; }
 
-int available_threads() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
-  return std::max(1, CPU_COUNT(&set));
-}
+int available_threads() { return usable_processors(); }
 
 std::uint64_t available_memory(const std::string& root) {
-  const auto pages = static_cast<std::uint64_t>(std::max(sysconf(_SC_PHYS_PAGES), 1L));
-  std::uint64_t least = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  std::uint64_t least = memory_of_machine();
   const std::filesystem::path groups = root + "/sys/fs/cgroup";
   std::ifstream own(root + "/proc/self/cgroup");
   // Lines are number:controllers:path; version 2 has no controllers.

@@ -1,7 +1,5 @@
 #include "pipeline/parts/part_work.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 
@@ -9,10 +7,10 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/samples/file_samples.h"
+#include "io/system/files.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/job/options.h"

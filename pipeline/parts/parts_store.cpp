@@ -7,9 +7,9 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/parts/part_folder.h"
+#include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/overviews.h"
@@ -215,8 +215,7 @@ class PartsStore : public BrickStore {
 
   bool is_finished() const {
     const auto output = status_of(run_.output);
-    return output && earlier_.result_inode == output->st_ino &&
-           earlier_.result_size == static_cast<std::uint64_t>(output->st_size);
+    return output && earlier_.result_inode == output->number && earlier_.result_size == output->size;
   }
 
   void describe_finished(EncodeResult& result) const {
@@ -292,8 +291,8 @@ class PartsStore : public BrickStore {
   void record_result() {
     const auto status = status_of(file_->temporary());
     if (!status) throw WorldError(file_->temporary() + ": has been removed by another process");
-    record_.result_inode = status->st_ino;
-    record_.result_size = static_cast<std::uint64_t>(status->st_size);
+    record_.result_inode = status->number;
+    record_.result_size = status->size;
     write_file(folder_->record(), serialize_record(record_));
   }
 

@@ -8,7 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"
 #include "pipeline/decode/decode_run.h"

@@ -1,19 +1,21 @@
 #include "pipeline/serving/serve.h"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <functional>
 #include <list>
+#include <span>
 #include <system_error>
 #include <thread>
 
 #include "io/errors/errors.h"
+#include "io/system/sockets.h"
 
 namespace tagrid {
 namespace {
@@ -35,7 +37,7 @@ struct Connection {
 void make_room(const std::list<Connection>& connections) {
   const auto longest =
       std::ranges::min_element(connections, {}, [](const Connection& c) { return c.idle.load(); });
-  if (longest->idle.load() < Clock::now() - most_idle) shutdown(longest->socket, SHUT_RD);
+  if (longest->idle.load() < Clock::now() - most_idle) end_receiving(longest->socket);
 }
 
 }  // namespace
@@ -46,17 +48,20 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
   for (;;) {
     connections.remove_if([](const Connection& connection) { return connection.has_ended.load(); });
     const bool is_full = connections.size() >= most_connections;
-    pollfd waits[] = {{end, POLLIN, 0}, {port.socket, POLLIN, 0}};
+    std::array<Awaited, 2> waits = {{{end}, {port.socket}}};
+    const std::span is_over = std::span(waits).first(1), arrives = std::span(waits).last(1);
     // If no more fit in, it looks a little later whether one has ended.
-    if (uninterrupted([&] { return poll(waits, is_full ? 1 : 2, is_full ? 50 : -1); }) < 0)
-      throw WorldError(fmt::format("127.0.0.1, port {}: {}", port.number, std::strerror(errno)));
-    if (waits[0].revents != 0) break;
-    if (is_full && uninterrupted([&] { return poll(&waits[1], 1, 0); }) > 0) make_room(connections);
-    if (is_full || waits[1].revents == 0) continue;
-    Descriptor socket(accept4(port.socket, nullptr, nullptr, SOCK_CLOEXEC));
+    int ready = 0;
+    while ((ready = wait_for(is_full ? is_over : waits, is_full ? 50 : -1)) < 0 && errno == EINTR) {
+    }
+    if (ready < 0) throw WorldError(fmt::format("127.0.0.1, port {}: {}", port.number, std::strerror(errno)));
+    if (waits[0].is_ready) break;
+    if (is_full && wait_for(arrives, 0) > 0) make_room(connections);
+    if (is_full || !waits[1].is_ready) continue;
+    Descriptor socket = accept_connection(port.socket);
     // It may have ended in the meantime, or the process has no more descriptors.
     if (socket < 0) {
-      poll(waits, 1, 50);
+      wait_for(is_over, 50);
       continue;
     }
     Connection& connection = connections.emplace_back();
@@ -68,7 +73,7 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
         } catch (...) {
           // Memory ran out, for one connection.
         }
-        shutdown(connection.socket, SHUT_RDWR);
+        end_connection(connection.socket);
         connection.has_ended = true;
       });
     } catch (const std::system_error&) {
@@ -76,7 +81,7 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
       connections.pop_back();
     }
   }
-  for (const Connection& connection : connections) shutdown(connection.socket, SHUT_RDWR);
+  for (const Connection& connection : connections) end_connection(connection.socket);
   ended();
 }
 

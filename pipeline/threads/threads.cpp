@@ -2,8 +2,6 @@
 
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
-#include <pthread.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -12,6 +10,8 @@
 #include <mutex>
 #include <new>
 #include <vector>
+
+#include "io/system/this_process.h"
 
 namespace tagrid {
 
@@ -76,7 +76,6 @@ struct Threads::Pool {
   bool run(Others& work, int most);
 
   static Pool& instance();
-  static bool start(Waiter& waiter);
   static void* wait_and_work(void* waiter);
 
   std::mutex mutex;
@@ -94,7 +93,7 @@ Threads::Pool& Threads::Pool::instance() {
   static const bool is_made = [] {
     the_pool = new Pool;
     // Threads do not come along with a fork, and the lock may be held by one of them.
-    pthread_atfork(nullptr, nullptr, [] { the_pool = new Pool; });
+    call_after_fork([] { the_pool = new Pool; });
     return true;
   }();
   static_cast<void>(is_made);
@@ -124,20 +123,6 @@ void* Threads::Pool::wait_and_work(void* given) {
 
 namespace {
 
-// As much as oneTBB gives its threads, and assumes that others have. The guard below is not accessible.
-constexpr std::size_t stack_bytes = std::size_t{4} << 20, guard_bytes = std::size_t{1} << 16;
-
-// Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead
-// through the stacks of threads that slept when the process was forked.
-void* map_stack() {
-  void* mapped = mmap(nullptr, guard_bytes + stack_bytes, PROT_READ | PROT_WRITE,
-                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0);
-  if (mapped == MAP_FAILED) return nullptr;
-  if (mprotect(mapped, guard_bytes, PROT_NONE) == 0) return mapped;
-  munmap(mapped, guard_bytes + stack_bytes);
-  return nullptr;
-}
-
 // The limit for all objects of a process. A run may have threads in two arenas; one works at a time.
 int most_others() {
   using Control = oneapi::tbb::global_control;
@@ -146,21 +131,6 @@ int most_others() {
 }
 
 }  // namespace
-
-bool Threads::Pool::start(Waiter& waiter) {
-  pthread_attr_t attributes;
-  if (pthread_attr_init(&attributes) != 0) return false;
-  void* const mapped = map_stack();
-  pthread_t thread;
-  const bool made =
-      mapped != nullptr &&
-      pthread_attr_setstack(&attributes, static_cast<std::byte*>(mapped) + guard_bytes, stack_bytes) == 0 &&
-      pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED) == 0 &&
-      pthread_create(&thread, &attributes, wait_and_work, &waiter) == 0;
-  pthread_attr_destroy(&attributes);
-  if (!made && mapped != nullptr) munmap(mapped, guard_bytes + stack_bytes);
-  return made;
-}
 
 bool Threads::Pool::run(Others& work, int most) {
   const std::lock_guard lock(mutex);
@@ -175,7 +145,7 @@ bool Threads::Pool::run(Others& work, int most) {
     waiting.reserve(all + 1);
     auto waiter = std::make_unique<Waiter>();
     waiter->work = &work;
-    if (!start(*waiter)) return false;
+    if (!start_lasting_thread(wait_and_work, waiter.get())) return false;
     waiter.release();  // the thread has it
     ++all;
     ++busy;

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/temporaries.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 
@@ -57,7 +57,7 @@ class TemporaryFolder : public ::testing::Test {
   /// True if files that killed runs left can be told from files in use; see io/files/temporaries.h.
   bool is_on_local_file_system() const {
     const int descriptor = open(folder_.c_str(), O_RDONLY);
-    const bool local = is_local(descriptor);
+    const bool local = files().is_local(descriptor);
     close(descriptor);
     return local;
   }

@@ -9,7 +9,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"

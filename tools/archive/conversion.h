@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/files/line_file.h"
+#include "io/files/held_files.h"
 #include "pipeline/ranks/ranks.h"
 #include "tools/archive/manifest.h"
 #include "tools/options/shared_options.h"

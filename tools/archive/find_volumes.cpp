@@ -9,9 +9,9 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
 #include "io/metadata/region.h"
+#include "io/system/files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "io/volume/one_of_volumes.h"

@@ -1,7 +1,6 @@
 #include "tools/archive/input_removal.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,10 +11,10 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
-#include "io/files/output_lock.h"
-#include "io/files/system_call.h"
+#include "io/files/held_files.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parity/parity.h"
+#include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
@@ -36,7 +35,7 @@ void require_removable(const std::string& file, const char* advice) {
   // If the file does not exist, opening it gives the message.
   if (!is_regular_output(file)) refuse(file, "it is not a regular file", advice);
   // Only the link would be removed.
-  if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
+  if (const auto status = status_of_name(file); status && status->is_link())
     refuse(file, "it is a symbolic link, and the file itself would stay", advice);
 }
 
@@ -199,7 +198,7 @@ void remove_replaced(const Removal& removal, const std::string& tag, const std::
   require_untouched(removal.copy);
   if (record) record();
   for (const std::string& file : removal.files)
-    if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);
+    if (!files().unlink(file)) throw world_error("cannot remove", file, errno);
 }
 
 }  // namespace tagrid

@@ -1,7 +1,5 @@
 #include "tools/archive/manifest.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
@@ -14,7 +12,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/options/shared_options.h"
@@ -49,12 +47,12 @@ void for_each_folder(const std::string& root, const std::string& output, Use use
 /// Returns true if the directory exists.
 bool is_own_folder(const std::string& folder) {
   const auto status = status_of_name(folder);
-  if (status && S_ISLNK(status->st_mode))
+  if (status && status->is_link())
     throw UsageError(
         folder +
         ": is a symbolic link, but outputs must stay inside the output directory; put a directory "
         "there, or choose another output");
-  if (status && !S_ISDIR(status->st_mode))
+  if (status && !status->is_folder())
     throw UsageError(folder + ": is not a directory; choose another output");
   return status.has_value();
 }
@@ -176,7 +174,7 @@ void require_own_folders(const std::string& root, const std::string& output) {
 void make_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, [](const std::string& folder) {
     // Another process may create the directory at the same time. It is durable when either process returns.
-    if (!is_own_folder(folder) && mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
+    if (!is_own_folder(folder) && !files().make_folder(folder) && errno != EEXIST)
       throw world_error("cannot create the directory", folder, errno);
     is_own_folder(folder);
     if (const int error = sync_folder(folder_of(folder)); error != 0)

@@ -11,7 +11,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 #include "tools/archive/named_files.h"
 
@@ -47,19 +47,18 @@ std::string not_own_name(const std::string& input, const std::string& file) {
 
 OtherHeaders::Listing OtherHeaders::list(const std::string& folder) {
   Listing found;
-  std::error_code error, unknown;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    const bool is_link = entry->is_symlink(unknown);
-    if (entry->is_directory(unknown)) {
-      if (!is_link) found.below.push_back(name);
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
+  for (const FolderEntry& entry : entries) {
+    const bool is_link = entry.type == FileType::link;
+    if (is_folder(folder, entry)) {
+      if (!is_link) found.below.push_back(entry.name);
       continue;
     }
-    found.files.push_back(name);
-    if (is_link) found.links.push_back(name);
-    if (kind_of_header(name) && entry->is_regular_file(unknown)) found.headers.push_back(name);
+    found.files.push_back(entry.name);
+    if (is_link) found.links.push_back(entry.name);
+    if (kind_of_header(entry.name) && is_file(folder, entry)) found.headers.push_back(entry.name);
   }
-  if (error) throw world_error("cannot read", folder, error.value());
   std::ranges::sort(found.headers);
   return found;
 }

@@ -11,8 +11,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
-#include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 #include "tools/report/failure.h"
 
@@ -96,7 +96,7 @@ archive::Output output_at(const std::string& path, const KnownOutput* known) {
 void require_file_or_folder(const std::string& path) {
   const auto status = status_of(path);
   if (!status) throw world_error("cannot open", path, ENOENT);
-  if (!S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode))
+  if (!status->is_file() && !status->is_folder())
     throw UsageError(path + ": is neither a file nor a directory");
 }
 
@@ -105,9 +105,9 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     const auto status = status_of(file);
     if (!status) throw world_error("cannot open", file, ENOENT);
-    if (!S_ISREG(status->st_mode)) throw UsageError(file + ": is not a file");
-    result.push_back({file, static_cast<std::uint64_t>(status->st_size),
-                      std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec});
+    if (!status->is_file()) throw UsageError(file + ": is not a file");
+    result.push_back({file, status->size,
+                      std::int64_t{status->modified.seconds} * 1'000'000'000 + status->modified.nanoseconds});
   }
   return result;
 }
@@ -152,7 +152,7 @@ std::string other_volume(const KnownOutput& known, const std::vector<InputFile>&
 
 bool is_file_of_size(const std::string& path, std::uint64_t bytes) {
   const auto status = status_of(path);
-  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
+  return status && status->is_file() && status->size == bytes;
 }
 
 void add_output(const KnownOutput& known, ordered_json& record) {
@@ -171,23 +171,22 @@ KnownOutputs::KnownOutputs(const std::string& folder) : given_(folder), folder_(
 }
 
 void KnownOutputs::read_more() {
-  std::error_code error;
-  for (fs::directory_iterator entry(given_, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
-  }
-  if (error) throw world_error("cannot read", given_, error.value());
+  std::vector<FolderEntry> entries;
+  if (!tagrid::files().list(given_, entries)) throw world_error("cannot read", given_, errno);
+  for (const FolderEntry& entry : entries)
+    if (entry.name.starts_with("results") && entry.name.ends_with(".jsonl"))
+      read((fs::path(given_) / entry.name).string());
 }
 
 void KnownOutputs::read(const std::string& path) {
   // Opening a pipe would block, and a pipe has no lines of an earlier run.
-  if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
+  if (const auto status = status_of(path); status && !status->is_file())
     throw UsageError(path +
                      ": has the name of a file of records and is not a regular file; move it elsewhere");
   End& end = files_[path];
   const auto status = status_of(path);
-  if (status && static_cast<std::uint64_t>(status->st_size) == end.bytes) return;
-  if (status && static_cast<std::uint64_t>(status->st_size) < end.bytes) end = {};  // another file
+  if (status && status->size == end.bytes) return;
+  if (status && status->size < end.bytes) end = {};  // another file
   FileBytes file(path);
   file.skip(end.bytes);
   const std::size_t first = unreadable_.size();

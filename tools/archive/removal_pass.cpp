@@ -8,8 +8,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
-#include "io/files/system_call.h"
 #include "io/formats/table/open_volume.h"
+#include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/one_of_volumes.h"
@@ -35,14 +35,17 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
-/// All files below a directory that can be seen.
-std::vector<std::string> files_below(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
-    if (!entry->is_directory(error)) files.push_back(entry->path().string());
-  return files;
+/// Adds all files below a directory that can be seen.
+void add_files_below(const std::string& folder, std::vector<std::string>& all) {
+  std::vector<FolderEntry> entries;
+  files().list(folder, entries);
+  for (const FolderEntry& entry : entries) {
+    const std::string path = (fs::path(folder) / entry.name).string();
+    if (entry.type == FileType::folder)
+      add_files_below(path, all);
+    else if (!is_folder(folder, entry))
+      all.push_back(path);
+  }
 }
 
 std::string beginning_of_file(const std::string& path) {
@@ -75,9 +78,10 @@ void RemovalPass::count_files(const ManifestLine& line) {
     const auto status = status_of(line.input);
     if (known && known->input == line.input)
       for (const InputFile& file : known->input_files) files.push_back(file.path);
-    else if (status && S_ISDIR(status->st_mode))
-      files = files_below(line.input);
-    else if (status && S_ISREG(status->st_mode))
+    else if (status && status->is_folder()) {
+      files.clear();
+      add_files_below(line.input, files);
+    } else if (status && status->is_file())
       unknown_.push_back({line.input, fs::path(canonical_name(line.input)).parent_path().string(),
                           beginning_of_file(line.input), error.what()});
   }

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/records.h"
 

@@ -7,8 +7,8 @@
 
 #include "io/bytes/checksum.h"
 #include "io/files/file_bytes.h"
-#include "io/files/system_call.h"
 #include "io/parity/layout.h"
+#include "io/system/files.h"
 #include "tools/archive/records.h"
 
 namespace tagrid {
@@ -17,7 +17,7 @@ namespace {
 /// The output as it was written: without parity that was added since. Nullptr if there is no such file.
 std::shared_ptr<const ByteSource> as_written(const KnownOutput& known, const std::string& path) {
   const auto status = status_of(path);
-  if (!status || !S_ISREG(status->st_mode)) return nullptr;
+  if (!status || !status->is_file()) return nullptr;
   auto file = std::make_shared<FileSource>(path);
   if (file->size() == known.bytes_out) return file;
   const auto parity = parity_at_end(*file);

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
@@ -142,7 +140,7 @@ struct ConvertCommand {
   void list_volumes() const {
     std::size_t count = 0, broken = 0, passed_over = 0;
     // A list in a file has names as they are; a terminal must not act on them.
-    const bool is_shown = isatty(STDOUT_FILENO) != 0;
+    const bool is_shown = is_terminal(standard_output);
     const auto print = [&](const std::string& name) { fmt::print("{}", is_shown ? printable(name) : name); };
     find_volumes(find, encoding.source, options.run, [&](const FoundVolume& volume) {
       std::string text = volume.text;
@@ -247,8 +245,11 @@ struct ConvertCommand {
   }
 
   void make_output_dir() const {
-    if (mkdir(options.output_dir.c_str(), 0777) != 0 && errno != EEXIST)
+    if (!files().make_folder(options.output_dir) && errno != EEXIST)
       throw world_error("cannot create the directory", options.output_dir, errno);
+    // Also if another run has just made it: originals may go because of what is in it.
+    if (const int error = sync_folder(folder_of(options.output_dir)); error != 0)
+      throw world_error("cannot sync its parent directory", options.output_dir, error);
   }
 };
 

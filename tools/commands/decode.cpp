@@ -9,9 +9,9 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/metadata/rescale.h"
+#include "io/system/files.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
 #include "pipeline/run/run.h"

@@ -6,11 +6,11 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/run/run.h"
@@ -97,7 +97,7 @@ struct EncodeCommand {
     watched.require();
     if (!remove) return;
     const auto named = status_of(path);
-    if (!written || !named || named->st_dev != written->st_dev || named->st_ino != written->st_ino)
+    if (!written || !named || !named->is_same_file(*written))
       throw BrokenInput(path + ": was replaced by another run after it was verified; the input was kept");
     remove_replaced({removed_after, watched, copy}, path);
   }

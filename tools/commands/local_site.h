@@ -2,11 +2,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <functional>
 #include <string>
 
 #include "io/server/site.h"
+#include "io/system/signals.h"
 
 namespace tagrid {
 
@@ -19,11 +19,11 @@ std::string name_of_input(const std::string& input);
 /// --port
 void add_port_option(CLI::App& command, int& port);
 
-/// Calls `opened` with the beginning of the site's addresses, "http://127.0.0.1:8080", and with the signals
-/// that were kept from the process before, for programs that it starts. Then serves the site to this machine
+/// Calls `opened` with the beginning of the site's addresses, "http://127.0.0.1:8080", and with the end
+/// signals, for programs that it starts. Then serves the site to this machine
 /// until the first end signal; a second one ends the process at once. Throws WorldError.
 void serve_until_interrupted(
     const WebSite& site, int port,
-    const std::function<void(const std::string& machine, const sigset_t& before)>& opened);
+    const std::function<void(const std::string& machine, const EndSignals& signals)>& opened);
 
 }  // namespace tagrid

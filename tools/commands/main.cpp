@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/system/this_process.h"
 #include "io/text/addresses.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line.h"

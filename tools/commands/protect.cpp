@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "io/files/file_attributes.h"
+#include "io/files/held_files.h"
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
-#include "io/files/output_lock.h"
 #include "io/parity/parity.h"
 #include "io/tag/file.h"
 #include "io/text/text.h"

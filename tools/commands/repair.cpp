@@ -8,9 +8,9 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/held_files.h"
 #include "io/files/open_source.h"
 #include "io/files/output_file.h"
-#include "io/files/output_lock.h"
 #include "io/parity/parity.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"

@@ -51,7 +51,7 @@ struct ServeCommand {
       }
       return {};
     };
-    serve_until_interrupted(site, port, [&](const std::string& machine, const sigset_t&) {
+    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals&) {
       page = page_of(images, machine, site.origins);
       for (const Image& image : images) std::cout << machine << image.path << std::endl;
       flush_standard_output();

@@ -1,9 +1,6 @@
 // tagrid view: shows a .tag file in a browser of this machine.
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <unistd.h>
 
 #include <array>
 #include <filesystem>
@@ -13,6 +10,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/open_source.h"
 #include "io/server/site.h"
+#include "io/system/this_process.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
 #include "tools/commands/commands.h"
@@ -20,8 +18,6 @@
 #include "tools/options/shared_options.h"
 #include "tools/report/damage.h"
 #include "tools/report/process.h"
-
-extern char** environ;
 
 namespace tagrid {
 namespace {
@@ -31,7 +27,7 @@ namespace fs = std::filesystem;
 /// Where the page of the viewer is: beside the program, or where it is installed.
 fs::path viewer_folder() {
   std::error_code unknown;
-  const fs::path program = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+  const fs::path program = program_path().value_or("").parent_path();
   const std::array folders = {program / "viewer", program.parent_path() / "share/tagrid/viewer"};
   for (const fs::path& folder : folders)
     if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/worker.js", unknown))
@@ -40,26 +36,6 @@ fs::path viewer_folder() {
       "the page of the viewer is not installed (looked for in {} and {}); install the Debian package "
       "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
       folders[0].string(), folders[1].string()));
-}
-
-/// Opens an address in the browser that the user prefers. Returns false if no program does that.
-bool open_browser(const std::string& address, const sigset_t& signals) {
-  std::string program = "xdg-open", argument = address;
-  std::array<char*, 3> arguments = {program.data(), argument.data(), nullptr};
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_init(&attributes);
-  // A group of its own: the signal that ends this program leaves the browser open.
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
-  posix_spawnattr_setsigmask(&attributes, &signals);
-  posix_spawn_file_actions_init(&actions);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
-  pid_t process = 0;
-  const int error = posix_spawnp(&process, program.c_str(), &actions, &attributes, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  return error == 0;
 }
 
 struct ViewCommand {
@@ -89,10 +65,10 @@ struct ViewCommand {
     site.entrance = root + "?src=" + percent_encoded(path);
     site.ticket = "/" + random_token();
 
-    serve_until_interrupted(site, port, [&](const std::string& machine, const sigset_t& before) {
+    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals& signals) {
       std::cout << machine << site.entrance << std::endl;
       flush_standard_output();
-      if (!no_browser && !open_browser(machine + site.ticket, before))
+      if (!no_browser && !signals.start_program("xdg-open", (machine + site.ticket).c_str()))
         say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
       if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
     });

@@ -1,7 +1,6 @@
 #include "tools/options/output_options.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <tuple>
@@ -9,6 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
+#include "io/system/this_process.h"
 #include "io/tag/bricks.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
@@ -31,7 +31,7 @@ std::string output_beside(const std::string& input, const std::string& ending) {
 }
 
 void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
-  if (output != "-" || !isatty(STDOUT_FILENO)) return;
+  if (output != "-" || !is_terminal(standard_output)) return;
   if (ranks.count() > 1)
     throw UsageError("standard output: is a terminal under mpirun, which changes bytes; give -o FILE");
   throw usage_error("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what);

@@ -1,7 +1,5 @@
 #include "tools/options/shared_options.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -9,6 +7,7 @@
 #include "io/files/open_source.h"
 #include "io/files/temporaries.h"
 #include "io/http/open_address.h"
+#include "io/system/this_process.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
@@ -95,7 +94,7 @@ void RunOptions::obey_memory_limit() const {
   if (memory) give_back_freed_memory(*memory);
 }
 
-bool RunOptions::says_result() const { return is_verbose() || (!quiet && isatty(STDERR_FILENO) != 0); }
+bool RunOptions::says_result() const { return is_verbose() || (!quiet && is_terminal(standard_error)); }
 
 bool RunOptions::is_watched() const {
   return is_verbose() || shown_style(progress, quiet) != ProgressStyle::none;
@@ -188,7 +187,7 @@ void refuse_address(const std::string& input, std::string_view advice) {
 namespace {
 
 void refuse_terminal_input(const std::string& input) {
-  if (input == "-" && isatty(STDIN_FILENO))
+  if (input == "-" && is_terminal(standard_input))
     throw UsageError("standard input: is a terminal; give a file, or use a pipe");
 }
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "io/files/held_by_another.h"
+#include "io/files/held_files.h"
 #include "io/text/numbered_names.h"
 #include "pipeline/memory/resources.h"
 

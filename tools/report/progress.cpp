@@ -1,7 +1,8 @@
 #include "tools/report/progress.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <system_error>
@@ -50,7 +51,7 @@ std::string end_of_name(const std::string& name, std::size_t columns) {
 ProgressStyle shown_style(ProgressStyle style, bool quiet) {
   if (quiet) return ProgressStyle::none;
   if (style != ProgressStyle::automatic) return style;
-  return isatty(STDERR_FILENO) ? ProgressStyle::bar : ProgressStyle::none;
+  return is_terminal(standard_error) ? ProgressStyle::bar : ProgressStyle::none;
 }
 
 ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes)

@@ -8,6 +8,7 @@
 #include "io/metadata/lengths.h"
 #include "io/metadata/region.h"
 #include "io/metadata/rescale.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/threads/node_times.h"

@@ -1,7 +1,6 @@
 #include "tools/report/run_report.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -10,7 +9,8 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
-#include "io/files/system_call.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "tools/report/info.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"

@@ -5,10 +5,10 @@
 
 #include "io/errors/errors.h"
 #include "io/files/compressed_bytes.h"
-#include "io/files/system_call.h"
 #include "io/formats/nifti/header.h"
 #include "io/samples/data_files.h"
 #include "io/samples/file_samples.h"
+#include "io/system/files.h"
 #include "io/volume/one_of_volumes.h"
 #include "io/volume/volume_source.h"
 
@@ -36,7 +36,7 @@ std::string image_path(const std::string& path, const std::string& name) {
   const bool is_upper = image.extension() == ".HDR";
   image.replace_extension(is_upper ? ".IMG" : ".img");
   for (const std::string& candidate : {image.string(), image.string() + ".gz"})
-    if (const auto status = status_of(candidate); status && S_ISREG(status->st_mode)) return candidate;
+    if (const auto status = status_of(candidate); status && status->is_file()) return candidate;
   throw WorldError(
       fmt::format("{}: is a NIfTI header, but the file of its samples is missing: {}", name, image.string()));
 }

@@ -10,7 +10,6 @@
 #include "io/files/compressed_bytes.h"
 #include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
-#include "io/files/system_call.h"
 #include "io/formats/table/all_volumes.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/other_formats.h"
@@ -19,6 +18,7 @@
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
 #include "io/samples/file_samples.h"
+#include "io/system/files.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
@@ -103,8 +103,7 @@ std::string advice_of_header_beside(const std::string& path) {
   if (path == "-") return "";
   for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct"}) {
     const std::string header = beside(path, ending).string();
-    if (const auto status = status_of(header); header == path || !status || !S_ISREG(status->st_mode))
-      continue;
+    if (const auto status = status_of(header); header == path || !status || !status->is_file()) continue;
     const Format* known = readable_format(header);
     if (known == nullptr) {
       FileBytes file(header);
@@ -114,10 +113,9 @@ std::string advice_of_header_beside(const std::string& path) {
       continue;
     }
     try {
-      std::error_code error;
       const auto volume = open_file(header, {});
       for (const std::string& file : volume->files())
-        if (fs::equivalent(file, path, error)) return header + " describes its samples; give that file";
+        if (is_same_file(file, path)) return header + " describes its samples; give that file";
     } catch (const UsageError&) {
       return header + " describes its samples, of several volumes; give that file";
     } catch (const Error& error) {
@@ -248,19 +246,18 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
   if (other == nullptr) throw;
   const auto status = source.raw ? status_of(path) : std::nullopt;
   Sentence sentence =
-      about_other_format(*other, wrong.beginning,
-                         status ? std::optional(static_cast<std::uint64_t>(status->st_size)) : std::nullopt);
+      about_other_format(*other, wrong.beginning, status ? std::optional(status->size) : std::nullopt);
   sentence.text = "{}; it " + sentence.text;
   sentence.terms.insert(sentence.terms.begin(), wrong.what());
   throw BrokenInput(sentence, other->problem);
 }
 
 bool has_folders(const std::string& folder) {
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
-    if (!entry->path().filename().string().starts_with('.') && entry->is_directory(error)) return true;
-  return false;
+  std::vector<FolderEntry> entries;
+  files().list(folder, entries);
+  return std::ranges::any_of(entries, [&](const FolderEntry& entry) {
+    return !entry.name.starts_with('.') && is_folder(folder, entry);
+  });
 }
 
 BrokenInput no_files_in(const std::string& folder) {

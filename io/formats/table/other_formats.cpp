@@ -6,10 +6,10 @@
 #include <array>
 #include <filesystem>
 
-#include "io/files/system_call.h"
 #include "io/formats/nifti/header.h"
 #include "io/formats/table/layouts.h"
 #include "io/formats/zarr/container.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -329,7 +329,7 @@ Sentence about_other_format(const OtherFormat& format, std::string_view beginnin
 
 std::optional<std::string_view> other_format_of_folder(const std::string& folder) {
   const std::string attributes = (fs::path(folder) / "attributes.json").string();
-  if (const auto status = status_of(attributes); !status || !S_ISREG(status->st_mode)) return std::nullopt;
+  if (const auto status = status_of(attributes); !status || !status->is_file()) return std::nullopt;
   FileBytes file(attributes);
   if (!begins_n5(file.peek(most_bytes_of_others))) return std::nullopt;
   return "is an N5 container; convert it to OME-Zarr, for example with Fiji";

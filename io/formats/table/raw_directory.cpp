@@ -7,8 +7,8 @@
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
-#include "io/files/system_call.h"
 #include "io/samples/slices_in_files.h"
+#include "io/system/files.h"
 #include "io/text/numbered_names.h"
 
 namespace tagrid {
@@ -66,9 +66,9 @@ std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, cons
   for (std::size_t i = 0; i < files.paths.size(); ++i) {
     const auto status = status_of(files.paths[i]);
     const std::uint64_t wanted = raw.offset + slice * static_cast<std::uint64_t>(slices);
-    if (status && static_cast<std::uint64_t>(status->st_size) != wanted)
+    if (status && status->size != wanted)
       throw BrokenInput(fmt::format("{}: has {} bytes, but {} are expected ({} of {} slices)", files.paths[i],
-                                    status->st_size, wanted, slices, described(raw.dims, raw.type)));
+                                    status->size, wanted, slices, described(raw.dims, raw.type)));
     runs.push_back({i, raw.offset, slices, slice, raw.big_endian.value_or(false)});
   }
   std::vector<std::string> warnings;

@@ -9,7 +9,6 @@
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
-#include "io/files/system_call.h"
 #include "io/formats/vendors/descriptions.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/metadata/lengths.h"
@@ -17,6 +16,7 @@
 #include "io/samples/data_files.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/slices_in_files.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -44,13 +44,12 @@ struct OtherDescription {
 std::optional<OtherDescription> read_other(const Kind& kind, const std::string& path,
                                            const std::string& data_path) {
   const auto status = status_of(path);
-  if (!status || !S_ISREG(status->st_mode)) return std::nullopt;
+  if (!status || !status->is_file()) return std::nullopt;
   try {
     FileBytes file(path);
     if (!kind.begins(file.peek(64))) return std::nullopt;
     OtherDescription other{path, kind.describe(file, path), ""};
-    std::error_code error;
-    if (!fs::equivalent(other.described->data_path, data_path, error)) return std::nullopt;
+    if (!is_same_file(other.described->data_path, data_path)) return std::nullopt;
     return other;
   } catch (const Error& error) {
     return OtherDescription{path, std::nullopt, error.what()};
@@ -61,8 +60,7 @@ std::optional<OtherDescription> read_other(const Kind& kind, const std::string& 
 /// read is assumed to describe them if it has their name.
 std::optional<OtherDescription> other_description(const Kind& kind, const std::string& data_path) {
   const fs::path data = data_path, folder = data.parent_path();
-  if (const auto status = status_of(folder.empty() ? "." : folder.string());
-      !status || !S_ISDIR(status->st_mode))
+  if (const auto status = status_of(folder.empty() ? "." : folder.string()); !status || !status->is_folder())
     return std::nullopt;
   std::vector<std::string> candidates;
   for (const std::string& path : visible_files(folder.empty() ? "." : folder.string()))

@@ -1,12 +1,9 @@
 #include "io/formats/zarr/container.h"
 
-#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <system_error>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -104,7 +101,7 @@ class ZipContainer final : public ZarrContainer {
     put(table_, std::uint32_t{0x02014b50}, made_on_unix);
     add_facts(table_);
     put(table_, std::uint16_t{4 + 24}, std::uint16_t{0}, std::uint16_t{0}, std::uint16_t{0});
-    put(table_, std::uint32_t{(S_IFREG | 0644u) << 16u}, in_extra);
+    put(table_, std::uint32_t{0100644u << 16u}, in_extra);
     table_.put_bytes(std::as_bytes(std::span(member_.key)));
     put(table_, extra_of_sizes, std::uint16_t{24}, member_.size, member_.size, member_.header);
     ++members_;
@@ -131,10 +128,8 @@ class ZipContainer final : public ZarrContainer {
 }  // namespace
 
 bool has_zarr_metadata(const std::string& folder) {
-  std::error_code unknown;
-  return std::ranges::any_of(std::array{"/zarr.json", "/.zgroup", "/.zarray"}, [&](const char* name) {
-    return std::filesystem::is_regular_file(folder + name, unknown);
-  });
+  return std::ranges::any_of(std::array{"/zarr.json", "/.zgroup", "/.zarray"},
+                             [&](const char* name) { return is_file(folder + name); });
 }
 
 bool begins_zarr_in_zip(std::string_view b) {

@@ -1,12 +1,13 @@
 #include "pipeline/ranks/mpi/mpi_ranks.h"
 
 #include <mpi.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <stdexcept>
+#include <thread>
 
 namespace tagrid {
 namespace {
@@ -124,7 +125,7 @@ class MpiRanks : public Ranks {
     // A rank that has asked for one thing often asks for the next at once.
     const bool has_asked = answer_others();
     for (int naps = 0; has_asked && naps < 10 && sender_of(told) < 0; ++naps) {
-      usleep(100);
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
       answer_others();
     }
     return sender_of(told) >= 0;
@@ -145,7 +146,7 @@ class MpiRanks : public Ranks {
       if (complete) return;
       if (answer_others()) looks = 0;
       meanwhile();
-      if (looks > 200) usleep(looks > 2000 ? 2000 : 100);
+      if (looks > 200) std::this_thread::sleep_for(std::chrono::microseconds(looks > 2000 ? 2000 : 100));
     }
   }
   void await(MPI_Request request) {

@@ -10,7 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
-#include "io/files/line_file.h"
+#include "io/files/held_files.h"
 #include "io/files/slice_files.h"
 #include "tests/support/temporary_folder.h"
 

@@ -93,6 +93,37 @@ TEST_F(FormatProgramTest, OneThatCannotBeStartedIsAnError) {
               HasSubstr("Permission denied"));
 }
 
+/// Starts nothing.
+struct FailingProcesses : Processes {
+  StartedChild::Failure failure = {};
+  int error = 0;
+
+  StartedChild start(const std::string&, std::vector<std::string>, std::uint64_t) override {
+    return {failure, error};
+  }
+  int limit_memory(int, std::uint64_t) override { return 0; }
+  ChildEnding ending(int, std::chrono::milliseconds) override { return {}; }
+  void kill(int) override {}
+};
+
+TEST_F(FormatProgramTest, EachStepOfTheStartMayFail) {
+  using Failure = StartedChild::Failure;
+  program_ = "/a/program";
+  FailingProcesses failing;
+  const ProcessesInstead instead(failing);
+  const auto failure_of = [&](Failure at, int error) {
+    failing.failure = at;
+    failing.error = error;
+    return failure([&] { FormatProgram(program_, FormatProgram::Limits{}); });
+  };
+  EXPECT_THAT(failure_of(Failure::pipe, EMFILE),
+              HasSubstr("/a/program: cannot make a pipe to it: Too many open"));
+  EXPECT_THAT(failure_of(Failure::process, EAGAIN), HasSubstr("raise the limit on processes (ulimit -u)"));
+  EXPECT_THAT(failure_of(Failure::process, ENOMEM),
+              HasSubstr("cannot start a process for it: Cannot allocate"));
+  EXPECT_THAT(failure_of(Failure::program, ETXTBSY), HasSubstr("cannot start it: Text file busy"));
+}
+
 TEST_F(FormatProgramTest, OneThatDiesIsQuoted) {
   EXPECT_THAT(failure([&] { start("echo 'the file is odd' >&2; exit 3").hear(); }),
               HasSubstr("exited with code 3 before it answered; stderr: the file is odd"));

@@ -9,9 +9,9 @@
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
-#include "io/files/system_call.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
+#include "io/system/files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 

@@ -1,11 +1,6 @@
 // A file that has no name and lies in memory. What was never written takes none.
 #pragma once
 
-#include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdint>
 #include <span>
@@ -13,28 +8,26 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 
 /// All functions throw WorldError.
 class MemoryFile {
  public:
-  MemoryFile() : descriptor_(memfd_create("plain", MFD_CLOEXEC)) {
+  MemoryFile() : descriptor_(open_memory_file()) {
     if (descriptor_ < 0) throw world_error("cannot make", "a file in memory", errno);
   }
-  ~MemoryFile() { close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
 
   /// A path under which this process, and no other, can open it.
-  std::string path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+  std::string path() const { return path_of_open_file(descriptor_); }
   std::uint64_t size() const { return FileSource(path()).size(); }
   /// Bytes of memory that it takes.
   std::uint64_t memory() const {
-    constexpr std::uint64_t stat_block = 512;
-    struct stat status = {};
-    if (fstat(descriptor_, &status) != 0) throw world_error("cannot look at", "a file in memory", errno);
-    return static_cast<std::uint64_t>(status.st_blocks) * stat_block;
+    FileStatus status;
+    if (!files().status(descriptor_, status)) throw world_error("cannot look at", "a file in memory", errno);
+    return status.stored;
   }
   /// REQUIRES: begin <= end <= size().
   std::string bytes(std::uint64_t begin, std::uint64_t end) const {
@@ -44,7 +37,7 @@ class MemoryFile {
   }
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 }  // namespace tagrid

@@ -1,9 +1,6 @@
 #include "io/formats/tiff/reader/tiff_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +12,7 @@
 #include "io/errors/errors.h"
 #include "io/formats/tiff/reader/directories.h"
 #include "io/formats/tiff/reader/libtiff.h"
+#include "io/system/files.h"
 
 namespace tagrid {
 namespace {
@@ -35,19 +33,19 @@ TiffFile::TiffFile(const std::string& path) : path_(path) {
   listen_to_libtiff();
   last_reason.clear();
   of_tags = {};
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  Descriptor descriptor = files().open(path, {.read = true, .waits = false});
   if (descriptor < 0) throw world_error("cannot open", path, errno);
-  struct stat status = {};
-  const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  FileStatus status;
+  const bool is_file = files().status(descriptor, status) && status.is_file();
   // m: without mapping the file, whose damage would end the program
   if (is_file) tiff_.reset(TIFFFdOpen(descriptor, path.c_str(), "rm"));
   if (!tiff_) {
-    close(descriptor);
     if (!is_file) throw BrokenInput(path + ": is not a regular file");
     if (!begins_tiff(path)) throw BrokenInput(path + ": is not a TIFF file");
     fail("ends too soon, or is damaged" + (last_reason.empty() ? "" : fmt::format(" ({})", last_reason)));
   }
-  size_ = static_cast<std::uint64_t>(status.st_size);
+  descriptor.release();
+  size_ = status.size;
 }
 
 void TiffFile::fail(const std::string& why) const {

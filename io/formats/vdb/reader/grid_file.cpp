@@ -1,19 +1,14 @@
 #include "io/formats/vdb/reader/grid_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <malloc.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <istream>
 #include <streambuf>
 
 #include "io/errors/errors.h"
 #include "io/programs/serve.h"
+#include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
@@ -26,45 +21,23 @@ constexpr std::uint64_t memory_beside_leaf = sizeof(openvdb::FloatTree::LeafNode
 class MappedBytes final : public std::streambuf {
  public:
   /// Throws WorldError if the file cannot be opened.
-  explicit MappedBytes(const std::string& path);
-  ~MappedBytes() override;
-  MappedBytes(const MappedBytes&) = delete;
-  MappedBytes& operator=(const MappedBytes&) = delete;
+  explicit MappedBytes(const std::string& path) : file_(path) {
+    char* begin = file_.bytes().data();
+    setg(begin, begin, begin + file_.bytes().size());
+  }
 
  private:
   pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode) override;
   pos_type seekpos(pos_type position, std::ios::openmode) override;
 
-  void* bytes_ = nullptr;
-  std::size_t size_ = 0;
+  MappedFile file_;
 };
-
-MappedBytes::MappedBytes(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat status = {};
-  if (file < 0 || fstat(file, &status) != 0) {
-    const int error = errno;
-    if (file >= 0) close(file);
-    throw world_error("cannot open", path, error);
-  }
-  size_ = static_cast<std::size_t>(status.st_size);
-  bytes_ = size_ > 0 ? mmap(nullptr, size_, PROT_READ, MAP_SHARED, file, 0) : nullptr;
-  const int error = errno;
-  close(file);
-  if (bytes_ == MAP_FAILED) throw world_error("cannot map into memory", path, error);
-  auto* begin = static_cast<char*>(bytes_);
-  setg(begin, begin, begin + size_);
-}
-
-MappedBytes::~MappedBytes() {
-  if (bytes_ != nullptr) munmap(bytes_, size_);
-}
 
 MappedBytes::pos_type MappedBytes::seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode) {
   const off_type begin = from == std::ios::beg   ? 0
                          : from == std::ios::cur ? gptr() - eback()
                                                  : egptr() - eback();
-  const auto size = static_cast<off_type>(size_);
+  const auto size = static_cast<off_type>(file_.bytes().size());
   if (offset < -begin || offset > size - begin) return pos_type(off_type(-1));
   setg(eback(), eback() + begin + offset, egptr());
   return {begin + offset};
@@ -188,7 +161,7 @@ GridLook GridFile::look_at(const openvdb::io::GridDescriptor& grid, const GridKi
     kind.pass_over_leaves(*whole, archive_->stream());
     say_working();
   }
-  malloc_trim(0);  // what is declared next counts what this program has
+  give_back_free_memory();  // what is declared next counts what this program has
   look.grid = archive_->head_of(grid);
   return look;
 } catch (const std::ios::failure&) {

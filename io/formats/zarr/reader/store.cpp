@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "io/bytes/memory_size.h"
-#include "io/files/system_call.h"
 #include "io/formats/zarr/reader/zip_file.h"
+#include "io/system/files.h"
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 
@@ -30,7 +30,7 @@ class FolderStore final : public ZarrStore {
     if (!is_safe_name(key)) return false;
     const auto status = status_of(path_of(key));
     if (!status) require_no_dead_link(key);
-    return status && S_ISREG(status->st_mode);
+    return status && status->is_file();
   }
   void list(const std::string& folder,
             const std::function<void(const std::string& name, bool is_folder)>& look) const override {
@@ -49,7 +49,7 @@ class FolderStore final : public ZarrStore {
   }
   std::string identity(const std::string& folder) const override {
     const auto status = status_of(path_of(folder));
-    return status ? fmt::format("{} {}", status->st_dev, status->st_ino) : folder;
+    return status ? fmt::format("{} {}", status->device, status->number) : folder;
   }
   std::string path_of(const std::string& key) const override { return joined(path(), key); }
 

@@ -1,0 +1,75 @@
+// Programs that this process starts, and talks to.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/system/files.h"
+
+namespace tagrid {
+
+/// A program that runs. Its streams do not block: they fail with EAGAIN, and wait_for() waits for them.
+struct Child {
+  int process = -1;
+  Descriptor input;  ///< takes what send_bytes() sends
+  Descriptor output, errors;
+};
+
+struct StartedChild {
+  enum class Failure { none, pipe, process, program } failure = Failure::none;
+  int error = 0;  ///< an errno, if there is a failure
+  Child child = {};
+};
+
+/// How a program ended.
+struct ChildEnding {
+  enum class Kind { none, exit, signal } kind = Kind::none;  ///< none: it still runs
+  int number = 0;                                            ///< the exit code, or the signal
+  bool is_crash = false;  ///< a signal for a wrong access or calculation; others may send any other signal
+};
+
+class Processes {
+ public:
+  virtual ~Processes() = default;
+  /// Starts the program at a path with this environment, NAME=VALUE each, and at most so much memory of its
+  /// own. It is a process group of its own, and ends with the thread that started it.
+  virtual StartedChild start(const std::string& program, std::vector<std::string> environment,
+                             std::uint64_t memory) = 0;
+  /// From now on, it may have so many bytes of memory of its own; what it has stays. Returns 0 or an errno.
+  virtual int limit_memory(int process, std::uint64_t bytes) = 0;
+  /// Waits for its end, for at most so long.
+  virtual ChildEnding ending(int process, std::chrono::milliseconds most) = 0;
+  /// Ends it at once, with all that it has started in its group.
+  virtual void kill(int process) = 0;
+};
+
+Processes& processes_of_system();
+/// Those of the system, unless a ProcessesInstead exists.
+Processes& processes();
+
+/// For tests: while it exists, processes() is another one.
+class ProcessesInstead {
+ public:
+  explicit ProcessesInstead(Processes& processes);
+  ~ProcessesInstead();
+  ProcessesInstead(const ProcessesInstead&) = delete;
+  ProcessesInstead& operator=(const ProcessesInstead&) = delete;
+
+ private:
+  Processes* before_;
+};
+
+/// "Segmentation fault"
+std::string name_of_signal(int number);
+
+/// Sends bytes to the input of a child, or on a connection; returns their number. EPIPE or ECONNRESET: nobody
+/// takes them.
+std::ptrdiff_t send_bytes(int socket, std::span<const std::byte> bytes);
+/// Tells the other side that no more bytes come.
+void end_sending(int socket);
+
+}  // namespace tagrid
