@@ -103,6 +103,24 @@ TEST_F(ConvertRemoval, AnUnreadableRecordIsNamedAndItsOriginalKept) {
   EXPECT_FALSE(exists("b.nrrd"));
 }
 
+TEST_F(ConvertRemoval, ARefusalDoesNotEndTheDoubtThatAnUnreadableRecordLeaves) {
+  volumes(1);
+  expect_ok(convert());
+  expect_ok(remove());
+  std::string lines = content("out/results.jsonl");
+  lines[lines.find('\n') + 1] = 'X';  // the record of the removal
+  file("out/results.jsonl", lines);
+  const std::string only_copy = content("out/a.tag");
+  volume("a.nrrd", 7);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(convert({"-f"}).code, broken_input) << i;
+    EXPECT_NE(remove().code, 0) << i;
+    EXPECT_NE(convert({"--skip-done", "-f"}).code, 0) << i;
+  }
+  EXPECT_TRUE(content("out/a.tag") == only_copy);
+  EXPECT_TRUE(exists("a.nrrd"));
+}
+
 // Two machines, one of whose clocks is wrong.
 TEST_F(ConvertRemoval, IsNotHiddenByAnOlderRecordOfALaterClock) {
   volumes(2);
