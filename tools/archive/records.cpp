@@ -206,8 +206,8 @@ void KnownOutputs::read(const std::string& path) {
       const std::string output = note(record, line);
       // Only what rests on a comparison with the volume shows that a line before it does not matter: a refusal
       // that is recorded must not end the doubt that it follows from.
-      const auto status = record.at("status").get<std::string>();
-      if (first < unreadable_.size() && (status == "ok" || status == "removed"))
+      const auto said = record.at("status").get<std::string>();
+      if (first < unreadable_.size() && (said == "ok" || said == "removed"))
         older_[output][first] = unreadable_.size();
     } catch (const nlohmann::json::exception&) {
       unreadable_.push_back(fmt::format("{}: line {} is not a record", path, end.lines));
