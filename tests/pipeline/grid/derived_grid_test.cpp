@@ -236,15 +236,15 @@ TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
   const TagBricks derived(std::make_shared<FileSource>(derived_)),
       stored(std::make_shared<FileSource>(stored_));
   const BrickGrid bricks = derived.parameters().bricks();
-  Verifier of_derived(derived, verify_setup("", derived.header(), "", {}, Resources(1))),
-      of_stored(stored, verify_setup("", stored.header(), "", {}, Resources(1)));
+  Verifier of_derived(derived, derived.index(), verify_setup("", derived.header(), "", {}, Resources(1))),
+      of_stored(stored, stored.index(), verify_setup("", stored.header(), "", {}, Resources(1)));
+  Watch unwatched;
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
       for (const std::int64_t rows : {1, 2, 3}) {
         if (y + rows > bricks.bricks(1)) continue;
         const BrickRows stretch = {y, y + rows, z, z + 1};
-        const Findings a = of_derived.verify(stretch, {[](std::uint64_t) {}}),
-                       b = of_stored.verify(stretch, {[](std::uint64_t) {}});
+        const Findings a = of_derived.verify(stretch, unwatched), b = of_stored.verify(stretch, unwatched);
         EXPECT_EQ(a.counted.active, b.counted.active);
         ASSERT_EQ(a.open_faces.size(), b.open_faces.size());
         for (std::size_t i = 0; i < a.open_faces.size(); ++i)

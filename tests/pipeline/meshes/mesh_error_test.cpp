@@ -215,12 +215,13 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
   const TagBricks file(std::make_shared<FileSource>(tag_));
-  Verifier verifier(file, verify_setup(file.name(), file.header(), in_, {}, Resources(1)));
+  Verifier verifier(file, file.index(), verify_setup(file.name(), file.header(), in_, {}, Resources(1)));
+  Watch unwatched;
   const BrickGrid bricks = verifier.parameters().bricks();
   Statistics counted;
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
-      counted.add(verifier.verify({y, y + 1, z, z + 1}, {[](std::uint64_t) {}}).counted);
+      counted.add(verifier.verify({y, y + 1, z, z + 1}, unwatched).counted);
   EXPECT_EQ(counted.mesh_error, recorded);
   EXPECT_NO_THROW(verifier.finish(counted, true, file.sizes()));
 }

@@ -59,12 +59,13 @@ class WaysToRead : public TemporaryFolder {
     try {
       const TagBricks file(std::make_shared<MemorySource>(bytes));
       const BrickGrid bricks = file.parameters().bricks();
-      Verifier verifier(file, verify_setup("", file.header(), "", {}, Resources(1)));
+      Verifier verifier(file, file.index(), verify_setup("", file.header(), "", {}, Resources(1)));
+      Watch unwatched;
       Statistics counted;
       OpenFacePairs faces(bricks);
       for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
         for (std::int64_t y = bricks.bricks(1) - 1; y >= 0; --y) {
-          const Findings found = verifier.verify({y, y + 1, z, z + 1}, {[](std::uint64_t) {}});
+          const Findings found = verifier.verify({y, y + 1, z, z + 1}, unwatched);
           counted.add(found.counted);
           faces.add(found.open_faces);
         }
