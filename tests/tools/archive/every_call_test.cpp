@@ -67,7 +67,7 @@ struct Case {
   friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
-class EveryCall : public testing::TestWithParam<Case> {
+class EveryCallInMemory : public testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
     testing::internal::CaptureStderr();  // what commands say of their failures
@@ -160,7 +160,7 @@ class EveryCall : public testing::TestWithParam<Case> {
   std::size_t calls_ = 0;
 };
 
-TEST_P(EveryCall, MayFail) {
+TEST_P(EveryCallInMemory, MayFail) {
   ASSERT_GT(calls_, 10U);
   for (std::size_t at = 1; at <= calls_ && !HasFailure(); ++at) {
     const int error = at % 2 == 0 ? EIO : ENOSPC;
@@ -180,7 +180,7 @@ TEST_P(EveryCall, MayFail) {
   }
 }
 
-TEST_P(EveryCall, MayBeTheLast) {
+TEST_P(EveryCallInMemory, MayBeTheLast) {
   for (std::size_t at = 1; at <= calls_ && !HasFailure(); ++at) {
     const auto files = before_.copy();
     files->spoil({.at = at, .is_last = true});
@@ -256,7 +256,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(, EveryCall, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(, EveryCallInMemory, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
 
 }  // namespace
