@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "io/text/text.h"
 #include "io/metadata/lengths.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 

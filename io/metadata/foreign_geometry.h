@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/text/foreign_number.h"
 #include "io/metadata/geometry.h"
+#include "io/text/foreign_number.h"
 
 namespace tagrid {
 

@@ -27,7 +27,8 @@ constexpr int deepest_in_handler = 16;
 /// Removes a file, or a directory with all that is in it.
 bool remove_entry(int folder, const char* name, int depth) noexcept {
   if (unlinkat(folder, name, 0) == 0) return true;
-  if (errno != EISDIR || depth == deepest_in_handler || std::strcmp(name, ".") == 0 || std::strcmp(name, "..") == 0)
+  if (errno != EISDIR || depth == deepest_in_handler || std::strcmp(name, ".") == 0 ||
+      std::strcmp(name, "..") == 0)
     return false;
   const int inner = openat(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (inner >= 0) {

@@ -73,7 +73,9 @@ class Reading {
 
  private:
   void warn(const std::string& sentence) { result_.warnings.push_back("NRRD header: " + sentence); }
-  void comment_out(const MetadataEntry& entry) { changes_.replace(entry.line, fmt::format("# {}", entry.line)); }
+  void comment_out(const MetadataEntry& entry) {
+    changes_.replace(entry.line, fmt::format("# {}", entry.line));
+  }
 
   /// A field with a number for each axis.
   void read_numbers(const MetadataEntry& entry, std::string_view consequence, bool is_length) {
@@ -87,8 +89,9 @@ class Reading {
       const ForeignNumber& number = numbers.numbers[axis];
       if (is_unknown(words[axis])) continue;
       const bool is_zero = is_length && number.is_number() && number.value == 0;
-      std::string remark = remark_on(
-          number, fmt::format("of {} {}, number {}", entry.field, quoted(entry.value), axis + 1), consequence);
+      std::string remark =
+          remark_on(number, fmt::format("of {} {}, number {}", entry.field, quoted(entry.value), axis + 1),
+                    consequence);
       if (is_zero)
         remark = fmt::format("of {} {}, number {} is 0; {}", entry.field, quoted(entry.value), axis + 1,
                              consequence);
@@ -149,7 +152,8 @@ class Reading {
       return comment_out(entry);
     }
     if (span(*directions)) return;
-    warn(fmt::format("space directions {} do not span a volume; directions are unknown", quoted(entry.value)));
+    warn(
+        fmt::format("space directions {} do not span a volume; directions are unknown", quoted(entry.value)));
     if (has_spacings_) return comment_out(entry);
     std::vector<double> lengths;
     for (const auto& vector : *directions) {

@@ -6,8 +6,8 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/nrrd/header.h"
-#include "io/metadata/rescale.h"
 #include "io/formats/nrrd/text_header.h"
+#include "io/metadata/rescale.h"
 #include "io/samples/file_samples.h"
 
 namespace tagrid {
