@@ -93,7 +93,8 @@ void Metadata::find_rescale() {
     if (is_valid) rescale_ = std::move(given);
   }
   largest_slope_ = 0;
-  for (const std::string_view word : words_of(slopes ? *slopes : std::string()))
+  const std::string list = slopes.value_or("");
+  for (const std::string_view word : words_of(list))
     if (const auto number = number_of(word); number && std::isfinite(*number))
       largest_slope_ = std::max(largest_slope_, std::abs(*number));
   if (largest_slope_ == 0) largest_slope_ = std::abs(rescale_.slope);
