@@ -15,18 +15,10 @@
 #include <cstdlib>
 
 #include "io/system/files.h"
+#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {
-
-/// Makes a call, and repeats it if a signal interrupts it. Not for close(), which closes the file anyway.
-template <class Call>
-auto uninterrupted(Call call) {
-  for (;;) {
-    const auto result = call();
-    if (result >= 0 || errno != EINTR) return result;
-  }
-}
 
 constexpr std::size_t most_at_once = std::size_t{1} << 30;
 

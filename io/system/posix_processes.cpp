@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "io/system/processes.h"
+#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {
@@ -118,10 +119,7 @@ class SystemProcesses final : public Processes {
     errors.drop(1);
     report.drop(1);
     int why = 0;
-    ssize_t count = 0;
-    while ((count = read(report[0], &why, sizeof why)) < 0 && errno == EINTR) {
-    }
-    if (count > 0) {
+    if (uninterrupted([&] { return read(report[0], &why, sizeof why); }) > 0) {
       kill(process);
       return {Failure::program, why};
     }
@@ -155,8 +153,7 @@ class SystemProcesses final : public Processes {
   void kill(int process) override {
     // The group lives as long as its leader is not waited for.
     ::kill(-process, SIGKILL);
-    while (waitpid(process, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    uninterrupted([&] { return waitpid(process, nullptr, 0); });
   }
 };
 
@@ -178,10 +175,7 @@ ProcessesInstead::~ProcessesInstead() { processes_instead = before_; }
 std::string name_of_signal(int number) { return strsignal(number); }
 
 std::ptrdiff_t send_bytes(int socket, std::span<const std::byte> bytes) {
-  for (;;) {
-    const ssize_t count = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (count >= 0 || errno != EINTR) return count;
-  }
+  return uninterrupted([&] { return send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); });
 }
 
 void end_sending(int socket) { shutdown(socket, SHUT_WR); }

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "io/system/sockets.h"
+#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 
@@ -39,10 +40,7 @@ void set_patience(int connection, std::chrono::seconds longest) {
 }
 
 std::ptrdiff_t receive_bytes(int connection, std::span<char> to) {
-  for (;;) {
-    const ssize_t count = recv(connection, to.data(), to.size(), 0);
-    if (count >= 0 || errno != EINTR) return count;
-  }
+  return uninterrupted([&] { return recv(connection, to.data(), to.size(), 0); });
 }
 
 void end_receiving(int connection) { shutdown(connection, SHUT_RD); }

@@ -16,6 +16,7 @@
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {
@@ -75,10 +76,8 @@ std::size_t columns_of_terminal() {
 }
 
 bool fill_with_random(std::span<unsigned char> bytes) {
-  for (;;) {
-    const ssize_t count = getrandom(bytes.data(), bytes.size(), 0);
-    if (count >= 0 || errno != EINTR) return count == static_cast<ssize_t>(bytes.size());
-  }
+  return uninterrupted([&] { return getrandom(bytes.data(), bytes.size(), 0); }) ==
+         static_cast<ssize_t>(bytes.size());
 }
 
 double processor_seconds_of_thread() {
