@@ -122,12 +122,7 @@ void LineFile::cut_half_line() {
 void LineFile::append(std::string_view line) {
   assert(line.find('\n') == line.npos);
   const std::string whole = std::string(line) + "\n";
-  if (!files().write_at(descriptor_, size_, bytes_of(whole))) {
-    const int error = errno;
-    cut(size_);
-    throw world_error("cannot write", name_, error);
-  }
-  if (!files().sync(descriptor_)) {
+  if (!files().write_at(descriptor_, size_, bytes_of(whole)) || !files().sync(descriptor_)) {
     const int error = errno;
     cut(size_);
     throw world_error("cannot write", name_, error);
