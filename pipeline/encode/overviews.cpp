@@ -32,8 +32,7 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
   const Index3 dims = file.parameters.dims;
   for (const int factor : factors) {
     while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool, output);
-    EncodeJob job{
-        .header = overview_header(file, factor, total), .plan = {}, .overviews = {}, .reason_of_bound = {}};
+    EncodeJob job{.header = overview_header(file, factor, total)};
     const CodingParameters& p = job.parameters();
     job.plan = plan_encoding(p, resources, true, {.besides = sums.layout().row_bytes()});
     SpoolFile encoded = SpoolFile::in(resources.spool, output);

@@ -18,11 +18,11 @@ namespace tagrid {
 /// What an encoding will do, in one process or many, from a file or from slices that a caller gives.
 struct EncodeJob {
   TagHeader header;  ///< of the file
-  EncodePlan plan;
-  std::vector<int> overviews;       ///< their factors
-  std::string reason_of_bound;      ///< how the largest error follows from the options; "" if it was given
-  std::string doubt_of_bound = {};  ///< why it may not be what is wanted; "" if nothing says that
-  double times_read = 0;            ///< how often a sample was read to find that out
+  EncodePlan plan = {};
+  std::vector<int> overviews = {};   ///< their factors
+  std::string reason_of_bound = {};  ///< how the largest error follows from the options; "" if it was given
+  std::string doubt_of_bound = {};   ///< why it may not be what is wanted; "" if nothing says that
+  double times_read = 0;             ///< how often a sample was read to find that out
 
   const CodingParameters& parameters() const { return header.parameters; }
 };

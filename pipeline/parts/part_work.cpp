@@ -83,9 +83,7 @@ class PartEncoder {
         volume_(open_volume(order.input, order.source)),
         job_{.header = parts.header(),
              .plan = plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                                   {.besides = memory_besides_parts(*volume_), .sums = parts.has_sums()}),
-             .overviews = {},
-             .reason_of_bound = {}},
+                                   {.besides = memory_besides_parts(*volume_), .sums = parts.has_sums()})},
         kept_(slices_kept_for_parts(*volume_, parts, job_.plan, of_this_rank(ranks, order.resources))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run started with");
