@@ -38,6 +38,16 @@ bool is_zarr_folder(const std::string& folder) {
   return has_zarr_metadata(folder) || lower_case(path).ends_with(".zarr");
 }
 
+// The same in one file and in two, and in gzip.
+constexpr Keeps of_nifti = {.slices_are_alike = true,
+                            .volumes = true,
+                            .applies_rescale = true,
+                            .loss = true,
+                            .own_pairs = "nifti_",
+                            .lost = lost_in_nifti};
+constexpr Keeps of_meta_image = {
+    .slices_are_alike = true, .loss = true, .own_pairs = "metaimage_", .lost = lost_in_meta_image};
+
 }  // namespace
 
 const std::vector<Format>& formats() {
@@ -75,31 +85,20 @@ const std::vector<Format>& formats() {
        .reads =
            {.peek = 348, .is_mine = begins_nifti, .in_gzip = true, .open = open_nifti, .has_series = true},
        .writes = {.header = nifti_header_bytes, .any_order = true},
-       .keeps = {.slices_are_alike = true,
-                 .volumes = true,
-                 .applies_rescale = true,
-                 .loss = true,
-                 .own_pairs = "nifti_",
-                 .lost = lost_in_nifti}},
+       .keeps = of_nifti},
       {.name = "nifti.gz",
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
        .reads = {.as = "nifti"},
        .writes = {.header = nifti_header_bytes, .in_gzip = true},
-       .keeps = {.slices_are_alike = true,
-                 .volumes = true,
-                 .applies_rescale = true,
-                 .loss = true,
-                 .own_pairs = "nifti_",
-                 .lost = lost_in_nifti}},
+       .keeps = of_nifti},
       {.name = "metaimage",
        .extensions = {".mha"},
        .help = "MetaImage",
        .what = "a MetaImage file",
        .reads = {.peek = 14, .is_mine = begins_meta_image, .open = open_meta_image, .has_series = true},
        .writes = {.header = meta_image_header_text, .any_order = true},
-       .keeps =
-           {.slices_are_alike = true, .loss = true, .own_pairs = "metaimage_", .lost = lost_in_meta_image}},
+       .keeps = of_meta_image},
       {.name = "mhd",
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",
@@ -107,8 +106,7 @@ const std::vector<Format>& formats() {
        .writes = {.detached_header = detached_meta_image_header,
                   .any_order = true,
                   .samples_extension = ".raw"},
-       .keeps =
-           {.slices_are_alike = true, .loss = true, .own_pairs = "metaimage_", .lost = lost_in_meta_image}},
+       .keeps = of_meta_image},
       // Before TIFF: a DICOM file may begin as one of TIFF does.
       {.name = "dicom",
        .extensions = {".dcm", ".ima"},
