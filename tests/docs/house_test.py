@@ -26,7 +26,8 @@ def sources():
     for folder in PRODUCT:
         for path in sorted((ROOT / folder).rglob("*")):
             name = path.relative_to(ROOT).as_posix()
-            if path.suffix in (".h", ".cpp", ".hpp") and not re.search(r"^tools/research/|/(build|dist|node_modules)/", name):
+            is_product = not re.search(r"^tools/research/|/(build|dist|node_modules)/", name)
+            if path.suffix in (".h", ".cpp", ".hpp") and is_product:
                 yield name, path.read_text()
 
 

@@ -1,5 +1,5 @@
-"""Layers below tools/ name no option of the command line, because users of the library read their string literals, too. Programs
-that read and write formats are no part of the library: who reads their words uses the command line."""
+"""Layers below tools/ name no option of the command line, because users of the library read their string literals, too.
+Programs that read and write formats are not in the library: who reads their messages uses the command line."""
 
 import pathlib
 import re
