@@ -201,6 +201,16 @@ unsigned mode_of_new_folders();
 /// A path under which this process and its children can open an open file that may have no name.
 std::string path_of_open_file(int file);
 
+/// Makes a call of the system, and repeats it if a signal interrupts it: for the sources of this room, whose
+/// own calls repeat. Not for close(), which closes the file anyway.
+template <class Call>
+auto uninterrupted(Call call) {
+  for (;;) {
+    const auto result = call();
+    if (result >= 0 || errno != EINTR) return result;
+  }
+}
+
 /// What is waited for: bytes of a pipe or socket, or room in it.
 struct Awaited {
   int file = -1;  ///< negative: nothing

@@ -15,7 +15,6 @@
 #include <cstdlib>
 
 #include "io/system/files.h"
-#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {

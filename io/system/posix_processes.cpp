@@ -16,7 +16,6 @@
 #include <thread>
 
 #include "io/system/processes.h"
-#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {

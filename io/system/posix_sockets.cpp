@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "io/system/sockets.h"
-#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 

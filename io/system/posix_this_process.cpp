@@ -16,7 +16,6 @@
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
-#include "io/system/uninterrupted.h"
 
 namespace tagrid {
 namespace {
