@@ -111,9 +111,10 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
     }
     const tagrid_call settings = settings_of(given);
     const int threads = threads_for_reading(parameters, resources_of(settings));
-    read_region(file, region, static_cast<std::byte*>(samples),
-                strides_of(strides, region.shape(), size_of(parameters.type)), threads,
-                progress_of(settings));
+    read_region(
+        file, region,
+        {static_cast<std::byte*>(samples), strides_of(strides, region.shape(), size_of(parameters.type))},
+        threads, progress_of(settings));
   });
 }
 

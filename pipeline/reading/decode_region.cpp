@@ -26,70 +26,80 @@
 namespace tagrid {
 namespace {
 
-// The blocks of bricks with increasing numbers.
-struct Blocks {
-  TagHeader header;
-  const TagIndex* index;  // nullptr if it is not known before all blocks were read
-  BlocksInOrder in_order;
-  // Adds what is known when all blocks were read.
-  std::function<void(DecodeResult& result, const Region& region)> finish;
+// The bricks of a file that is decoded.
+class BricksOfRun : public RegionBricks {
+ public:
+  virtual const TagHeader& header() const = 0;
+  /// Null if it is not known before all bricks were read.
+  virtual const TagIndex* index() const = 0;
+  /// Adds what is known when all bricks were read.
+  virtual void finish(DecodeResult& result, const Region& region) = 0;
 };
 
 // From a file, by its index.
-Blocks indexed_blocks(const DecodeRun& run) {
-  const auto file = std::make_shared<TagBricks>(source_of(run));
-  return {file->header(),
-          &file->index(),
-          {file->name(), [file](std::int64_t id) { return file->read(id); },
-           [file](std::span<const std::int64_t> ids) { file->will_read(ids); }},
-          [file](DecodeResult& result, const Region&) {
-            result.index = file->index();
-            result.bytes_in = file->sizes().file;
-          }};
-}
-
-// From a pipe, as they come. It is read to its end, so that its writer does not fail, and damage is found.
-Blocks blocks_of_pipe(const std::string& input) {
-  const auto stream = std::make_shared<TagReader>(input);
-  const auto next = [stream](std::int64_t id) {
-    BrickBytes brick;
-    do {
-      if (!stream->read_brick(brick)) throw BrokenInput(stream->name() + ": a brick is missing");
-    } while (brick.id < id);
-    return brick;
-  };
-  return {stream->header(), nullptr, {stream->name(), next}, [stream](DecodeResult& result, const Region&) {
-            stream->read_to_end();
-            result.index = stream->index();
-            result.bytes_in = stream->sizes().file;
-          }};
-}
-
-// Those of a damaged file that are intact.
-class SalvagedBlocks {
+class BricksByIndex : public BricksOfRun {
  public:
-  explicit SalvagedBlocks(std::shared_ptr<const ByteSource> source) : file_(std::move(source)) {
-    if (file_.whole_count() == 0)
-      throw BrokenInput(file_.name() + ": none of its bricks is intact, so nothing can be decoded");
-  }
-  static Blocks blocks(std::shared_ptr<const ByteSource> source) {
-    const auto self = std::make_shared<SalvagedBlocks>(std::move(source));
-    const WholeBricks& file = self->file_;
-    const auto next = [&file](std::int64_t id) {
-      return file.is_whole(id) ? std::optional(file.read(id)) : std::nullopt;
-    };
-    return {file.header(),
-            file.index() ? &*file.index() : nullptr,
-            {file.name(),
-             next,
-             {},
-             [self](const DecodedBrick& brick) { return self->can_be_of_this_file(brick); },
-             [self](std::int64_t id) { self->broken_.insert(id); }},
-            [self](DecodeResult& result, const Region& region) { self->finish(result, region); }};
+  explicit BricksByIndex(std::shared_ptr<const ByteSource> source) : file_(std::move(source)) {}
+  const std::string& name() const override { return file_.name(); }
+  const TagHeader& header() const override { return file_.header(); }
+  const TagIndex* index() const override { return &file_.index(); }
+  void will_read(std::span<const std::int64_t> bricks) override { file_.will_read(bricks); }
+  std::optional<BrickBytes> read(std::int64_t brick) override { return file_.read(brick); }
+  void finish(DecodeResult& result, const Region&) override {
+    result.index = file_.index();
+    result.bytes_in = file_.sizes().file;
   }
 
  private:
-  void finish(DecodeResult& result, const Region& region) const {
+  TagBricks file_;
+};
+
+// From a pipe, as they come. It is read to its end, so that its writer does not fail, and damage is found.
+class BricksOfPipe : public BricksOfRun {
+ public:
+  explicit BricksOfPipe(const std::string& input) : stream_(input) {}
+  const std::string& name() const override { return stream_.name(); }
+  const TagHeader& header() const override { return stream_.header(); }
+  const TagIndex* index() const override { return nullptr; }
+  std::optional<BrickBytes> read(std::int64_t id) override {
+    BrickBytes brick;
+    do {
+      if (!stream_.read_brick(brick)) throw BrokenInput(stream_.name() + ": a brick is missing");
+    } while (brick.id < id);
+    return brick;
+  }
+  void finish(DecodeResult& result, const Region&) override {
+    stream_.read_to_end();
+    result.index = stream_.index();
+    result.bytes_in = stream_.sizes().file;
+  }
+
+ private:
+  TagReader stream_;
+};
+
+// Those of a damaged file that are intact.
+class SalvagedBricks : public BricksOfRun {
+ public:
+  explicit SalvagedBricks(std::shared_ptr<const ByteSource> source) : file_(std::move(source)) {
+    if (file_.whole_count() == 0)
+      throw BrokenInput(file_.name() + ": none of its bricks is intact, so nothing can be decoded");
+  }
+  const std::string& name() const override { return file_.name(); }
+  const TagHeader& header() const override { return file_.header(); }
+  const TagIndex* index() const override { return file_.index() ? &*file_.index() : nullptr; }
+  std::optional<BrickBytes> read(std::int64_t brick) override {
+    return file_.is_whole(brick) ? std::optional(file_.read(brick)) : std::nullopt;
+  }
+  bool salvages() const override { return true; }
+  // A block of another file can fit between two that are lost. The index knows the values of its own.
+  bool accepts(const DecodedBrick& brick) const override {
+    const auto statistics = file_.statistics(brick.id);
+    return !statistics || can_be_of(value_range(brick.samples, file_.header().parameters.type), *statistics,
+                                    file_.index()->total.max_error);
+  }
+  void lose(std::int64_t brick) override { broken_.insert(brick); }
+  void finish(DecodeResult& result, const Region& region) override {
     if (file_.index()) result.index = *file_.index();
     result.bytes_in = file_.file_bytes();
     Salvage& salvage = result.salvage.emplace();
@@ -98,13 +108,8 @@ class SalvagedBlocks {
     for (const std::int64_t id : bricks_of(region, file_.header().parameters.bricks()))
       if (!file_.is_whole(id) || broken_.contains(id)) append(salvage.lost, {id, id});
   }
-  // A block of another file can fit between two that are lost. The index knows the values of its own.
-  bool can_be_of_this_file(const DecodedBrick& brick) const {
-    const auto statistics = file_.statistics(brick.id);
-    return !statistics || can_be_of(value_range(brick.samples, file_.header().parameters.type), *statistics,
-                                    file_.index()->total.max_error);
-  }
 
+ private:
   WholeBricks file_;
   std::set<std::int64_t> broken_;  // intact, but not decodable, or not of this file
 };
@@ -114,9 +119,10 @@ std::shared_ptr<const ByteSource> source_to_salvage(const DecodeRun& run) {
   return run.volume.value_or(0) == 0 ? open_source(run.input) : source_of(run);
 }
 
-Blocks blocks_of(const DecodeRun& run) {
-  if (run.fill) return SalvagedBlocks::blocks(source_to_salvage(run));
-  return is_regular_input(run.input) ? indexed_blocks(run) : blocks_of_pipe(run.input);
+std::unique_ptr<BricksOfRun> bricks_of(const DecodeRun& run) {
+  if (run.fill) return std::make_unique<SalvagedBricks>(source_to_salvage(run));
+  if (is_regular_input(run.input)) return std::make_unique<BricksByIndex>(source_of(run));
+  return std::make_unique<BricksOfPipe>(run.input);
 }
 
 // Sets every sample to the value that stands for those of lost bricks.
@@ -263,11 +269,12 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
 }
 
 FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
-  Blocks blocks = blocks_of(run);
-  const CodingParameters& parameters = blocks.header.parameters;
+  const std::unique_ptr<BricksOfRun> of_run = bricks_of(run);
+  const TagHeader& header = of_run->header();
+  const CodingParameters& parameters = header.parameters;
   const Region region = region_of(run.region, parameters);
-  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, blocks.header, blocks.index);
-  const VolumeInfo of_samples = info_of(blocks.header, region), info = numbers.info(of_samples);
+  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, header, of_run->index());
+  const VolumeInfo of_samples = info_of(header, region), info = numbers.info(of_samples);
   if (run.fill && !is_value_of(info.type, *run.fill))
     throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
   DecodeOutput output(run, of_samples, numbers, parameters);
@@ -280,13 +287,6 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
 
   const BrickGrid bricks = parameters.bricks();
   ProgressWatch watch(run.progress, sample_bytes(info.dims, info.type).value());
-  BlocksInOrder& in_order = blocks.in_order;
-  if (numbers.are_values()) {
-    in_order.type = info.type;
-    in_order.change_samples = [&](DecodedBrick& brick) {
-      change_brick(numbers, bricks, in_order.name, brick);
-    };
-  }
   std::vector<std::byte> samples;
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
@@ -297,7 +297,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     const Strides strides = {static_cast<std::int64_t>(size_of(info.type)), static_cast<std::int64_t>(row),
                              static_cast<std::int64_t>(slice)};
     if (run.fill) fill_with(*run.fill, info.type, samples);
-    decode_bricks(in_order, parameters, piece, samples.data(), strides, plan.threads);
+    read_region(*of_run, parameters, piece, {samples.data(), strides, numbers}, plan.threads);
     for (std::int64_t z = 0; z < shape.z; ++z) {
       const Box& places = pieces.numbers();
       const std::int64_t first = ((places.low.z + z) * info.dims.y + places.low.y) * info.dims.x;
@@ -305,7 +305,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     }
     watch.done(samples.size());
   }
-  DecodeResult result = {.header = blocks.header,
+  DecodeResult result = {.header = header,
                          .index = {},
                          .bytes_out = sink->bytes_written(),
                          .memory = plan.memory,
@@ -314,7 +314,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .numbers = numbers,
                          .dims = info.dims,
                          .metadata = info.metadata};
-  blocks.finish(result, region);
+  of_run->finish(result, region);
   return {std::move(result), sink};
 }
 

@@ -15,20 +15,92 @@
 namespace tagrid {
 namespace {
 
-// The brick of a block, decoded as far as the region needs it.
-DecodedBrick decode_for(const Region& region, const BrickBytes& block, const CodingParameters& parameters,
-                        const std::string& name) {
-  const BrickGrid bricks = parameters.bricks();
-  const std::int64_t slices = slices_until(region, bricks.owned_box(bricks.position(block.id)));
-  return decode_block(block, parameters, name, Wanted::samples, slices);
-}
+// The bricks of a file that is read by its index.
+class IndexedBricks : public RegionBricks {
+ public:
+  explicit IndexedBricks(const TagBricks& file) : file_(file) {}
+  const std::string& name() const override { return file_.name(); }
+  void will_read(std::span<const std::int64_t> bricks) override { file_.will_read(bricks); }
+  bool at_once() const override { return true; }
+  std::optional<BrickBytes> read(std::int64_t brick) override { return file_.read(brick); }
 
-// Calls work(0 .. count - 1) on some threads, in any order.
-template <class Work>
-void for_each_number(std::size_t count, int threads, Work work) {
-  const auto needed = static_cast<int>(std::clamp<std::size_t>(count, 1, static_cast<std::size_t>(threads)));
-  Threads(needed).run([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, work); });
-}
+ private:
+  const TagBricks& file_;
+};
+
+// One region, read by some threads.
+class RegionReader {
+ public:
+  RegionReader(RegionBricks& bricks, const CodingParameters& parameters, const Region& region,
+               const RegionOutput& output, const Progress& progress)
+      : bricks_(bricks),
+        parameters_(parameters),
+        stored_(parameters),
+        region_(region),
+        output_(output),
+        progress_(progress) {
+    stored_.type = output.numbers.type(parameters.type);
+    const Index3 shape = region.shape();
+    total_ = static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size_of(stored_.type);
+  }
+
+  void read(int threads) {
+    const std::vector<std::int64_t> ids = bricks_of(region_, parameters_.bricks());
+    const auto needed =
+        static_cast<int>(std::clamp<std::size_t>(ids.size(), 1, static_cast<std::size_t>(threads)));
+    bricks_.will_read(ids);
+    auto id = ids.begin();
+    Threads(needed).run([&] {
+      oneapi::tbb::parallel_for(std::size_t{0}, ids.size(), [&](std::size_t i) {
+        if (bricks_.at_once()) return take(bricks_.read(ids[i]));
+        std::unique_lock lock(mutex_);
+        // A free thread takes the next brick, whatever number it was called with.
+        std::optional<BrickBytes> next = bricks_.read(*id);
+        ++id;
+        lock.unlock();
+        take(std::move(next));
+      });
+    });
+  }
+
+ private:
+  void take(const std::optional<BrickBytes>& bytes) {
+    if (!bytes) return;
+    try {
+      DecodedBrick brick = decoded(*bytes);
+      if (bricks_.accepts(brick)) return store(std::move(brick));
+    } catch (const BrokenInput& broken) {
+      if (!bricks_.salvages() || is_newer_format(broken)) throw;
+    }
+    const std::lock_guard lock(mutex_);
+    bricks_.lose(bytes->id);
+  }
+
+  // No further than the region needs it, unless all of it is judged.
+  DecodedBrick decoded(const BrickBytes& bytes) const {
+    const BrickGrid bricks = parameters_.bricks();
+    const std::int64_t slices =
+        bricks_.salvages() ? all_slices : slices_until(region_, bricks.owned_box(bricks.position(bytes.id)));
+    return decode_block(bytes, parameters_, bricks_.name(), Wanted::samples, slices);
+  }
+
+  void store(DecodedBrick brick) {
+    change_brick(output_.numbers, parameters_.bricks(), bricks_.name(), brick);
+    const std::uint64_t bytes = copy_samples(brick, stored_, region_, output_.out, output_.strides);
+    if (!progress_) return;
+    const std::lock_guard lock(mutex_);
+    progress_(done_ += bytes, total_);
+  }
+
+  RegionBricks& bricks_;
+  const CodingParameters& parameters_;
+  CodingParameters stored_;  // with the type of what is stored
+  const Region& region_;
+  const RegionOutput& output_;
+  const Progress& progress_;
+  std::mutex mutex_;  // of the bricks and the progress
+  std::uint64_t total_ = 0, done_ = 0;
+};
 
 }  // namespace
 
@@ -37,57 +109,16 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
                         [&](int threads) { return memory_of_reading(parameters, threads); });
 }
 
-void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
-                   std::byte* out, const Strides& strides, int threads) {
-  CodingParameters stored = parameters;
-  if (blocks.change_samples) stored.type = blocks.type;
-  const auto store = [&](DecodedBrick brick) {
-    if (blocks.change_samples) blocks.change_samples(brick);
-    copy_samples(brick, stored, region, out, strides);
-  };
-  const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
-  if (blocks.will_read) blocks.will_read(ids);
-  std::mutex reading;
-  auto id = ids.begin();
-  // A free thread takes the next block, whatever number it was called with, because blocks are read in order.
-  for_each_number(ids.size(), threads, [&](std::size_t) {
-    std::optional<BrickBytes> block;
-    {
-      const std::lock_guard lock(reading);
-      block = blocks.next(*id);
-      ++id;
-    }
-    if (!block) return;
-    try {
-      DecodedBrick brick = blocks.accepts ? decode_block(*block, parameters, blocks.name, Wanted::samples)
-                                          : decode_for(region, *block, parameters, blocks.name);
-      if (!blocks.accepts || blocks.accepts(brick)) return store(std::move(brick));
-    } catch (const BrokenInput& broken) {
-      if (!blocks.accepts || is_newer_format(broken)) throw;
-    }
-    const std::lock_guard lock(reading);
-    blocks.broken(block->id);
-  });
+void read_region(RegionBricks& bricks, const CodingParameters& parameters, const Region& region,
+                 const RegionOutput& output, int threads, const Progress& progress) {
+  assert(parameters.domain().volume().contains(region.box));
+  RegionReader(bricks, parameters, region, output, progress).read(threads);
 }
 
-void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
-                 int threads, const Progress& progress) {
-  assert(file.parameters().domain().volume().contains(region.box));
-  const CodingParameters& parameters = file.parameters();
-  const Index3 shape = region.shape();
-  const std::uint64_t total =
-      static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size_of(parameters.type);
-  std::mutex telling;
-  std::uint64_t done = 0;
-  const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
-  file.will_read(ids);
-  for_each_number(ids.size(), threads, [&](std::size_t i) {
-    const DecodedBrick brick = decode_for(region, file.read(ids[i]), parameters, file.name());
-    const std::uint64_t bytes = copy_samples(brick, parameters, region, out, strides);
-    if (!progress) return;
-    const std::lock_guard lock(telling);
-    progress(done += bytes, total);
-  });
+void read_region(const TagBricks& file, const Region& region, const RegionOutput& output, int threads,
+                 const Progress& progress) {
+  IndexedBricks bricks(file);
+  read_region(bricks, file.parameters(), region, output, threads, progress);
 }
 
 }  // namespace tagrid

@@ -3,11 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "io/tag/bricks.h"
 #include "pipeline/decode/decode_run.h"
@@ -23,32 +21,41 @@ namespace tagrid {
 /// The most threads that fit into the limit on memory, if there is one. Throws MemoryLimit if none does.
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
 
-/// Reads only the bricks of the region, decodes them no further than needed, and stores its samples, in the
-/// machine's byte order, according to `out` and `strides`. Other threads may read `file` at the same time.
-/// Throws BrokenInput, WorldError, and the exceptions of `progress`; some of the samples may then have been
-/// written. REQUIRES: the volume contains the region's box; steps are positive.
-void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
-                 int threads, const Progress& progress = {});
+/// Gives the bricks of regions, however their file is read.
+class RegionBricks {
+ public:
+  virtual ~RegionBricks() = default;
+  virtual const std::string& name() const = 0;  ///< of the file, for messages
+  /// Told before which bricks are read, in this order.
+  virtual void will_read(std::span<const std::int64_t> /*bricks*/) {}
+  /// True if several threads may read, each any brick. Otherwise one reads at a time, in order.
+  virtual bool at_once() const { return false; }
+  /// Nothing: the brick is lost, and its samples stay as they are.
+  virtual std::optional<BrickBytes> read(std::int64_t brick) = 0;
 
-/// Blocks that come in order.
-struct BlocksInOrder {
-  std::string name;  ///< of the file, for messages
-  /// Called by one thread at a time, in the order of bricks_of(). Nothing: samples of the brick stay as is.
-  std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
-  /// Told before which bricks are next. May be empty.
-  std::function<void(std::span<const std::int64_t> bricks)> will_read = {};
-  /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of
-  /// ending with an error, and its samples stay as they are.
-  std::function<bool(const DecodedBrick& brick)> accepts = {};
-  std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
-  /// Converts the samples of a brick to `type`. Called by several threads at once. May be empty.
-  std::function<void(DecodedBrick& brick)> change_samples = {};
-  SampleType type = SampleType::uint8;  ///< without an effect if change_samples is empty
+  /// True for a damaged file: a brick that does not decode, or is not accepted, is lost, and no error.
+  virtual bool salvages() const { return false; }
+  /// True if the brick, of which all samples are there, is one of this file. Several threads may call it.
+  virtual bool accepts(const DecodedBrick& /*brick*/) const { return true; }
+  /// Told of each brick that is lost after it was read, by one thread at a time.
+  virtual void lose(std::int64_t /*brick*/) {}
 };
 
-/// The same for such blocks. At most `threads` of them are in memory.
-void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
-                   std::byte* out, const Strides& strides, int threads);
+/// Where samples go: to `out`, in the machine's byte order, according to `strides`.
+struct RegionOutput {
+  std::byte* out = nullptr;
+  Strides strides = {};
+  WrittenNumbers numbers = {};  ///< what samples become before
+};
+
+/// Reads only the bricks of the region, decodes them no further than needed, and stores its samples. At most `threads`
+/// bricks are in memory. Throws BrokenInput, WorldError, and the exceptions of `progress`; some of the samples may then
+/// have been written. REQUIRES: the volume contains the region's box; steps are positive.
+void read_region(RegionBricks& bricks, const CodingParameters& parameters, const Region& region,
+                 const RegionOutput& output, int threads, const Progress& progress = {});
+/// The same from a file by its index. Other threads may read `file` at the same time.
+void read_region(const TagBricks& file, const Region& region, const RegionOutput& output, int threads,
+                 const Progress& progress = {});
 
 /// Throws UsageError: a region of low:high along an axis is not in a volume with so many samples along it.
 [[noreturn]] void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t samples);

@@ -121,7 +121,6 @@ std::shared_ptr<const ByteSource> ServedZarr::chunk_of(const Level& level, std::
 
 std::vector<std::byte> ServedZarr::decoded(const Level& level, const Index3& chunk) const {
   const CodingParameters& parameters = level.file->parameters();
-  const TagBricks& file = *level.file;
   Region region;
   for (int axis = 0; axis < 3; ++axis) {
     region.box.low[axis] = chunk[axis] * level.chunk[axis];
@@ -133,14 +132,9 @@ std::vector<std::byte> ServedZarr::decoded(const Level& level, const Index3& chu
   const Turn turn(decoders_);
   // As other writers of Zarr do, what is beyond the volume is the fill value, 0.
   std::vector<std::byte> samples(memory_size(sample_bytes(level.chunk, info_.type).value()));
-  const BrickGrid bricks = parameters.bricks();
-  BlocksInOrder blocks = {file.name(), [&](std::int64_t id) { return file.read(id); }};
-  if (numbers_.are_values()) {
-    blocks.type = info_.type;
-    blocks.change_samples = [&](DecodedBrick& brick) { change_brick(numbers_, bricks, file.name(), brick); };
-  }
-  decode_bricks(blocks, parameters, region, samples.data(),
-                {size, size * level.chunk.x, size * level.chunk.x * level.chunk.y}, 1);
+  read_region(*level.file, region,
+              {samples.data(), {size, size * level.chunk.x, size * level.chunk.x * level.chunk.y}, numbers_},
+              1);
   std::vector<std::byte> swapped;
   const auto ordered = little_endian_samples(samples, size_of(info_.type), swapped);
   return ordered.data() == samples.data() ? samples : swapped;

@@ -69,8 +69,8 @@ TEST(IndexPages, AFileOfAnySizeIsOpenedByTheLast256KiB) {
   std::vector<std::int16_t> samples(static_cast<std::size_t>(owned.count()));
   const Index3 n = owned.size();
   const auto read = [&] {
-    read_region(file, {owned, {1, 1, 1}}, reinterpret_cast<std::byte*>(samples.data()),
-                {2, 2 * n.x, 2 * n.x * n.y}, 1);
+    read_region(file, {owned, {1, 1, 1}},
+                {reinterpret_cast<std::byte*>(samples.data()), {2, 2 * n.x, 2 * n.x * n.y}}, 1);
   };
   read();
   EXPECT_TRUE(std::ranges::all_of(samples, [](std::int16_t v) { return v == 5; }));
@@ -180,7 +180,7 @@ class TwoPages : public TemporaryFolder {
     std::string samples(static_cast<std::size_t>(box.count()), '\0');
     const Index3 n = box.size();
     read_region(file, {file.parameters().domain().points_of(box), {1, 1, 1}},
-                reinterpret_cast<std::byte*>(samples.data()), {1, n.x, n.x * n.y}, 1);
+                {reinterpret_cast<std::byte*>(samples.data()), {1, n.x, n.x * n.y}}, 1);
     return samples;
   }
   std::string original(const Box& box) const {

@@ -112,8 +112,8 @@ class ReadRegion : public TemporaryFolder {
     const Index3 n = region.shape();
     std::vector<T> samples(static_cast<std::size_t>(n.x * n.y * n.z));
     const auto size = static_cast<std::int64_t>(sizeof(T));
-    read_region(file, on_lattice, reinterpret_cast<std::byte*>(samples.data()),
-                {size, size * n.x, size * n.x * n.y}, 3);
+    read_region(file, on_lattice,
+                {reinterpret_cast<std::byte*>(samples.data()), {size, size * n.x, size * n.x * n.y}}, 3);
     std::size_t i = 0;
     for_each_sample(region, [&](Index3, Index3 p) {
       RC_ASSERT(std::memcmp(&samples[i++], &whole[static_cast<std::size_t>(Box::of_size(dims).offset(p))],
@@ -147,7 +147,7 @@ TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
   const Strides strides = {2 * n.z * n.y, -2 * n.z, 2};
   std::vector<std::uint8_t> samples(static_cast<std::size_t>(2 * n.x * n.y * n.z), 99);
   auto* first = reinterpret_cast<std::byte*>(samples.data()) + 2 * n.z * (n.y - 1);
-  read_region(file, {file.parameters().domain().points_of(region.box), region.step}, first, strides, 2);
+  read_region(file, {file.parameters().domain().points_of(region.box), region.step}, {first, strides}, 2);
   for_each_sample(region, [&](Index3 number, Index3 p) {
     const auto* at = first + number.x * strides[0] + number.y * strides[1] + number.z * strides[2];
     EXPECT_EQ(std::to_integer<int>(at[0]), whole[static_cast<std::size_t>(Box::of_size(dims).offset(p))]);
@@ -167,7 +167,7 @@ TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
   EXPECT_LE(of_opening, 4096 + largest_end);
   const Region region{{{40, 50, 60}, {103, 113, 123}}};
   std::vector<std::byte> samples(64 * 64 * 64);
-  read_region(file, region, samples.data(), {1, 64, 64 * 64}, 2);
+  read_region(file, region, {samples.data(), {1, 64, 64 * 64}}, 2);
   const std::vector<std::int64_t> ids = bricks_of(region, file.parameters().bricks());
   EXPECT_EQ(ids.size(), 8U);
   std::set<std::pair<std::uint64_t, std::uint64_t>> expected;
@@ -195,7 +195,7 @@ TEST_F(ReadRegion, AnAlignedChunkIsOneBrick) {
     const Box box{64 * chunk, 64 * chunk + Index3{63, 63, 63}};
     std::vector<std::uint8_t> samples(64 * 64 * 64);
     read_region(file, {file.parameters().domain().points_of(box)},
-                reinterpret_cast<std::byte*>(samples.data()), {1, 64, 64 * 64}, 2);
+                {reinterpret_cast<std::byte*>(samples.data()), {1, 64, 64 * 64}}, 2);
     const std::int64_t id = file.parameters().bricks().id(chunk);
     EXPECT_EQ(source->reads(),
               (std::vector{std::pair(file.start(id) - 8, file.start(id) + file.block_bytes(id))}));
