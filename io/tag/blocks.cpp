@@ -97,7 +97,7 @@ void EnvelopeBlocks::write(std::span<const std::byte> bytes) {
 
 void EnvelopeBlocks::finish() {
   if (waiting_.empty()) return;
-  use_(packed_block(envelope_marker, waiting_, checksum_));
+  out_.write(packed_block(envelope_marker, waiting_, checksum_));
   waiting_.clear();
 }
 

@@ -110,9 +110,8 @@ inline constexpr ContentSize envelope_content = {1, largest_envelope_block};
 /// Cuts the bytes of an envelope into blocks.
 class EnvelopeBlocks {
  public:
-  /// `checksum` is that of the last block of the file; it is continued. It must outlive this object.
-  EnvelopeBlocks(std::uint64_t& checksum, std::function<void(const std::vector<std::byte>& block)> use)
-      : checksum_(checksum), use_(std::move(use)) {}
+  /// `checksum` is that of the last block of the file; it is continued. Both arguments must outlive this object.
+  EnvelopeBlocks(std::uint64_t& checksum, ByteSink& out) : checksum_(checksum), out_(out) {}
 
   void write(std::span<const std::byte> bytes);
   /// Makes a block of what is left.
@@ -120,7 +119,7 @@ class EnvelopeBlocks {
 
  private:
   std::uint64_t& checksum_;
-  std::function<void(const std::vector<std::byte>&)> use_;
+  ByteSink& out_;
   std::vector<std::byte> waiting_;
 };
 

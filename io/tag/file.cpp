@@ -53,50 +53,37 @@ class EndsOfMember : public ByteSource {
 }  // namespace
 
 TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
-    : out_(out),
+    : out_(&out),
+      envelope_out_(&out_),
       parameters_(header.parameters),
-      envelope_(last_checksum_,
-                [this](const std::vector<std::byte>& block) {
-                  out_.write(block);
-                  position_ += block.size();
-                  envelope_size_ += block.size();
-                }),
-      pages_(header.parameters.bricks().count(), last_checksum_, [this](const std::vector<std::byte>& block) {
-        out_.write(block);
-        position_ += block.size();
-      }) {
+      envelope_(last_checksum_, envelope_out_),
+      pages_(header.parameters.bricks().count(), last_checksum_, out_) {
   const std::vector<std::byte> bytes = serialize_header(header);
   header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
   last_checksum_ = header_checksum_;
   out_.write(bytes);
-  position_ = header_size_ = bytes.size();
+  header_size_ = bytes.size();
 }
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
   assert(brick.id == next_brick_);
   ++next_brick_;
   last_checksum_ = write_block(out_, parameters_, brick, last_checksum_);
-  position_ += block_frame_size + brick.activity.size() + brick.values.size();
   pages_.add(brick.activity.size(), brick.values.size(), statistics);
 }
 
-void TagWriter::write_member(
-    std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content) {
+void TagWriter::write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) {
   envelope_.finish();
-  pages_.add(tagrid::write_member({kind, factor, position_, length}, last_checksum_, content,
-                                  [&](std::span<const std::byte> bytes) {
-                                    out_.write(bytes);
-                                    position_ += bytes.size();
-                                  }));
+  const Member member = {kind, factor, out_.position, content.size()};
+  MemberWriter writer(member, out_);
+  content.read_back([&](std::span<const std::byte> bytes) { writer.write(bytes); });
+  writer.finish(last_checksum_);
+  pages_.add(member);
 }
 
 void TagWriter::finish() {
   envelope_.finish();
-  const std::vector<std::byte> end =
-      file_end(parameters_, index(), position_, last_checksum_, header_checksum_);
-  out_.write(end);
-  position_ += end.size();
+  out_.write(file_end(parameters_, index(), out_.position, last_checksum_, header_checksum_));
 }
 
 TagReader::TagReader(const std::string& path) : TagReader(open_stream(path)) {}

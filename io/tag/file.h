@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/files/file_bytes.h"
+#include "io/files/spool_file.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
@@ -20,7 +21,15 @@
 
 namespace tagrid {
 
-class TagWriter : public BrickSink {
+/// Takes the members of a file, after its bricks and its envelope.
+class MemberSink {
+ public:
+  virtual ~MemberSink() = default;
+  /// Writes a member of a kind with a factor. Its content is that of a temporary file.
+  virtual void write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) = 0;
+};
+
+class TagWriter : public BrickSink, public MemberSink {
  public:
   /// Writes the header. `out` must outlive the writer.
   TagWriter(ByteSink& out, const TagHeader& header);
@@ -29,25 +38,31 @@ class TagWriter : public BrickSink {
   void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
   /// Writes the next bytes of the envelope; see io/envelope. REQUIRES: all bricks were written.
   void write_envelope(std::span<const std::byte> bytes) { envelope_.write(bytes); }
-  /// Writes a member of a kind with a factor and `length` bytes; see write_member(). Nothing of the envelope
-  /// may follow. REQUIRES: all bricks were written.
-  void write_member(
-      std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-      const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content);
+  /// Nothing of the envelope may follow. REQUIRES: all bricks were written.
+  void write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) override;
   /// Writes the directory of the index, and the footer. The caller commits the file.
   void finish();
 
   const TagIndex& index() const { return pages_.index(); }
   /// The sizes of what was written so far.
-  TagSizes sizes() const { return tag_sizes(position_, header_size_, envelope_size_, index()); }
+  TagSizes sizes() const { return tag_sizes(out_.position, header_size_, envelope_out_.position, index()); }
 
  private:
-  ByteSink& out_;
-  std::uint64_t position_ = 0;  ///< bytes written
+  /// Counts what is written.
+  struct Output : ByteSink {
+    explicit Output(ByteSink* to) : sink(to) {}
+    void write(std::span<const std::byte> bytes) override {
+      sink->write(bytes);
+      position += bytes.size();
+    }
+    ByteSink* sink;
+    std::uint64_t position = 0;
+  };
+
+  Output out_, envelope_out_;
   CodingParameters parameters_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::uint64_t last_checksum_ = 0;  ///< of the last part written: the header, then each block
-  std::uint64_t envelope_size_ = 0;
   std::int64_t next_brick_ = 0;
   EnvelopeBlocks envelope_;
   PageBlocks pages_;

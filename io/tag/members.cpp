@@ -37,21 +37,20 @@ std::string Member::name() const {
 
 MemberChecksum::MemberChecksum(const Member& member) { own_.add(head_of(member)); }
 
-Member write_member(
-    const Member& what, std::uint64_t& checksum,
-    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
-    const std::function<void(std::span<const std::byte>)>& write) {
-  MemberChecksum own(what);
-  write(head_of(what));
-  content([&](std::span<const std::byte> bytes) {
-    own.add(bytes);
-    write(bytes);
-  });
-  checksum = own.chained(checksum);
+MemberWriter::MemberWriter(const Member& member, ByteSink& out) : own_(member), out_(out) {
+  out_.write(head_of(member));
+}
+
+void MemberWriter::write(std::span<const std::byte> content) {
+  own_.add(content);
+  out_.write(content);
+}
+
+void MemberWriter::finish(std::uint64_t& checksum) {
+  checksum = own_.chained(checksum);
   FieldWriter tail;
   tail.put(checksum);
-  write(tail.bytes());
-  return what;
+  out_.write(tail.bytes());
 }
 
 std::vector<std::byte> serialize_members(const std::vector<Member>& members) {

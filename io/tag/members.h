@@ -3,12 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/bytes/checksum.h"
+#include "io/files/byte_sink.h"
 #include "io/tag/header.h"
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/status.h"
@@ -60,12 +60,19 @@ class MemberChecksum {
   RunningChecksum own_;
 };
 
-/// Writes a member at `offset` of a file. `content` passes all bytes of its content to the function that it
-/// gets, in order. `checksum` is that of the last block of the file; it is continued.
-Member write_member(
-    const Member& what, std::uint64_t& checksum,
-    const std::function<void(const std::function<void(std::span<const std::byte>)>&)>& content,
-    const std::function<void(std::span<const std::byte>)>& write);
+/// Writes a member of a file: its head, the content that write() gets part by part, and its checksum.
+class MemberWriter : public ByteSink {
+ public:
+  /// Writes the head. `out` must outlive this object.
+  MemberWriter(const Member& member, ByteSink& out);
+  void write(std::span<const std::byte> content) override;
+  /// `checksum` is that of the last block of the file; it is continued. REQUIRES: all of the content was written.
+  void finish(std::uint64_t& checksum);
+
+ private:
+  MemberChecksum own_;
+  ByteSink& out_;
+};
 
 /// The table of the members of a file, for the directory.
 std::vector<std::byte> serialize_members(const std::vector<Member>& members);

@@ -85,9 +85,8 @@ std::string name_of_page(const PageLayout& layout, std::int64_t page) {
          std::to_string(last) + ")";
 }
 
-PageBlocks::PageBlocks(std::int64_t bricks, std::uint64_t& checksum,
-                       std::function<void(const std::vector<std::byte>&)> use)
-    : layout_(bricks), checksum_(checksum), use_(std::move(use)) {
+PageBlocks::PageBlocks(std::int64_t bricks, std::uint64_t& checksum, ByteSink& out)
+    : layout_(bricks), checksum_(checksum), out_(out) {
   if (!layout_.is_possible())
     throw UsageError(
         Sentence{"a file of {} bricks is not possible, only of {}; take larger bricks ({})",
@@ -114,7 +113,7 @@ void PageBlocks::finish_page() {
   take_range(page_, facts);
   const auto write = [&](std::uint32_t marker, const std::vector<std::byte>& columns) {
     const std::vector<std::byte> block = packed_block(marker, columns, checksum_);
-    use_(block);
+    out_.write(block);
     return static_cast<std::uint32_t>(block.size());
   };
   facts.sizes_bytes = write(sizes_marker, serialize_sizes(page_));

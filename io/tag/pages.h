@@ -4,12 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "io/files/byte_sink.h"
 #include "io/files/byte_source.h"
 #include "io/tag/index.h"
 
@@ -24,10 +24,9 @@ std::string name_of_page(const PageLayout& layout, std::int64_t page);
 /// Makes the index of a file while its bricks are written. Holds the entries of one page.
 class PageBlocks {
  public:
-  /// `checksum` is that of the last block of the file; it is continued, and must outlive this object. `use`
-  /// writes a block. Throws UsageError if a file cannot have so many bricks.
-  PageBlocks(std::int64_t bricks, std::uint64_t& checksum,
-             std::function<void(const std::vector<std::byte>& block)> use);
+  /// `checksum` is that of the last block of the file; it is continued. It and `out` must outlive this object. Throws
+  /// UsageError if a file cannot have so many bricks.
+  PageBlocks(std::int64_t bricks, std::uint64_t& checksum, ByteSink& out);
 
   /// After the block of a brick was written. The last brick of a page is followed by the blocks of the page.
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
@@ -43,7 +42,7 @@ class PageBlocks {
 
   PageLayout layout_;
   std::uint64_t& checksum_;
-  std::function<void(const std::vector<std::byte>&)> use_;
+  ByteSink& out_;
   std::int64_t added_ = 0;
   std::vector<IndexEntry> page_;
   TagIndex index_;

@@ -1,21 +1,16 @@
-// The request for the encoding of a volume, the store of its bricks, and its result.
+// The request for the encoding of a volume, and its result.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "io/envelope/envelope.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/job/job.h"
 #include "pipeline/job/options.h"
-#include "pipeline/job/settle.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 
@@ -65,42 +60,5 @@ struct EncodeResult {
 };
 
 using FinishedEncode = Finished<EncodeResult>;
-
-/// Whether an earlier run has made the file of a job.
-enum class Made : std::uint8_t {
-  no,
-  yes,       ///< as its record says
-  in_doubt,  ///< a file has the name of the output, and no record says what it is
-};
-
-/// Encodes the bricks of a job and makes a file of them: one stream by this process, or parts by many. The
-/// functions are called in this order; see encode_into(). Without commit(), the destructor leaves nothing,
-/// unless the run can be continued. All functions throw WorldError and BrokenInput.
-class BrickStore {
- public:
-  BrickStore() = default;
-  virtual ~BrickStore() = default;
-  BrickStore(const BrickStore&) = delete;
-  BrickStore& operator=(const BrickStore&) = delete;
-
-  /// How the store reads the source.
-  virtual Reading reading(const VolumeSource& source) const = 0;
-  /// Before a sample is read. Returns earlier findings. Throws UsageError if the output must not be written.
-  virtual EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) = 0;
-  /// Takes the job, unless an earlier run may have made the file. Throws UsageError if that run had another
-  /// job.
-  virtual Made take(const EncodeJob& job, const VolumeSource& source) = 0;
-  /// Encodes all bricks of the volume, or of the first one of several. Adds what that took to `result`: memory, bytes_in, times_read.
-  virtual void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) = 0;
-  /// Encodes the other volumes of a source of several, each as a member of the file, after the envelope.
-  virtual void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) = 0;
-  /// As look_at_contents() in pipeline/restore.
-  virtual void look_at(SourceFiles& files, bool exact) = 0;
-  virtual void write_envelope(std::span<const std::byte> bytes) = 0;
-  /// Writes the end of the file. Sets index, file_bytes and temporary of `result`.
-  virtual void finish(EncodeResult& result) = 0;
-  /// Gives the file its name.
-  virtual void commit() = 0;
-};
 
 }  // namespace tagrid

@@ -5,7 +5,7 @@
 
 #include "io/tag/blocks.h"
 #include "pipeline/grid/schedule.h"
-#include "pipeline/job/settle.h"
+#include "pipeline/job/job.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/overview/sums.h"
 #include "pipeline/progress/progress.h"

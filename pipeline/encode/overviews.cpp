@@ -26,8 +26,8 @@ class WatchOfOverview : public Watch {
 }  // namespace
 
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
-                     SumsFile sums, const Resources& resources, const std::string& output,
-                     const MemberOut& out, Watch& watch) {
+                     SumsFile sums, const Resources& resources, const std::string& output, MemberSink& out,
+                     Watch& watch) {
   WatchOfOverview of_overview(watch);
   const Index3 dims = file.parameters.dims;
   for (const int factor : factors) {
@@ -42,8 +42,7 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
     SlicesAhead slices(means, 0);
     encode(job, BrickRows::all(p.bricks()), slices, writer, of_overview);
     writer.finish();
-    out(overview_kind, static_cast<std::uint32_t>(factor), encoded.size(),
-        [&](const PassBytes& pass) { encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); }); });
+    out.write_member(overview_kind, static_cast<std::uint32_t>(factor), encoded);
   }
 }
 
@@ -59,12 +58,8 @@ OverviewsOfStream::OverviewsOfStream(TagHeader header, std::vector<int> factors,
 
 void OverviewsOfStream::write(TagWriter& writer, Watch& watch) {
   if (!sums_) return;
-  write_overviews(
-      header_, factors_, writer.index().total, std::move(*sums_), resources_, output_,
-      [&](std::uint32_t kind, std::uint32_t factor, std::uint64_t length, const auto& content) {
-        writer.write_member(kind, factor, length, content);
-      },
-      watch);
+  write_overviews(header_, factors_, writer.index().total, std::move(*sums_), resources_, output_, writer,
+                  watch);
   sums_.reset();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,18 +28,12 @@ class SpoolSink : public ByteSink {
   SpoolFile& file_;
 };
 
-/// Passes bytes, part by part.
-using PassBytes = std::function<void(std::span<const std::byte>)>;
-/// Writes a member; see TagWriter::write_member().
-using MemberOut = std::function<void(std::uint32_t kind, std::uint32_t factor, std::uint64_t length,
-                                     const std::function<void(const PassBytes&)>& content)>;
-
 /// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
 /// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". An
 /// exception of watch.before_reading() ends the work. Throws WorldError.
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
-                     SumsFile sums, const Resources& resources, const std::string& output,
-                     const MemberOut& out, Watch& watch);
+                     SumsFile sums, const Resources& resources, const std::string& output, MemberSink& out,
+                     Watch& watch);
 
 /// The overviews of a file that one process writes front to back: adds up blocks while bricks are encoded,
 /// and then writes the members. Does nothing if the file has none.

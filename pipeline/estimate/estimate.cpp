@@ -22,12 +22,12 @@
 #include "io/tag/members.h"
 #include "io/tag/pages.h"
 #include "pipeline/estimate/sample.h"
-#include "pipeline/job/search.h"
-#include "pipeline/job/settle.h"
-#include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/overview/block_means.h"
 #include "pipeline/overview/header.h"
+#include "pipeline/settle/search.h"
+#include "pipeline/settle/settle.h"
+#include "pipeline/settle/source_survey.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/codec.h"
 #include "stages/criterion/marking.h"
@@ -281,128 +281,172 @@ std::vector<std::optional<double>> usual_errors(double noise, const EncodeOption
   return errors;
 }
 
+// An estimate of one volume: its options, its source that can be read in any order, and its bounds.
+class Estimation {
+ public:
+  explicit Estimation(const EstimateRun& run) : run_(run) {
+    require(run.max_errors.size() + run.rules.size() <= most_bounds,
+            {"{} bounds are too many to try at once; give at most {}",
+             {static_cast<std::int64_t>(run.max_errors.size() + run.rules.size()), most_bounds}});
+    source_ = open_volume(run.input, run.source);
+    require(source_->info().volumes == 1,
+            {"{}: holds {} volumes; choose one with {}, by its number",
+             {source_->name(), source_->info().volumes, Setting{"series", "the number of one"}}});
+    options_ = in_samples(with_any_bound(run.options), source_->facts());
+    open_for_any_rows();
+    scaled_ = with_range_of(options_, *source_);
+    noise_ = noise_of(*source_);
+  }
+
+  EstimateResult result() {
+    EstimateResult result;
+    if (const std::vector<CodingParameters> bounds = asked_bounds(); !bounds.empty())
+      result = estimated(bounds);
+    std::vector<UsageError> out_of_reach;
+    // Each for itself: the size of bricks depends on the result.
+    for (const ErrorRule& rule : run_.rules) {
+      try {
+        EstimateResult of_rule = estimated_by(rule);
+        of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
+        result = std::move(of_rule);
+      } catch (const OutOfReach& error) {
+        out_of_reach.push_back(error.why);
+      }
+    }
+    if (result.estimates.empty()) throw UsageError(out_of_reach.front());
+    result.out_of_reach = std::move(out_of_reach);
+    turn_into_values(result);
+    result.threads = threads_;
+    return result;
+  }
+
+ private:
+  static constexpr std::int64_t most_bounds = 64, usual_bounds = 8;
+  struct OutOfReach {
+    UsageError why;
+  };
+
+  // Any bound that the other options allow stands for those that will be tried.
+  static EncodeOptions with_any_bound(EncodeOptions options) {
+    if (options.surface_error)
+      options.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
+    else if (!options.grid_only)
+      options.max_error = 0;
+    return options;
+  }
+
+  ResolvedOptions with_rule(const ErrorRule& rule) const {
+    EncodeOptions one = run_.options;
+    one.error_rule = rule;
+    return in_samples(one, source_->facts());
+  }
+
+  // Refuses a limit on memory, and rules, before anything is read.
+  void open_for_any_rows() {
+    const std::size_t asked = run_.max_errors.size() + run_.rules.size();
+    const std::int64_t bounds = asked == 0 ? usual_bounds : static_cast<std::int64_t>(asked);
+    // With rules, bricks may be larger.
+    CodingParameters largest = options_.parameters;
+    for (const ErrorRule& rule : run_.rules) largest = with_rule(rule).parameters;
+    const std::uint64_t of_source =
+        source_->traits().memory + (source_->traits().any_rows ? 0 : source_->slice_bytes());
+    const auto memory_with = [&](int threads) {
+      return memory_of_estimating(largest, threads, bounds, most_chosen(largest.bricks())) + of_source;
+    };
+    threads_ = threads_within(run_.resources, "estimating this volume", memory_with);
+    const std::uint64_t memory = memory_with(threads_);
+    if (needs_copy(source_->traits(), Look::all_rows_often, run_.resources))
+      source_ = copied(std::move(source_), run_.resources, memory, run_.before_copy);
+    if (source_->traits().any_rows) return;
+    const std::int64_t layer = std::min(largest.bricks().length(), largest.dims.z);
+    source_ =
+        rows_of_slices(std::move(source_), slices_beside(largest, {.memory = memory}, run_.resources, layer));
+  }
+
+  // All encodings have the same range and scale.
+  CodingParameters scaled(CodingParameters p) const {
+    p.range_low = scaled_.range_low;
+    p.range_high = scaled_.range_high;
+    p.field_scale = scaled_.field_scale;
+    return p;
+  }
+
+  std::vector<CodingParameters> asked_bounds() const {
+    std::vector<CodingParameters> bounds;
+    for (const double error : run_.max_errors) {
+      EncodeOptions one = run_.options;
+      one.max_error = error;
+      bounds.push_back(scaled(in_samples(one, source_->facts()).parameters));
+    }
+    if (bounds.empty() && run_.rules.empty())
+      for (const auto& error : usual_errors(noise_.deviation, options_.options, scaled_))
+        bounds.push_back(scaled(with_bound(options_, error).parameters));
+    return bounds;
+  }
+
+  EstimateResult estimated(const std::vector<CodingParameters>& bounds) {
+    EstimateResult result;
+    Threads(threads_).run([&] {
+      const SampleSize size = {.bricks = most_chosen(bounds[0].bricks())};
+      result = Estimator(*source_, bounds, run_.progress, threads_).estimate(size);
+      if (!options_.overviews.empty()) add_overviews(*source_, bounds, options_.overviews, threads_, result);
+    });
+    return result;
+  }
+
+  // Throws OutOfReach if no encoding keeps the rule.
+  EstimateResult estimated_by(const ErrorRule& rule) {
+    const ResolvedOptions ruled = with_rule(rule);
+    const auto start = std::chrono::steady_clock::now();
+    const FoundBound bound = [&] {
+      try {
+        return bound_by_trials(ruled, {.budget = {.threads = threads_, .bricks_in_flight = threads_}},
+                               *source_, true, {});
+      } catch (const UsageError& error) {
+        throw OutOfReach{error};
+      }
+    }();
+    const std::chrono::duration<double> searched = std::chrono::steady_clock::now() - start;
+    EstimateResult result = estimated({scaled(with_bound(ruled, bound.max_error, bound.step).parameters)});
+    Estimate& e = result.estimates.front();
+    e.rule = rule;
+    // The bricks of the estimate are others, and do not show all of the range.
+    if (bound.rmse > 0) {
+      e.psnr = bound.psnr;
+      e.rmse = bound.rmse;
+    }
+    e.search_seconds =
+        searched.count() + (is_sampled(source_->info().dims) ? trials_of_all * e.encoding_seconds : 0);
+    return result;
+  }
+
+  // Bounds and errors become those of values, as they were given.
+  void turn_into_values(EstimateResult& result) const {
+    const Rescale& rescale = source_->facts().rescale;
+    const double slope = std::abs(rescale.slope);
+    result.noise = noise_.deviation * slope;
+    result.doubt_of_noise = noise_.doubt;
+    std::tie(result.low, result.high) = std::minmax(
+        {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
+    for (Estimate& estimate : result.estimates) {
+      if (estimate.max_error > 0) estimate.max_error *= slope;
+      estimate.asked_error = estimate.max_error;
+      estimate.rmse *= slope;
+    }
+    for (std::size_t i = 0; i < run_.max_errors.size(); ++i)
+      result.estimates[i].asked_error = run_.max_errors[i];
+  }
+
+  const EstimateRun& run_;
+  std::unique_ptr<VolumeSource> source_;
+  ResolvedOptions options_;  // without a range that follows from samples
+  CodingParameters scaled_;  // with it
+  Noise noise_;
+  int threads_ = 1;
+};
+
 }  // namespace
 
-EstimateResult estimate_encoding(const EstimateRun& run) {
-  constexpr std::size_t most_bounds = 64, usual_bounds = 8;
-  const std::size_t asked = run.max_errors.size() + run.rules.size();
-  if (asked > most_bounds)
-    throw UsageError(
-        fmt::format("{} bounds are too many to try at once; give at most {}", asked, most_bounds));
-  std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
-  if (source->info().volumes > 1)
-    throw UsageError(
-        Sentence{"{}: holds {} volumes; choose one with {}, by its number",
-                 {source->name(), source->info().volumes, Setting{"series", "the number of one"}}});
-  const Rescale rescale = source->facts().rescale;
-  // Any bound that the other options allow stands for those that will be tried.
-  EncodeOptions any = run.options;
-  if (any.surface_error)
-    any.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
-  else if (!any.grid_only)
-    any.max_error = 0;
-  const ResolvedOptions options = in_samples(any, source->facts());
-  // Checked before anything is read.
-  const auto bounds = static_cast<std::int64_t>(asked == 0 ? usual_bounds : asked);
-  const auto with_rule = [&](const ErrorRule& rule) {
-    EncodeOptions one = run.options;
-    one.error_rule = rule;
-    return in_samples(one, source->facts());
-  };
-  // With rules, bricks may be larger. All are checked before anything is read.
-  CodingParameters largest = options.parameters;
-  for (const ErrorRule& rule : run.rules) largest = with_rule(rule).parameters;
-  const std::uint64_t of_source =
-      source->traits().memory + (source->traits().any_rows ? 0 : source->slice_bytes());
-  const int threads = threads_within(run.resources, "estimating this volume", [&](int count) {
-    const CodingParameters& p = largest;
-    return memory_of_estimating(p, count, bounds, most_chosen(p.bricks())) + of_source;
-  });
-  const std::uint64_t memory =
-      memory_of_estimating(largest, threads, bounds, most_chosen(largest.bricks())) + of_source;
-  if (needs_copy(source->traits(), Look::all_rows_often, run.resources))
-    source = copied(std::move(source), spool_folder(run.resources.spool, "-"), run.resources, memory,
-                    run.before_copy);
-  if (!source->traits().any_rows) {
-    const std::int64_t layer = std::min(largest.bricks().length(), largest.dims.z);
-    EncodePlan estimating;
-    estimating.memory = memory;
-    const std::int64_t kept = slices_beside(largest, estimating, run.resources, layer);
-    source = rows_of_slices(std::move(source), kept);
-  }
-  const CodingParameters first =
-      settle(options, {}, *source, {}, {.max_error = options.parameters.max_error}).parameters();
-  const Noise noise = noise_of(*source);
-  std::vector<CodingParameters> parameters;
-  const auto try_bound = [&](const ResolvedOptions& bounded) {
-    CodingParameters p = bounded.parameters;
-    p.range_low = first.range_low;
-    p.range_high = first.range_high;
-    p.field_scale = first.field_scale;
-    parameters.push_back(p);
-  };
-  for (const double error : run.max_errors) {
-    EncodeOptions one = run.options;
-    one.max_error = error;
-    try_bound(in_samples(one, source->facts()));
-  }
-  if (asked == 0)
-    for (const auto& error : usual_errors(noise.deviation, options.options, first))
-      try_bound(with_bound(options, error));
-  EstimateResult result;
-  std::vector<UsageError> out_of_reach;
-  Threads(threads).run([&] {
-    const auto estimated = [&] {
-      const SampleSize size = {.bricks = most_chosen(parameters[0].bricks())};
-      EstimateResult found = Estimator(*source, parameters, run.progress, threads).estimate(size);
-      if (!options.overviews.empty()) add_overviews(*source, parameters, options.overviews, threads, found);
-      parameters.clear();
-      return found;
-    };
-    if (!parameters.empty()) result = estimated();
-    // Each for itself: the size of bricks depends on the result.
-    for (const ErrorRule& rule : run.rules) {
-      const ResolvedOptions ruled = with_rule(rule);
-      FoundBound bound;
-      const auto start = std::chrono::steady_clock::now();
-      try {
-        bound = bound_by_trials(ruled, *source, true, {});
-      } catch (const UsageError& error) {
-        out_of_reach.push_back(error);
-        continue;
-      }
-      const std::chrono::duration<double> searched = std::chrono::steady_clock::now() - start;
-      try_bound(with_bound(ruled, bound.max_error, bound.step));
-      EstimateResult of_rule = estimated();
-      Estimate& e = of_rule.estimates.front();
-      e.rule = rule;
-      // The bricks of the estimate are others, and do not show all of the range.
-      if (bound.rmse > 0) {
-        e.psnr = bound.psnr;
-        e.rmse = bound.rmse;
-      }
-      e.search_seconds =
-          searched.count() + (is_sampled(source->info().dims) ? trials_of_all * e.encoding_seconds : 0);
-      of_rule.estimates.insert(of_rule.estimates.begin(), result.estimates.begin(), result.estimates.end());
-      result = std::move(of_rule);
-    }
-  });
-  if (result.estimates.empty()) throw UsageError(out_of_reach.front());
-  result.out_of_reach = std::move(out_of_reach);
-  // In units of values, as they were given.
-  const double slope = std::abs(rescale.slope);
-  result.noise = noise.deviation * slope;
-  result.doubt_of_noise = noise.doubt;
-  std::tie(result.low, result.high) = std::minmax(
-      {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
-  for (Estimate& estimate : result.estimates) {
-    if (estimate.max_error > 0) estimate.max_error *= slope;
-    estimate.asked_error = estimate.max_error;
-    estimate.rmse *= slope;
-  }
-  for (std::size_t i = 0; i < run.max_errors.size(); ++i) result.estimates[i].asked_error = run.max_errors[i];
-  result.threads = threads;
-  return result;
-}
+EstimateResult estimate_encoding(const EstimateRun& run) { return Estimation(run).result(); }
 
 }  // namespace tagrid

@@ -9,9 +9,9 @@
 #include "io/errors/errors.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
-#include "pipeline/job/read_again.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
+#include "pipeline/settle/read_again.h"
 
 namespace tagrid {
 

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "pipeline/job/source_survey.h"
+#include "pipeline/settle/source_survey.h"
 #include "stages/survey/survey.h"
 
 namespace tagrid {

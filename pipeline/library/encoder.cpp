@@ -9,9 +9,9 @@
 #include "io/metadata/fields.h"
 #include "io/metadata/metadata.h"
 #include "io/metadata/text.h"
-#include "pipeline/encode/push_encoder.h"
 #include "pipeline/job/options.h"
 #include "pipeline/library/calls.h"
+#include "pipeline/library/push_encoder.h"
 #include "pipeline/memory/plan.h"
 #include "stages/overview/block_sums.h"
 

@@ -1,4 +1,4 @@
-#include "pipeline/encode/push_encoder.h"
+#include "pipeline/library/push_encoder.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,8 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "pipeline/encode/graph.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/settle/settle.h"
 
 namespace tagrid {
 namespace {
@@ -14,26 +16,24 @@ namespace {
 // Ends the work. The caller has given up and does not see this exception.
 struct GivenUp {};
 
-std::uint64_t slice_bytes(const CodingParameters& parameters) {
-  return *sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type);
+std::uint64_t bytes_of_slice(const VolumeInfo& info) {
+  return *sample_bytes({info.dims.x, info.dims.y, 1}, info.type);
 }
 
 // Bounds are those of samples, whatever these stand for.
-ResolvedOptions resolved_for(const VolumeInfo& info, const EncodeOptions& options) {
+SourceFacts facts_of(const VolumeInfo& info) {
   SourceFacts facts;
   facts.info = info;
-  return in_samples(options, facts);
+  return facts;
 }
 
 EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, Resources resources,
                   std::uint64_t waiting, VolumeSource* samples) {
-  const ResolvedOptions resolved = resolved_for(info, options);
   // Slices come once, so they cannot be spooled.
   resources.spool.clear();
-  const EncodePlan plan = plan_encoding(
-      resolved.parameters, resources, false,
-      {.besides = waiting * slice_bytes(resolved.parameters), .sums = !resolved.overviews.empty()});
-  return samples == nullptr ? settle(resolved, plan) : settle(resolved, plan, *samples);
+  const Settling settling{
+      .resources = resources, .any_rows = false, .needs = {.besides = waiting * bytes_of_slice(info)}};
+  return samples == nullptr ? settle(options, facts_of(info), settling) : settle(options, *samples, settling);
 }
 
 // Copies the rows of a slice without gaps.
@@ -56,9 +56,8 @@ PushEncoder::PushEncoder(const VolumeInfo& info, const EncodeOptions& options, c
 }
 
 std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeOptions& options) {
-  const ResolvedOptions resolved = resolved_for(info, options);
-  return smallest_memory_of_encoding(resolved.parameters, false,
-                                     most_waiting * slice_bytes(resolved.parameters),
+  const ResolvedOptions resolved = in_samples(options, facts_of(info));
+  return smallest_memory_of_encoding(resolved.parameters, false, most_waiting * bytes_of_slice(info),
                                      !resolved.overviews.empty());
 }
 
@@ -116,13 +115,15 @@ void PushEncoder::wait_for_end() {
 
 void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Strides& strides) {
   const CodingParameters& parameters = job_.parameters();
+  const std::size_t bytes =
+      memory_size(*sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type));
   if (slices < 0 || slices > parameters.dims.z - fed_)
     throw UsageError(fmt::format("{} more slices were given, but only {} of {} are missing", slices,
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
     // A slice copied before the wait would be one more than the plan counts.
     if (!queue_.wait_for_room()) wait_for_end();
-    auto slice = std::make_shared_for_overwrite<std::byte[]>(memory_size(slice_bytes(parameters)));
+    auto slice = std::make_shared_for_overwrite<std::byte[]>(bytes);
     copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
     queue_.put(std::move(slice));
   }

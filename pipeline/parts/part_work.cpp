@@ -40,10 +40,7 @@ bool is_complete(const PartsOfRun& parts, std::int64_t part) {
 }
 
 std::int64_t sample_bytes_of(const CodingParameters& parameters, const BrickRows& rows) {
-  const BrickGrid bricks = parameters.bricks();
-  const Box first = bricks.owned_box({0, rows.y_low, rows.z_low}),
-            last = bricks.owned_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
-  return Box{first.low, last.high}.count() * static_cast<std::int64_t>(size_of(parameters.type));
+  return rows.owned(parameters.bricks()).count() * static_cast<std::int64_t>(size_of(parameters.type));
 }
 
 // The sums of the blocks of a part, in a temporary file until its bricks are written.

@@ -110,7 +110,4 @@ class PartsOfRun {
 std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
                                    const EncodePlan& plan, const Resources& resources);
 
-/// A store of parts, on which all ranks work together. Both arguments must outlive all calls but commit().
-std::unique_ptr<BrickStore> store_of_parts(Ranks& ranks, const EncodeRun& run);
-
 }  // namespace tagrid

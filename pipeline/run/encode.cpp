@@ -23,8 +23,10 @@
 #include "pipeline/encode/overviews.h"
 #include "pipeline/memory/parity.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/parts/encoding_in_parts.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
+#include "pipeline/settle/read_again.h"
 #include "pipeline/slices/slices_ahead.h"
 
 namespace tagrid {
@@ -66,24 +68,18 @@ void check_early(const EncodeRun& run) {
   if (!run.resume) check_output(run.output, run.overwrite);
 }
 
-class StreamStore : public BrickStore {
+/// Volumes that are written front to back by this process: a file, or a pipe.
+class EncodingToStream {
  public:
-  StreamStore(const EncodeRun& run, const Resources& resources) : run_(run), resources_(resources) {}
+  /// Both arguments must outlive all calls but commit().
+  EncodingToStream(const EncodeRun& run, const Resources& resources) : run_(run), resources_(resources) {}
 
-  Reading reading(const VolumeSource& source) const override {
-    return {source.traits().any_rows, source.traits().memory};
-  }
-
-  EarlierFindings begin(const ResolvedOptions&, const VolumeSource&) override { return {}; }
-
-  Made take(const EncodeJob& job, const VolumeSource& source) override {
-    const OutputFileOptions like = {.like = attributes_of(source.files().back())};
+  /// Encodes the bricks of the volume, or of the first one of several. A copy takes the place of a source whose rows
+  /// must be read in another order.
+  void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) {
+    const OutputFileOptions like = {.like = attributes_of(source->files().back())};
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
-    return Made::no;
-  }
-
-  void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
     const bool spools = job.plan.spooled && !source->traits().any_rows;
     if (spools) source = spooled(std::move(source), resources_.spool);
     const VolumeInfo& info = source->info();
@@ -95,7 +91,11 @@ class StreamStore : public BrickStore {
         times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
   }
 
-  void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) override {
+  void look_at(SourceFiles& files, bool exact) { look_at_contents(files, exact, resources_.threads); }
+  void write_envelope(std::span<const std::byte> bytes) { writer_->write_envelope(bytes); }
+
+  /// Encodes the other volumes of a source of several, each as a member of the file. Call it after write_envelope().
+  void encode_others(const EncodeJob& job, VolumeSource& source, EncodeResult& result) {
     EncodeJob of_volume = job;
     TagHeader& header = of_volume.header;
     header.volumes = 1;
@@ -109,22 +109,14 @@ class StreamStore : public BrickStore {
       encode_bricks(of_volume, *volume, writer, result).write(writer, unwatched_);
       writer.finish();
       total_.add(writer.index().total);
-      writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded.size(),
-                            [&](const PassBytes& pass) {
-                              encoded.read_back([&](std::span<std::byte> bytes) { pass(bytes); });
-                            });
+      writer_->write_member(volume_kind, static_cast<std::uint32_t>(number), encoded);
     }
     result.bytes_in = source.bytes_read();
   }
 
-  void look_at(SourceFiles& files, bool exact) override {
-    look_at_contents(files, exact, resources_.threads);
-  }
-
-  void write_envelope(std::span<const std::byte> bytes) override { writer_->write_envelope(bytes); }
-
-  void finish(EncodeResult& result) override {
-    if (overviews_) overviews_->write(*writer_, unwatched_);
+  /// Writes the end of the file.
+  void finish(EncodeResult& result) {
+    overviews_->write(*writer_, unwatched_);
     writer_->finish();
     result.index = writer_->index();
     result.index.total.add(total_);
@@ -132,7 +124,7 @@ class StreamStore : public BrickStore {
     result.temporary = file_->temporary();
   }
 
-  void commit() override { file_->commit(); }
+  void commit() { file_->commit(); }
 
  private:
   std::string folder_of_sums() const { return spool_folder(resources_.spool, run_.output); }
@@ -188,116 +180,134 @@ void require_earlier_result(const EncodeRun& run, const EncodeJob& job, const Vo
 /// Gives the file its name if the source still exists, unchanged. Otherwise, a run that removes
 /// originals may have verified the file that now has this name, and removed the source. That file
 /// is then the only copy and must not be replaced.
+template <class Output>
 struct LockedCommit {
-  std::shared_ptr<BrickStore> store;
-  std::string output;
+  std::shared_ptr<Output> written;
+  std::string path;
   UnchangedFiles source;
   std::function<void()> before_name;
 
   void commit() const {
     std::optional<OutputLock> lock;
-    if (is_regular_output(output)) lock.emplace(file_of_link(output));
+    if (is_regular_output(path)) lock.emplace(file_of_link(path));
     source.require();
     if (before_name) before_name();
-    store->commit();
+    written->commit();
   }
 };
 
-// Writes the envelope of a source if `keep`, and if the source allows it.
-void keep_source_files(const VolumeSource& source, bool exact, bool keep, BrickStore& store,
+/// The volume of a run, and its files, which are watched from before they are read.
+struct Original {
+  explicit Original(const EncodeRun& run) : volume(opened(run)), files(volume->files()) {}
+
+  std::unique_ptr<VolumeSource> volume;
+  UnchangedFiles files;
+
+ private:
+  static std::unique_ptr<VolumeSource> opened(const EncodeRun& run) {
+    check_early(run);
+    std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
+    for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
+    return volume;
+  }
+};
+
+/// Settles the job of a run. `reading`: how the bricks will be read. Begins the result.
+EncodeJob settled(const EncodeRun& run, const Resources& resources, const Reading& reading,
+                  const EarlierFindings& earlier, Original& original, EncodeResult& result) {
+  const VolumeInfo& info = original.volume->info();
+  const std::uint64_t parity_memory =
+      run.options.parity ? least_memory_of_parity(*sample_bytes(info.dims, info.type), *run.options.parity)
+                         : 0;
+  EncodeJob job = settle_any(run.options, original.volume,
+                             {.resources = resources,
+                              .any_rows = reading.any_rows,
+                              .needs = {.besides = reading.memory + memory_of_files(run, *original.volume),
+                                        .verified = original_access(run, *original.volume),
+                                        .afterwards = parity_memory},
+                              .earlier = earlier,
+                              .searching = run.searching,
+                              .before_copy = run.before_copy});
+  const VolumeSource& volume = *original.volume;
+  result.memory = job.memory;
+  if (run.options.parity)
+    result.memory = std::max(
+        result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
+  result.header = job.header;
+  result.reason_of_bound = job.reason_of_bound;
+  result.times_read = job.times_read;
+  result.warnings = all_warnings(volume.facts());
+  result.missing_of_voxel_size = volume.facts().missing_of_voxel_size;
+  if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume.name() + ": " + job.doubt_of_bound);
+  result.lossy_source = volume.info().metadata.text_of(lossy_source_key);
+  return job;
+}
+
+/// Writes the envelope of the source, if it is wanted and the source allows it.
+template <class Output>
+void keep_source_files(const EncodeRun& run, const EncodeJob& job, const VolumeSource& source, Output& output,
                        EncodeResult& result) {
   result.why_not_restorable = "only the samples were wanted";
-  if (!keep) return;
+  if (!keeps_files(run)) return;
+  const bool exact = job.parameters().is_exact();
   SourceFiles files = source_files(source.facts());
   result.warnings.insert(result.warnings.end(), files.warnings.begin(), files.warnings.end());
   if (files.why_not.empty()) {
-    store.look_at(files, exact);
+    output.look_at(files, exact);
     if (std::string about = about_spare_bits_of(files); !about.empty())
       result.warnings.push_back(std::move(about));
-    write_envelope(files, [&](std::span<const std::byte> bytes) { store.write_envelope(bytes); });
+    write_envelope(files, [&](std::span<const std::byte> bytes) { output.write_envelope(bytes); });
     result.times_read += times_read_for_envelope(files, exact);
   }
   result.why_not_restorable = files.why_not_restorable();
 }
 
-}  // namespace
-
-FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
-                           const Resources& resources) {
-  check_early(run);
-  std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
-  for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
-  const UnchangedFiles files(volume->files());
-  const ResolvedOptions options = in_samples(run.options, volume->facts());
-  // Checked before anything is read: a limit that cannot be kept is reported at once.
-  const auto [any_rows, memory] = store->reading(*volume);
-  const std::uint64_t parity_memory =
-      run.options.parity ? least_memory_of_parity(*sample_bytes(volume->info().dims, options.parameters.type),
-                                                  *run.options.parity)
-                         : 0;
-  // A view of rows has a slice.
-  const std::uint64_t of_view =
-      look_of(options) >= Look::a_few_rows && volume->traits().whole_slices ? volume->slice_bytes() : 0;
-  const auto plan_for = [&, any_rows = any_rows, besides = memory + memory_of_files(run, *volume) + of_view](
-                            const CodingParameters& parameters) {
-    return plan_encoding(parameters, resources, any_rows,
-                         {.besides = besides,
-                          .sums = !options.overviews.empty(),
-                          .verified = original_access(run, *volume),
-                          .afterwards = parity_memory});
-  };
-  const EncodePlan plan = plan_for(options.parameters);
-  const EarlierFindings earlier = store->begin(options, *volume);
-  EncodeResult result;
-  result.memory = plan.memory;
-  if (run.options.parity)
-    result.memory = std::max(
-        result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
-  const Look look = look_of(options, earlier);
-  const bool has_copy = needs_copy(volume->traits(), look, resources);
-  if (has_copy)
-    volume = copied(std::move(volume), spool_folder(resources.spool, "-"), resources, plan.memory,
-                    run.before_copy);
-  std::unique_ptr<VolumeSource> view;
-  if (look >= Look::a_few_rows && !volume->traits().any_rows) {
-    // With all slices of a layer of bricks, none is decoded twice in one pass.
-    const std::int64_t layer = std::min(options.parameters.bricks().length(), options.parameters.dims.z);
-    const std::int64_t kept =
-        look == Look::a_few_rows ? 0 : slices_beside(options.parameters, plan, resources, layer);
-    result.memory =
-        std::max(result.memory, plan.memory + static_cast<std::uint64_t>(kept) * volume->slice_bytes());
-    view = view_of_rows(*volume, kept);
-  }
-  EncodeJob job = settle(options, plan, view ? *view : *volume, run.searching, earlier);
-  view.reset();
-  // A bound that was found has smaller bricks than a transform would have.
-  if (job.parameters().brick_edge != options.parameters.brick_edge) job.plan = plan_for(job.parameters());
-  result.header = job.header;
-  result.reason_of_bound = job.reason_of_bound;
-  result.times_read = job.times_read + has_copy;
-  result.warnings = all_warnings(volume->facts());
-  result.missing_of_voxel_size = volume->facts().missing_of_voxel_size;
-  if (!job.doubt_of_bound.empty()) result.warnings.push_back(volume->name() + ": " + job.doubt_of_bound);
-  result.lossy_source = volume->info().metadata.text_of(lossy_source_key);
-  const Made made = store->take(job, *volume);
-  if (made == Made::no) {
-    store->encode(job, volume, result);
-    keep_source_files(*volume, job.parameters().is_exact(), keeps_files(run), *store, result);
-    if (job.header.volumes > 1) store->encode_others(job, *volume, result);
-    // Samples and other bytes must be those of the same files.
-    files.require();
-    warn_of_touched(run, files, result);
-  } else if (made == Made::in_doubt) {
-    require_earlier_result(run, job, *volume, resources);
-    result.was_complete = true;
-  }
-  store->finish(result);
-  return {std::move(result),
-          std::make_shared<LockedCommit>(LockedCommit{std::move(store), run.output, files, run.before_name})};
+/// Samples and other bytes must be those of the same files.
+void require_unchanged(const EncodeRun& run, const Original& original, EncodeResult& result) {
+  original.files.require();
+  warn_of_touched(run, original.files, result);
 }
 
-std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources) {
-  return std::make_unique<StreamStore>(run, resources);
+template <class Output>
+FinishedEncode finished(const EncodeRun& run, const Original& original, std::shared_ptr<Output> output,
+                        EncodeResult result) {
+  output->finish(result);
+  return {std::move(result), std::make_shared<LockedCommit<Output>>(LockedCommit<Output>{
+                                 std::move(output), run.output, original.files, run.before_name})};
+}
+
+}  // namespace
+
+FinishedEncode encode_to_stream(const EncodeRun& run, const Resources& resources) {
+  Original original(run);
+  EncodeResult result;
+  const SourceTraits& traits = original.volume->traits();
+  const EncodeJob job = settled(run, resources, {traits.any_rows, traits.memory}, {}, original, result);
+  const auto stream = std::make_shared<EncodingToStream>(run, resources);
+  stream->encode(job, original.volume, result);
+  keep_source_files(run, job, *original.volume, *stream, result);
+  stream->encode_others(job, *original.volume, result);
+  require_unchanged(run, original, result);
+  return finished(run, original, stream, std::move(result));
+}
+
+FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run) {
+  const Resources resources = of_this_rank(ranks, run.resources);
+  Original original(run);
+  EncodeResult result;
+  const auto parts = std::make_shared<EncodingInParts>(ranks, run, *original.volume);
+  const EncodeJob job = settled(run, resources, {true, memory_besides_parts(*original.volume)},
+                                parts->earlier_findings(), original, result);
+  const Made made = parts->take(job);
+  if (made == Made::no) {
+    parts->encode(job, *original.volume, result);
+    keep_source_files(run, job, *original.volume, *parts, result);
+    require_unchanged(run, original, result);
+  } else if (made == Made::in_doubt) {
+    require_earlier_result(run, job, *original.volume, resources);
+    result.was_complete = true;
+  }
+  return finished(run, original, parts, std::move(result));
 }
 
 }  // namespace tagrid

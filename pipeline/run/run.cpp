@@ -177,7 +177,7 @@ FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run) {
   refuse_same_file(run.input, run.output);
   const Resources resources = of_this_rank(ranks, run.resources);
   const bool in_parts = run.resume || (ranks.count() > 1 && parts_are_possible(run.input, run.output));
-  return encode_into(in_parts ? store_of_parts(ranks, run) : store_of_stream(run, resources), run, resources);
+  return in_parts ? encode_in_parts(ranks, run) : encode_to_stream(run, resources);
 }
 
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {

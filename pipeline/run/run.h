@@ -44,11 +44,10 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
 VerifyResult require_result(const EncodeRun& run, const EncodeJob& job, const VolumeSource& original,
                             const Resources& resources);
 
-/// Encodes a volume into a store. `resources` are those of this process. Throws as encode_volume() does.
-FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
-                           const Resources& resources);
-
-/// A store that writes one stream in this process. The arguments must outlive all calls but commit().
-std::unique_ptr<BrickStore> store_of_stream(const EncodeRun& run, const Resources& resources);
+/// Two ways to encode a volume; encode_volume() chooses one. They throw as it does.
+/// This process writes a stream, front to back. `resources` are its own.
+FinishedEncode encode_to_stream(const EncodeRun& run, const Resources& resources);
+/// All ranks make parts, which become a file. With run.resume, a later run can continue.
+FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run);
 
 }  // namespace tagrid

@@ -1,7 +1,8 @@
-#include "pipeline/job/read_again.h"
+#include "pipeline/settle/read_again.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -29,10 +30,10 @@ bool needs_copy(const SourceTraits& traits, Look look, const Resources& resource
   return false;
 }
 
-std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const std::string& folder,
-                                     const Resources& resources, std::uint64_t besides,
-                                     const TellOfCopy& tell) {
-  const SampleCopy copy{source->name(), folder, *sample_bytes(source->info().dims, source->info().type)};
+std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const Resources& resources,
+                                     std::uint64_t besides, const TellOfCopy& tell) {
+  const SampleCopy copy{source->name(), spool_folder(resources.spool, "-"),
+                        *sample_bytes(source->info().dims, source->info().type)};
   const RoomForFiles room = room_in(copy.folder);
   const Setting spool{"spool", "another directory"};
   if (room.bytes && *room.bytes < copy.bytes)
@@ -51,8 +52,30 @@ std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const
   return spooled(std::move(source), copy.folder);
 }
 
-std::unique_ptr<VolumeSource> view_of_rows(VolumeSource& source, std::int64_t kept) {
-  return rows_of_slices(std::shared_ptr<VolumeSource>(std::shared_ptr<void>(), &source), kept);
+EncodeJob settle_any(const EncodeOptions& given, std::unique_ptr<VolumeSource>& volume,
+                     const Settling& settling) {
+  const ResolvedOptions options = in_samples(given, volume->facts());
+  Settling with_view = settling;
+  // A view of rows has a slice.
+  if (look_of(options, {}) >= Look::a_few_rows && volume->traits().whole_slices)
+    with_view.needs.besides += volume->slice_bytes();
+  const EncodePlan plan = plan_of(options, with_view);
+  const Look look = look_of(options, settling.earlier);
+  const bool has_copy = needs_copy(volume->traits(), look, settling.resources);
+  if (has_copy) volume = copied(std::move(volume), settling.resources, plan.memory, settling.before_copy);
+  std::int64_t kept = 0;
+  std::unique_ptr<VolumeSource> view;
+  if (look >= Look::a_few_rows && !volume->traits().any_rows) {
+    // With all slices of a layer of bricks, none is decoded twice in one pass.
+    const std::int64_t layer = std::min(options.parameters.bricks().length(), options.parameters.dims.z);
+    if (look == Look::all_rows_often)
+      kept = slices_beside(options.parameters, plan, settling.resources, layer);
+    view = rows_of_slices(std::shared_ptr<VolumeSource>(std::shared_ptr<void>(), volume.get()), kept);
+  }
+  EncodeJob job = settle(given, view ? *view : *volume, with_view);
+  job.times_read += has_copy;
+  job.memory += static_cast<std::uint64_t>(kept) * volume->slice_bytes();
+  return job;
 }
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-#include "pipeline/job/search.h"
+#include "pipeline/settle/search.h"
 
 #include <fmt/format.h>
 
@@ -14,10 +14,10 @@
 #include "io/errors/errors.h"
 #include "io/tag/header.h"
 #include "io/volume/one_of_volumes.h"
-#include "pipeline/job/source_survey.h"
-#include "pipeline/job/trials.h"
 #include "pipeline/overview/block_means.h"
 #include "pipeline/overview/header.h"
+#include "pipeline/settle/source_survey.h"
+#include "pipeline/settle/trials.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
@@ -189,6 +189,7 @@ double bound_of_step(const FoundStep& found, const std::optional<double>& given,
 // What a search by trials needs to know of a volume.
 struct Subject {
   const ResolvedOptions& options;
+  const EncodePlan& plan;
   VolumeSource& source;
   Statistics range;  ///< low, high and finite alone
   double peak;
@@ -197,13 +198,14 @@ struct Subject {
 
   double times_read() const { return trials.times_read() + times_read_besides; }
 
-  Subject(const ResolvedOptions& given, VolumeSource& volume, const Setting& setting,
-          const Progress& progress)
+  Subject(const ResolvedOptions& given, const EncodePlan& planned, VolumeSource& volume,
+          const Setting& setting, const Progress& progress)
       : options(given),
+        plan(planned),
         source(volume),
         range(statistics_of(range_of_data(volume))),
         peak(range.finite > 0 ? range.high - range.low : 0),
-        trials(volume, given.parameters, given.usual_edge(), peak, sampled_voxels, progress) {
+        trials(volume, given.parameters, plan, given.usual_edge(), peak, sampled_voxels, progress) {
     // Squares of errors would be infinite.
     require(peak < 0x1p500,
             {"{}: {} cannot be computed for samples whose range is so large", {volume.name(), setting}});
@@ -239,7 +241,7 @@ double bits_besides(Subject& subject, double max_error, double step, const Progr
   if (!options.overviews.empty()) {
     BlockMeans means(*volume);
     const CodingParameters p = overview_header(header, block_edge, subject.range).parameters;
-    Trials trials(means, p, p.brick_edge, subject.peak, most_means, progress);
+    Trials trials(means, p, subject.plan, p.brick_edge, subject.peak, most_means, progress);
     const double finest =
         trials.of(p.max_error, step, true).bits / 8 * static_cast<double>(p.domain().volume().count());
     subject.times_read_besides += trials.times_read();
@@ -345,13 +347,13 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
 
 bool is_sampled(const Index3& dims) { return Box::of_size(dims).count() > sampled_voxels; }
 
-FoundBound bound_by_trials(const ResolvedOptions& options, VolumeSource& source, bool sampled,
-                           const Progress& progress) {
+FoundBound bound_by_trials(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
+                           bool sampled, const Progress& progress) {
   const auto [kind, value] = options.options.error_rule.value();
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(source.info().type));
   const double bits = kind == ErrorRule::Kind::ratio ? bits_of_sample / value : value;
   source.rewind();
-  Subject subject(options, source, setting_of(kind), progress);
+  Subject subject(options, plan, source, setting_of(kind), progress);
   FoundBound found = kind == ErrorRule::Kind::psnr ? bound_of_psnr(subject, value, sampled)
                                                    : bound_of_size(subject, bits, sampled, progress);
   if (sampled && found.max_error > 0) {

@@ -1,4 +1,4 @@
-#include "pipeline/job/settle.h"
+#include "pipeline/settle/settle.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,8 @@
 #include <optional>
 
 #include "io/errors/errors.h"
-#include "pipeline/job/search.h"
-#include "pipeline/job/source_survey.h"
-#include "pipeline/threads/threads.h"
+#include "pipeline/settle/search.h"
+#include "pipeline/settle/source_survey.h"
 
 namespace tagrid {
 namespace {
@@ -33,24 +32,17 @@ FoundBound by_range(VolumeSource& source, double part) {
           "", 0, 1};
 }
 
-FoundBound by_trials(const ResolvedOptions& options, VolumeSource& source, const Progress& progress) {
-  return bound_by_trials(options, source, false, progress);
-}
-
 // The largest error by the rule of the options. Reads the volume and rewinds it: a sample for the noise, all
 // of it for its range, and several times for a PSNR or a size. Throws UsageError if the bound cannot be combined with
 // the other options.
-FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, int threads,
+FoundBound bound_of_rule(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                          const Progress& progress) {
   const auto [kind, value] = options.options.error_rule.value();
   const bool by_noise_of_samples = kind == ErrorRule::Kind::noise,
              by_range_of_samples = kind == ErrorRule::Kind::relative;
-  FoundBound found;
-  Threads(std::max(threads, 1)).run([&, value = value] {
-    found = by_noise_of_samples   ? by_noise(source, value)
-            : by_range_of_samples ? by_range(source, value)
-                                  : by_trials(options, source, progress);
-  });
+  FoundBound found = by_noise_of_samples   ? by_noise(source, value)
+                     : by_range_of_samples ? by_range(source, value)
+                                           : bound_by_trials(options, plan, source, false, progress);
   found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
   found.max_error = kept_bound(found.max_error, source.info().type);
   found.reason = found.step > 0 ? fmt::format("a wavelet with a step of {:.4g}, {}; no error is above {:.6g}",
@@ -67,20 +59,34 @@ std::pair<double, double> range_for(VolumeSource& source) {
   return range;
 }
 
-EncodeJob job_of(const ResolvedOptions& options, const EncodePlan& plan) {
-  return {{options.parameters, options.metadata, options.volumes},
-          plan,
-          options.overviews,
-          options.reason_of_bound};
-}
-
 void require_known_range(const ResolvedOptions& options) {
   require(!options.range_from_data || options.options.range_from_data,
           {"a pipe of {} samples needs {} lo:hi or {}: its range is not known before it has been read",
            {name_of(options.parameters.type), setting::range, setting::field_scale}});
 }
 
+// The plan for parameters that may have smaller bricks than those of the options.
+EncodePlan plan_of(const CodingParameters& parameters, const ResolvedOptions& options,
+                   const Settling& settling) {
+  EncodeNeeds needs = settling.needs;
+  needs.sums = !options.overviews.empty();
+  return plan_encoding(parameters, settling.resources, settling.any_rows, needs);
+}
+
+EncodeJob planned(const ResolvedOptions& options, const Settling& settling) {
+  EncodeJob job{{options.parameters, options.metadata, options.volumes}};
+  job.plan = plan_of(options, settling);
+  job.memory = job.plan.memory;
+  job.overviews = options.overviews;
+  job.reason_of_bound = options.reason_of_bound;
+  return job;
+}
+
 }  // namespace
+
+EncodePlan plan_of(const ResolvedOptions& options, const Settling& settling) {
+  return plan_of(options.parameters, options, settling);
+}
 
 Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier) {
   const bool finds_range = options.options.range_from_data && !earlier.range;
@@ -93,33 +99,41 @@ Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier) {
   return finds_range ? Look::again : Look::once;
 }
 
-EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
-                 const Progress& searching, const EarlierFindings& earlier) {
-  EncodeJob job = job_of(options, plan);
+EncodeJob settle(const EncodeOptions& given, VolumeSource& volume, const Settling& settling) {
+  const ResolvedOptions options = in_samples(given, volume.facts());
+  const EarlierFindings& earlier = settling.earlier;
+  EncodeJob job = planned(options, settling);
   ResolvedOptions settled = options;
   if (options.options.error_rule) {
     FoundBound found = {earlier.max_error.value_or(0), earlier.reason_of_bound, {}, earlier.transform_step};
-    if (!earlier.max_error) found = bound_of_rule(options, source, plan.budget.threads, searching);
+    if (!earlier.max_error) found = bound_of_rule(options, job.plan, volume, settling.searching);
     settled = with_bound(options, found.max_error, found.step);
     job.reason_of_bound = found.reason;
     job.doubt_of_bound = found.doubt;
     job.times_read = found.times_read;
   }
-  if (!source.traits().again) require_known_range(options);
-  job.header.parameters = settled.parameters;
-  if (settled.range_from_data) {
-    job.times_read += earlier.range ? 0 : 1;
-    job.header.parameters = with_range(settled, earlier.range ? *earlier.range : range_for(source));
-  }
+  if (!volume.traits().again) require_known_range(options);
+  if (settled.range_from_data && !earlier.range) ++job.times_read;
+  job.header.parameters = earlier.range && settled.range_from_data ? with_range(settled, *earlier.range)
+                                                                   : with_range_of(settled, volume);
+  // A bound that was found has smaller bricks than a transform would have.
+  if (job.parameters().brick_edge != options.parameters.brick_edge)
+    job.plan = plan_of(job.parameters(), options, settling);
   return job;
 }
 
-EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan) {
+EncodeJob settle(const EncodeOptions& given, const SourceFacts& volume, const Settling& settling) {
+  const ResolvedOptions options = in_samples(given, volume);
+  EncodeJob job = planned(options, settling);
   require_known_range(options);
   require(!options.options.error_rule && !options.range_from_data,
           {"{} follows from the samples, which cannot be read beforehand",
            {options.range_from_data ? setting::range : setting::max_error}});
-  return job_of(options, plan);
+  return job;
+}
+
+CodingParameters with_range_of(const ResolvedOptions& options, VolumeSource& volume) {
+  return options.range_from_data ? with_range(options, range_for(volume)) : options.parameters;
 }
 
 }  // namespace tagrid

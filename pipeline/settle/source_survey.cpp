@@ -1,4 +1,4 @@
-#include "pipeline/job/source_survey.h"
+#include "pipeline/settle/source_survey.h"
 
 #include <oneapi/tbb/parallel_for.h>
 

@@ -1,24 +1,40 @@
-#include "pipeline/job/trials.h"
+#include "pipeline/settle/trials.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
-#include <vector>
 
 #include "io/tag/blocks.h"
 #include "io/volume/one_of_volumes.h"
-#include "pipeline/job/source_survey.h"
-#include "stages/brick/codec.h"
+#include "pipeline/encode/graph.h"
+#include "pipeline/settle/source_survey.h"
+#include "pipeline/slices/slices_ahead.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
+namespace {
 
-Trials::Trials(VolumeSource& source, CodingParameters parameters, int usual_edge, double peak,
-               std::int64_t most_sampled, const Progress& progress)
+// Counts the bricks of an encoding instead of writing them.
+class BrickCounter : public BrickSink {
+ public:
+  void write_brick(const BrickBytes& brick, const Statistics& statistics) override {
+    bytes += block_frame_size + brick.values.size();
+    all.add(statistics);
+  }
+
+  std::uint64_t bytes = 0;
+  Statistics all;
+};
+
+}  // namespace
+
+Trials::Trials(VolumeSource& source, CodingParameters parameters, const EncodePlan& plan, int usual_edge,
+               double peak, std::int64_t most_sampled, const Progress& progress)
     : source_(source),
       parameters_(std::move(parameters)),
+      plan_(plan),
       usual_edge_(usual_edge),
       peak_(peak),
       most_sampled_(most_sampled),
@@ -41,34 +57,43 @@ const Tried& Trials::of(double max_error, double step, bool sampled) {
   return at->second = encode(parameters, sampled);
 }
 
-Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
-  const BrickGrid bricks = parameters.bricks();
-  const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2), all_rows = rows * source_.info().volumes;
-  const std::int64_t per_row = std::max<std::int64_t>(parameters.domain().volume().count() / rows, 1);
+std::vector<Trials::Stretch> Trials::stretches(const BrickGrid& bricks, bool sampled) const {
   constexpr std::int64_t least_rows = 8;
-  const std::int64_t wanted =
-      sampled ? std::min(std::max(most_sampled_ / per_row, least_rows), all_rows) : all_rows;
-  const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters.type);
-  ProgressWatch watch(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
-  Statistics all;
-  std::atomic<std::uint64_t> bytes = 0;
+  const std::int64_t volumes = source_.info().volumes, ny = bricks.bricks(1), rows = ny * bricks.bricks(2),
+                     all_rows = rows * volumes,
+                     per_row = std::max<std::int64_t>(bricks.domain.volume().count() / rows, 1);
+  std::vector<Stretch> chosen;
+  if (!sampled)
+    for (std::int64_t volume = 0; volume < volumes; ++volume)
+      chosen.push_back({volume, BrickRows::all(bricks)});
+  const std::int64_t wanted = sampled ? std::min(std::max(most_sampled_ / per_row, least_rows), all_rows) : 0;
   for (std::int64_t i = 0; i < wanted; ++i) {
-    std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-    const std::int64_t row = spread_row(i, wanted, all_rows);
-    const auto volume = one_of_volumes(source_, row / rows);
-    for_each_brick_of_row(*volume, bricks, row % rows, [&](std::int64_t id, const BrickSamples& samples) {
-      const Index3 position = bricks.position(id);
-      BrickCode code;
-      encode_brick(samples, {}, parameters, position, code);
-      of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
-      bytes += block_frame_size + code.values.size();
-    });
-    // In the order of bricks: sums of floats depend on it.
-    for (const Statistics& s : of_brick) all.add(s);
-    watch.done(bytes_per_row);
+    const std::int64_t row = spread_row(i, wanted, all_rows), y = row % rows % ny, z = row % rows / ny;
+    chosen.push_back({row / rows, {y, y + 1, z, z + 1}});
   }
-  times_read_ += static_cast<double>(wanted) / static_cast<double>(all_rows);
-  Tried tried{INFINITY, 0, all.max_error, 8 * static_cast<double>(bytes) / static_cast<double>(all.samples)};
+  return chosen;
+}
+
+Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
+  const EncodeJob job{.header = {parameters, {}}, .plan = plan_};
+  const BrickGrid bricks = parameters.bricks();
+  const std::vector<Stretch> chosen = stretches(bricks, sampled);
+  std::uint64_t samples = 0;
+  for (const Stretch& stretch : chosen)
+    samples += static_cast<std::uint64_t>(stretch.rows.owned(bricks).count());
+  ProgressWatch watch(progress_, samples * size_of(parameters.type));
+  BrickCounter counter;
+  for (const Stretch& stretch : chosen) {
+    const auto volume = one_of_volumes(source_, stretch.volume);
+    SlicesAhead slices(*volume, 0);
+    tagrid::encode(job, stretch.rows, slices, counter, watch);
+  }
+  const Statistics& all = counter.all;
+  times_read_ +=
+      static_cast<double>(all.samples) / (static_cast<double>(parameters.domain().volume().count()) *
+                                          static_cast<double>(source_.info().volumes));
+  Tried tried{INFINITY, 0, all.max_error,
+              8 * static_cast<double>(counter.bytes) / static_cast<double>(all.samples)};
   if (all.finite == 0 || all.max_error == 0) return tried;
   tried.rmse = achieved_of(all).rmse;
   // Squares of very small errors are 0.

@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <map>
 #include <tuple>
+#include <vector>
 
 #include "io/volume/volume_source.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/progress/progress.h"
+#include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -17,15 +20,15 @@ struct Tried {
   double bits = 0;  ///< of a sample, in the blocks of bricks without the grid
 };
 
-/// Encodes the voxels of a volume, or of a part of its rows of bricks that is spread over it. Each encoding is made
-/// once. The arena is the caller's.
+/// Encodes the voxels of a volume, or of a part of its rows of bricks that is spread over it, and counts what that takes.
+/// Each encoding is made once.
 class Trials {
  public:
-  /// `peak`: of the PSNR. `most_sampled`: about how many samples a part has. `usual_edge`: of bricks that are not
+  /// `plan`: for bricks that are as large, or larger. `peak`: of the PSNR. `most_sampled`: about how many samples a part has. `usual_edge`: of bricks that are not
   /// transformed, and of those of a part, which has more rows of small bricks. REQUIRES: source.traits().any_rows,
   /// and it outlives this object.
-  Trials(VolumeSource& source, CodingParameters parameters, int usual_edge, double peak,
-         std::int64_t most_sampled, const Progress& progress);
+  Trials(VolumeSource& source, CodingParameters parameters, const EncodePlan& plan, int usual_edge,
+         double peak, std::int64_t most_sampled, const Progress& progress);
 
   /// `step`: of a transform; 0: none. `sampled`: whether a part is enough.
   const Tried& of(double max_error, double step, bool sampled);
@@ -34,10 +37,17 @@ class Trials {
   double times_read() const { return times_read_; }
 
  private:
+  struct Stretch {
+    std::int64_t volume;  ///< its number
+    BrickRows rows;
+  };
+  /// All of each volume, or rows spread over them.
+  std::vector<Stretch> stretches(const BrickGrid& bricks, bool sampled) const;
   Tried encode(const CodingParameters& parameters, bool sampled);
 
   VolumeSource& source_;
   CodingParameters parameters_;
+  EncodePlan plan_;
   int usual_edge_;
   double peak_;
   std::int64_t most_sampled_;

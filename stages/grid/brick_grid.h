@@ -120,6 +120,11 @@ struct BrickRows {
   constexpr std::int64_t count(const BrickGrid& bricks) const {
     return layer_count(bricks) * (z_end - z_low);
   }
+  /// The samples that their bricks own, as points of the lattice.
+  constexpr Box owned(const BrickGrid& bricks) const {
+    return {bricks.owned_box({0, y_low, z_low}).low,
+            bricks.owned_box({bricks.bricks(0) - 1, y_end - 1, z_end - 1}).high};
+  }
   friend constexpr bool operator==(const BrickRows&, const BrickRows&) = default;
 };
 

@@ -17,14 +17,17 @@
 
 namespace tagrid {
 
+/// Keeps what is written.
+struct KeptBytes : ByteSink {
+  void write(std::span<const std::byte> bytes) override {
+    all.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  std::string all;
+};
+
 /// The bytes of a file whose bricks all have this code, written as any other file.
 inline std::string file_of_equal_bricks(const TagHeader& header, const BrickBytes& code) {
-  struct Kept : ByteSink {
-    void write(std::span<const std::byte> bytes) override {
-      all.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    }
-    std::string all;
-  } sink;
+  KeptBytes sink;
   TagWriter writer(sink, header);
   for (std::int64_t id = 0; id < header.parameters.bricks().count(); ++id)
     writer.write_brick({id, code.activity, code.values}, {});
@@ -64,11 +67,16 @@ class RepeatedTag : public ByteSource {
     index.activity_bytes = static_cast<std::uint64_t>(layout_.bricks()) * code_.activity.size();
     index.value_bytes = static_cast<std::uint64_t>(layout_.bricks()) * code_.values.size();
     end_at_ = header_.size() + static_cast<std::uint64_t>(layout_.pages()) * page_bytes_;
-    for (const Overview& overview : overviews)
-      index.members.push_back(write_member(
-          {overview_kind, overview.factor, end_at_ + end_.size(), overview.bytes.size()}, checksum,
-          [&](const auto& pass) { pass(std::as_bytes(std::span(overview.bytes))); },
-          [&](std::span<const std::byte> bytes) { end_.insert(end_.end(), bytes.begin(), bytes.end()); }));
+    for (const Overview& overview : overviews) {
+      const Member member = {overview_kind, overview.factor, end_at_ + end_.size(), overview.bytes.size()};
+      KeptBytes kept;
+      MemberWriter writer(member, kept);
+      writer.write(std::as_bytes(std::span(overview.bytes)));
+      writer.finish(checksum);
+      const auto bytes = std::as_bytes(std::span(kept.all));
+      end_.insert(end_.end(), bytes.begin(), bytes.end());
+      index.members.push_back(member);
+    }
     const auto header_checksum = load_little_endian<std::uint64_t>(header_.data() + header_.size() - 8);
     const std::vector<std::byte> end =
         file_end(parameters_, index, end_at_ + end_.size(), checksum, header_checksum);

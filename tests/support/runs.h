@@ -29,11 +29,6 @@ inline EncodeResult encode_volume(const std::string& input, const SourceDescript
                                          .resources = resources}));
 }
 
-/// Makes parts even where one stream would do.
-inline FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run) {
-  return encode_into(store_of_parts(ranks, run), run, of_this_rank(ranks, run.resources));
-}
-
 inline DecodeResult decode_region(const std::string& input, const std::string& output, const Format& format,
                                   bool overwrite, const WantedRegion& region, const Resources& resources) {
   Ranks alone;

@@ -15,10 +15,10 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/volume/one_of_volumes.h"
-#include "pipeline/job/settle.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
+#include "pipeline/settle/settle.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/removal_table.h"
@@ -241,10 +241,10 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
-    const EncodePlan plan = plan_encoding(options.parameters, pass.resources, original->traits().any_rows,
-                                          {.besides = original->traits().memory});
-    const EncodeJob job = settle(options, plan, *original);
+    const EncodeJob job = settle(volume.asked.options, *original,
+                                 {.resources = pass.resources,
+                                  .any_rows = original->traits().any_rows,
+                                  .needs = {.besides = original->traits().memory}});
     const VerifyResult found = require_result({.input = volume.input,
                                                .source = source,
                                                .output = volume.output,

@@ -11,9 +11,9 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "pipeline/job/settle.h"
-#include "pipeline/job/source_survey.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/settle/settle.h"
+#include "pipeline/settle/source_survey.h"
 #include "pipeline/verify/verify.h"
 #include "tests/support/points.h"
 #include "tests/support/runs.h"
@@ -38,9 +38,7 @@ class EstimatedVolume : public TemporaryFolder {
   }
   EncodeJob settled(const EncodeOptions& options, int threads = 2) const {
     const auto source = open_volume(in_);
-    EncodePlan plan;
-    plan.budget.threads = threads;
-    return settle(in_samples(options, source->facts()), plan, *source);
+    return settle(options, *source, {Resources(threads)});
   }
   double bound_of(const EncodeOptions& options) const { return settled(options).parameters().max_error; }
   static EncodeOptions rule(ErrorRule::Kind kind, double value) {

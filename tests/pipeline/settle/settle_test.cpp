@@ -1,5 +1,5 @@
 // From options to a job, without an encoding.
-#include "pipeline/job/settle.h"
+#include "pipeline/settle/settle.h"
 
 #include <gtest/gtest.h>
 
@@ -65,9 +65,9 @@ TEST(Settle, WithoutSamplesRefusesWhatFollowsFromThem) {
   by_noise.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
   by_range.range_from_data = true;
   for (const EncodeOptions& options : {by_noise, by_range})
-    EXPECT_THROW(settle(in_samples(options, facts_of(SampleType::int16)), {}), UsageError);
-  EXPECT_THROW(settle(in_samples({}, facts_of(SampleType::float32)), {}), UsageError);
-  EXPECT_EQ(settle(in_samples({}, facts_of(SampleType::int16)), {}).times_read, 0);
+    EXPECT_THROW(settle(options, facts_of(SampleType::int16), {Resources(1)}), UsageError);
+  EXPECT_THROW(settle({}, facts_of(SampleType::float32), {Resources(1)}), UsageError);
+  EXPECT_EQ(settle({}, facts_of(SampleType::int16), {Resources(1)}).times_read, 0);
 }
 
 class SettledVolume : public TemporaryFolder {
@@ -75,7 +75,7 @@ class SettledVolume : public TemporaryFolder {
   SettledVolume() { write_nrrd(path("in.nrrd"), dims_, blobs<float>(dims_, 1, 20)); }
   EncodeJob job_of(const EncodeOptions& options, const EarlierFindings& earlier = {}) {
     const auto source = open_volume(path("in.nrrd"), {});
-    EncodeJob job = settle(in_samples(options, source->facts()), {}, *source, {}, earlier);
+    EncodeJob job = settle(options, *source, {.resources = Resources(1), .earlier = earlier});
     EXPECT_EQ(source->next_sample(), 0);
     return job;
   }
