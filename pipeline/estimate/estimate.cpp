@@ -359,8 +359,9 @@ class Estimation {
       source_ = copied(std::move(source_), run_.resources, memory, run_.before_copy);
     if (source_->traits().any_rows) return;
     const std::int64_t layer = std::min(largest.bricks().length(), largest.dims.z);
-    source_ =
-        rows_of_slices(std::move(source_), slices_beside(largest, {.memory = memory}, run_.resources, layer));
+    EncodePlan estimating;
+    estimating.memory = memory;
+    source_ = rows_of_slices(std::move(source_), slices_beside(largest, estimating, run_.resources, layer));
   }
 
   // All encodings have the same range and scale.
@@ -400,8 +401,9 @@ class Estimation {
     const auto start = std::chrono::steady_clock::now();
     const FoundBound bound = [&] {
       try {
-        return bound_by_trials(ruled, {.budget = {.threads = threads_, .bricks_in_flight = threads_}},
-                               *source_, true, {});
+        EncodePlan row_by_row;
+        row_by_row.budget = {threads_, 0, threads_};
+        return bound_by_trials(ruled, row_by_row, *source_, true, {});
       } catch (const UsageError& error) {
         throw OutOfReach{error};
       }
