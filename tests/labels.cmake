@@ -1,6 +1,6 @@
 # Which tests the scripts leave out, repeat, or run with sanitizers: `ctest -L` and `-LE` select them by these labels. This
 # file is read twice, each time with the names of `all_tests`: by CMake for scripts, and by CTest for the tests of programs,
-# whose names are known only when they are built.
+# whose names are known only when they are built. CMake leaves out names with brackets or semicolons: they get no label.
 
 # Labels the tests whose names match one of the expressions OF, and none of the expressions BUT.
 function(label name)
