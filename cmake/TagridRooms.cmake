@@ -4,8 +4,12 @@
 # headers of the other room, and PRIVATE if only its sources do. main() belongs to a program, and is
 # left out. All stages pass over samples, and so do rooms that are FAST. Others take no time but their
 # compilation, which is shorter with fewer optimizations.
+# If the files of a room are compiled together, those that are ALONE are not. Nor are those that are APART, if the library is
+# for others (TAGRID_UNITY=most): they need zlib and bzip2, set signals or read the environment, or need what does. Within the
+# file of a room they would bring that into all programs that link the library's archive
+# (tests/library/installed_prefix_test.py).
 function(tagrid_room folder)
-  cmake_parse_arguments(PARSE_ARGV 1 sees "FAST" "" "PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 sees "FAST" "" "PUBLIC;PRIVATE;ALONE;APART")
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
   tagrid_target_names(room ${folder})
@@ -15,6 +19,14 @@ function(tagrid_room folder)
   cmake_path(GET folder PARENT_PATH parent)
   file(MAKE_DIRECTORY ${view}/${parent})
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${view}/${folder} SYMBOLIC)
+  foreach(name IN LISTS sees_ALONE sees_APART)
+    set(source ${PROJECT_SOURCE_DIR}/${folder}/${name}.cpp)
+    if(NOT source IN_LIST sources)
+      message(FATAL_ERROR "${folder} has no source ${name}.cpp")
+    elseif(name IN_LIST sees_ALONE OR TAGRID_APART)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endforeach()
   if(sources)
     add_library(${room} STATIC ${sources})
     target_include_directories(${room} PUBLIC ${view})
@@ -25,8 +37,6 @@ function(tagrid_room folder)
     endif()
     if(layer IN_LIST TAGRID_UNITY OR folder IN_LIST TAGRID_UNITY)
       set_target_properties(${room} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
-      list(TRANSFORM TAGRID_SINGLE_FILES PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE single)
-      set_source_files_properties(${single} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
       # A type of one file is not a type of many because the compiler sees several at once.
       target_compile_options(${room} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
     endif()

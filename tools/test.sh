@@ -11,22 +11,16 @@ web=OFF
 if command -v emcc >/dev/null && command -v node >/dev/null && command -v esbuild >/dev/null; then web=ON; fi
 cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_WEB=$web -DTAGRID_MPI=ON -DTAGRID_HDF5=ON -DTAGRID_PYTHON=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
-# Each takes a minute or more, as it encodes what is large, searches for the least memory, or waits for a rank that is
-# killed, or repeats a quicker one with other types and volumes.
-slow='MemoryLimit(OfShapes)?\.(IsKept(/narrow|ByEstimates|WhereTheGrid|WithOpenVdb|WithGzip)|ThatEncodingAccepts)'
-slow+='|^tools/(LargeVolume|Paper|MpiFaults.ARankThatIsKilled|RestoredFolder.GoesWithTheRunThatA)|^plugins/ParaView$'
-slow+='|/(EstimatesOfType|MeshError|CoarsenedMesh|DerivedGridOfType).*<(signed char|unsigned short|unsigned int|int)>'
-slow+='|RealVolumes\..*/(itk|ge_ct|foot|engine|vhf)|EveryFlippedBit.*<(signed char|short|unsigned short|unsigned int|int|float)>|OfALargeVolumeAre'
 # Many tests wait for processes that they have started.
 if [ "${1:-}" != --long ]; then
-  ctest --preset release -j "$((2 * $(nproc)))" -E "$slow"
+  ctest --preset release -j "$((2 * $(nproc)))" -LE '^slow$'
   echo "Left out, as they take minutes (tools/test.sh --long runs them):"
-  ctest --preset release -N -R "$slow" | grep '#'
+  ctest --preset release -N -L '^slow$' | grep '#'
   [ "$web" = ON ] || echo "Left out, as emscripten, node or esbuild is missing (tools/install_packages.sh web): web/"
   tools/fuzz.sh
 else
   ctest --preset release -j "$((2 * $(nproc)))"
-  TAGRID_LONG=1 ctest --preset release -R "SecondDecoder|RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/|MemoryLimit|InstalledPrefix|ReadingOnly|packages/Static|web/Fuzz|python/(installed|wheel)" --timeout 36000
+  TAGRID_LONG=1 ctest --preset release -L '^longer$' --timeout 36000
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000
@@ -34,13 +28,11 @@ else
   TAGRID_LONG=1 ctest --preset release -R tools/RealSlurm --timeout 36000
   cmake --preset asan -DTAGRID_EVERY_TEST=ON >/dev/null
   cmake --build --preset asan --target tagrid tagrid-{read,write}-{hdf5,vdb} tagrid-read-{bmp,dicom,jp2,tiff,zarr} {stages,io,pipeline}_tests
-  TAGRID_LONG=1 ctest --preset asan -R '^(stages|io|pipeline|readers)/' -E 'Real(Volumes|Rates)|LargeDamage' --timeout 36000
+  TAGRID_LONG=1 ctest --preset asan -L '^every-asan$' --timeout 36000
   cmake --preset tsan -DTAGRID_EVERY_TEST=ON >/dev/null
   cmake --build --preset tsan --target pipeline_tests race_check
-  ctest --preset tsan -R '^(pipeline|tsan)/' -E 'Real(Volumes|Rates)|LargeDamage' --timeout 36000
-  # Not forged files, whose memory sanitizers change, nor commands that are killed, which report nothing.
-  TAGRID_SANITIZED_PROGRAM=$PWD/build/asan/tagrid ctest --preset release -R '^tools/' \
-    -E 'tools/(Benchmark|Scale|Paper|Streams|Slurm|Documentation|Advice|ForgedFiles)|/Kill\.|WideOpenVdbVolumes' --timeout 36000
+  ctest --preset tsan -L '^every-tsan$' --timeout 36000
+  TAGRID_SANITIZED_PROGRAM=$PWD/build/asan/tagrid ctest --preset release -L '^every-command-asan$' --timeout 36000
   tools/same_bytes.sh --long
   tools/stream_test.sh
   tools/fuzz.sh --long 1

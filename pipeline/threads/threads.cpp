@@ -60,28 +60,17 @@ struct Threads::Others {
 // A pool of threads that wait for work. They never end, because a program that a thread has started ends with
 // it (see io/programs/format_program.h). A forked process starts without threads.
 struct Threads::Pool {
-  struct Waiter {
-    std::mutex mutex;
-    std::condition_variable called;
-    Others* work = nullptr;
-
-    void call(Others& next) {
-      const std::lock_guard lock(mutex);
-      work = &next;
-      called.notify_one();
-    }
-  };
-
   // Runs `work` on a thread. Returns false if `most` threads work, or if the system gives no more.
   bool run(Others& work, int most);
 
   static Pool& instance();
-  static void* wait_and_work(void* waiter);
+  static void* wait_and_work(void* pool);
 
   std::mutex mutex;
-  std::vector<Waiter*> waiting;
-  std::size_t all = 0;
-  int busy = 0;
+  std::condition_variable called;
+  std::vector<Others*> calls;  ///< that no thread has taken yet
+  std::size_t idle = 0;        ///< threads that take a call, now or soon
+  int busy = 0;                ///< threads that work, and calls
 
   // Never destroyed, as its threads wait in it until the process ends.
   static Pool* the_pool;
@@ -101,20 +90,20 @@ Threads::Pool& Threads::Pool::instance() {
 }
 
 void* Threads::Pool::wait_and_work(void* given) {
-  auto* self = static_cast<Waiter*>(given);
+  Pool& pool = *static_cast<Pool*>(given);
   for (;;) {
     Others* work = nullptr;
     {
-      std::unique_lock lock(self->mutex);
-      self->called.wait(lock, [&] { return self->work != nullptr; });
-      work = self->work;
-      self->work = nullptr;
+      std::unique_lock lock(pool.mutex);
+      pool.called.wait(lock, [&] { return !pool.calls.empty(); });
+      work = pool.calls.back();
+      pool.calls.pop_back();
+      --pool.idle;
     }
     work->run();
     {
-      Pool& pool = instance();
       const std::lock_guard lock(pool.mutex);
-      pool.waiting.push_back(self);  // there is room
+      ++pool.idle;
       --pool.busy;
     }
     work->leave();
@@ -135,24 +124,21 @@ int most_others() {
 bool Threads::Pool::run(Others& work, int most) {
   const std::lock_guard lock(mutex);
   if (busy >= most) return false;
-  if (!waiting.empty()) {
-    waiting.back()->call(work);
-    waiting.pop_back();
-    ++busy;
-    return true;
-  }
   try {
-    waiting.reserve(all + 1);
-    auto waiter = std::make_unique<Waiter>();
-    waiter->work = &work;
-    if (!start_lasting_thread(wait_and_work, waiter.get())) return false;
-    waiter.release();  // the thread has it
-    ++all;
-    ++busy;
-    return true;
+    calls.push_back(&work);
   } catch (const std::bad_alloc&) {
     return false;
   }
+  if (calls.size() > idle) {
+    if (!start_lasting_thread(wait_and_work, this)) {
+      calls.pop_back();
+      return false;
+    }
+    ++idle;
+  }
+  ++busy;
+  called.notify_one();
+  return true;
 }
 
 bool Threads::Others::add() {

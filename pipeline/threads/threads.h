@@ -1,4 +1,15 @@
 // The threads of a run, and the flow graphs on them.
+//
+// oneTBB schedules all work: tasks, arenas and flow graphs are its own. Only the threads are made here. oneTBB
+// makes its threads while tasks run, and no arena, observer or global_control changes what follows from that
+// (seen with oneTBB 2021.8):
+// - If the system refuses a thread (ulimit -u, ulimit -v), oneTBB throws on a thread without a handler, which
+//   ends the process. Here all threads are there before the work begins, and a run goes on with those it got.
+// - In a forked process, such as those of Python's multiprocessing, oneTBB counts on threads that no longer
+//   exist, and one thread does all the work. Here it has new ones.
+// - Threads of oneTBB end with the last thread that used it, and a program ends with the thread that started it
+//   (io/programs/format_program.h). Here threads never end.
+// All slots of an arena are reserved for threads that enter it, so oneTBB sends none of its own.
 #pragma once
 
 #include <oneapi/tbb/parallel_for.h>
@@ -12,8 +23,7 @@
 namespace tagrid {
 
 /// Threads that carry out tasks of oneTBB: that of the caller, and others from a pool, which wait in the
-/// arena until this object ends. oneTBB creates its own threads while tasks run, and a process cannot recover
-/// if the system then refuses one: it leaves a thread without a handler, or half of a flow graph.
+/// arena until this object ends.
 class Threads {
  public:
   /// `count` threads, the caller's included. They are fewer if the system gives no more, by its limits on

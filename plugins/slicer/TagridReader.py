@@ -15,7 +15,8 @@ from slicer.ScriptedLoadableModule import ScriptedLoadableModule
 
 #: How a .tag file begins.
 MAGIC = b"\x89TAG\r\n\x1a\n"
-#: Millimeters, which all lengths in Slicer are: the program's table of units (io/metadata/lengths.cpp).
+#: Millimeters, which all lengths in Slicer are: the program's table of units (io/metadata/lengths.cpp). A test compares them
+#: (tests/plugins/units_test.py).
 MILLIMETERS = {"fm": 1e-12, "pm": 1e-9, "angstrom": 1e-7, "nm": 1e-6, "um": 1e-3, "mm": 1, "cm": 10, "dm": 100, "m": 1e3, "dam": 1e4,
                "hm": 1e5, "km": 1e6, "mil": 0.0254, "inch": 25.4, "ft": 304.8, "yd": 914.4}
 #: Other spellings, as they are.

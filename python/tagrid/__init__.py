@@ -20,9 +20,8 @@ from typing import Any
 
 from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError, NewerFormatError
 from ._meshes import Mesh, Surface
-from ._rescaled import Rescaled
 from ._tagrid import library_version
-from ._volume import Volume
+from ._volume import Rescaled, Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version().replace("-rc.", "rc")  # as PEP 440 spells it

@@ -19,7 +19,7 @@ from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
-from ._rescaled import Rescaled
+from ._rescaling import rescaling_of
 from ._selection import Run, Selection, select
 from ._sources import OverviewOf, VolumeOf, describe, is_memory, is_path, is_tied, open_reader
 
@@ -443,3 +443,83 @@ class Volume:
             runs = [selection.runs[axis][number] for axis, number in enumerate(numbers)]
             place = tuple(slice(starts[axis][n], starts[axis][n + 1]) for axis, n in enumerate(numbers))
             self._read_runs(runs, samples[place])
+
+
+class Rescaled:
+    """The values of a volume, such as HU: an array v[z, y, x] of slope * sample + intercept. Volume.rescaled
+    returns it. A slice reads and decodes only the bricks that it intersects.
+
+    Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If the
+    slope or the intercept has a fraction, if samples are floats, or if none of these types holds all values,
+    values are float32. They are float64 if samples are float64. Without a slope and an intercept, values equal samples.
+    """
+
+    ndim = 3
+
+    def __init__(self, volume: Volume):
+        self.volume = volume
+        self._rescaling = rescaling_of(repr(volume), volume.shape, volume.info, volume.metadata)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Values along z, y and x."""
+        return self.volume.shape
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The type of the values, for any region."""
+        return self._rescaling.dtype
+
+    def __len__(self) -> int:
+        return len(self.volume)
+
+    def __repr__(self) -> str:
+        return f"<tagrid.Rescaled {self.shape} {self.dtype} of {self.volume!r}>"
+
+    def __getitem__(self, key: Any) -> Any:
+        """Returns the values v[z, y, x], with the rules of Volume.__getitem__()."""
+        return self._rescaling.values_of(self.volume[key], key)
+
+    def __iter__(self) -> Iterator[npt.NDArray[Any]]:
+        for z, samples in enumerate(self.volume):
+            yield self._rescaling.values_of(samples, z)
+
+    def __array__(self, dtype: npt.DTypeLike = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
+        if copy is False:
+            raise ValueError("the values of a volume must be computed, which makes a copy")
+        values = self.read()
+        return values if dtype is None else values.astype(dtype, copy=False)
+
+    def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1, *,
+             threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Optional[Callable[[int, int], object]] = None) -> npt.NDArray[Any]:
+        """Returns the values of a region, with the arguments of Volume.read()."""
+        runs = runs_of(region, step, self.shape)
+        samples = self.volume.read(region, step, threads=threads, memory_limit=memory_limit, progress=progress)
+        values: npt.NDArray[Any] = self._rescaling.values_of(samples, tuple(slice(*run) for run in runs))
+        return values
+
+    def value_of(self, sample: float) -> Optional[float]:
+        """The value of a sample; None if it differs between slices."""
+        return self._rescaling.value_of(sample)
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """The metadata of the volume. "applied_slope" and "applied_intercept" record how samples became
+        values, as in files that `tagrid decode --values` writes."""
+        return self._rescaling.applied_to(self.volume.metadata)
+
+    @property
+    def max_error(self) -> float:
+        """The bound in values: that of the volume times the largest slope."""
+        return self.volume.max_error * self._rescaling.largest_slope
+
+    @property
+    def achieved(self) -> dict[str, float]:
+        """The measured errors of values, as Volume.achieved has those of samples. If each slice has its own
+        slope, these are upper limits."""
+        slope = self._rescaling.largest_slope
+        return {name: error if name == "psnr" else error * slope for name, error in self.volume.achieved.items()}
+
+    def __dask_tokenize__(self) -> Any:
+        return "tagrid.Rescaled", self.volume.__dask_tokenize__()

@@ -6,7 +6,7 @@ from typing import Any, Callable, Optional
 
 import numpy as np
 
-from ._geometry import is_along_world, ome_units, scale_and_translation
+from ._coordinates import is_along_world, ome_units, scale_and_translation
 from ._volume import Volume
 
 LayerData = tuple[Any, dict[str, Any], str]

@@ -10,10 +10,10 @@ import xarray
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
-from ._geometry import coordinate_of, units_of
+from ._coordinates import coordinate_of
+from ._geometry import units_of
 from ._labelled import MISSING, missing_of
-from ._rescaled import Rescaled
-from ._volume import Volume
+from ._volume import Rescaled, Volume
 
 
 class VolumeArray(BackendArray):

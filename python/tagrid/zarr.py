@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import byte_count, whole_number
+from ._coordinates import coordinate_of, is_along_world, ome_units, scale_and_translation
 from ._errors import ArgumentError
-from ._geometry import coordinate_of, is_along_world, ome_units, rescale_of, scale_and_translation
+from ._geometry import rescale_of
 from ._volume import Volume
 
 _Index = tuple[int, int, int]

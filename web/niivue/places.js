@@ -1,6 +1,6 @@
 // What a header says of places: the patient's sides, and units of lengths. The viewer uses it, too.
 
-/** Millimeters: the program's table of units (io/volume/lengths.cpp). */
+/** Millimeters: the program's table of units (io/metadata/lengths.cpp; tests/plugins/units_test.py compares them). */
 const lengths = new Map(Object.entries({ fm: 1e-12, pm: 1e-9, angstrom: 1e-7, nm: 1e-6, um: 1e-3, mm: 1, cm: 10, dm: 100, m: 1e3,
   dam: 1e4, hm: 1e5, km: 1e6, mil: 0.0254, inch: 25.4, ft: 304.8, yd: 914.4 }));
 /** Other spellings, as they are. */
