@@ -284,8 +284,6 @@ void set_places(const Slices& slices, const Files& files, const std::string& nam
 
 namespace {
 
-using Files = std::vector<DicomFile>;
-using Slices = std::vector<DicomSlice>;
 using Parts = std::vector<DicomPart>;
 
 /// Positions along the normal that differ by less, in mm, are one place.
