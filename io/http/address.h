@@ -1,4 +1,5 @@
-// An address, and how a server is asked for it.
+// Addresses of files on servers, how the servers are asked for them, and such files as inputs:
+// https://HOST/scan.tag, s3://BUCKET/scan.tag.
 #pragma once
 
 #include <string>
@@ -16,5 +17,9 @@ struct Address {
 /// The address of a text for which is_address() is true. Of s3://BUCKET/KEY, the variables of AWS say the
 /// server, the region and the keys. Throws UsageError.
 Address address_of(const std::string& text);
+
+/// Declares an address as a source (declare_source()), and returns its name there, which has no secrets. REQUIRES:
+/// is_address(text); the user gave it, and no file. Throws UsageError.
+std::string declare_address(const std::string& text);
 
 }  // namespace tagrid

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/meshes/mesh_file.h"
+#include "io/meshes/mesh_files.h"
 #include "io/meshes/surface_files.h"
 
 namespace tagrid {

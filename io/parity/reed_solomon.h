@@ -1,10 +1,15 @@
 // A Reed-Solomon code over GF(2^8): parity blocks from which lost blocks of a stripe are computed.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
+
+#include "io/parity/layout.h"
 
 namespace tagrid {
 
@@ -36,6 +41,61 @@ class ReedSolomon {
   int data_, parity_;
   std::vector<unsigned char> matrix_;  ///< (data + parity) x data: the identity, then the rows of the parity
   std::vector<unsigned char> tables_;  ///< ISA-L's form of the rows of the parity
+};
+
+// Some neighbouring stripes in memory.
+
+/// Blocks that follow each other in the file or in its parity, and in memory.
+struct BlockRun {
+  bool is_parity = false;
+  std::uint64_t first = 0;     ///< number of the first block of the file, or of the parity
+  std::span<std::byte> bytes;  ///< complete blocks
+};
+
+/// The blocks of stripes `first` to `first + count` - 1: row after row, first data, then parity, and in a row
+/// stripe after stripe. A row of data is one run in the file: long reads, although stripes are interleaved.
+class StripeBand {
+ public:
+  /// As many stripes at once as fit into `memory`, but at least one.
+  StripeBand(const ParityLayout& layout, std::uint64_t memory);
+
+  /// Moves to the next stripes: at first, to the first ones. Returns false after the last one.
+  bool next();
+
+  std::uint64_t first() const { return first_; }
+  std::uint64_t count() const { return count_; }
+  int rows() const { return layout_.data() + layout_.parity; }
+
+  /// Block of a row of stripe first() + i.
+  std::span<std::byte> block(int row, std::uint64_t i) {
+    return {row_of(row) + i * layout_.block_size(), layout_.block_size()};
+  }
+  /// The beginnings of the rows. One code is that of all stripes, so rows are coded as if they were blocks.
+  const std::vector<std::byte*>& row_starts() const { return row_starts_; }
+  std::uint64_t row_bytes() const { return count_ * layout_.block_size(); }
+
+  /// Number of that block in the sequence of data and parity blocks; nothing for a block of zeros that fills
+  /// a stripe up.
+  std::optional<std::uint64_t> number(int row, std::uint64_t i) const;
+
+  /// Calls use(BlockRun) for the runs of the rows of data, or of parity.
+  void for_each_run(bool parity, const std::function<void(const BlockRun&)>& use);
+  /// Makes the blocks zero that fill stripes up.
+  void fill_up();
+
+ private:
+  std::byte* row_of(int row) {
+    return buffer_.data() + static_cast<std::uint64_t>(row) * most_ * layout_.block_size();
+  }
+  /// Place of a stripe in a row of parity, which continues the sequence of data blocks.
+  std::uint64_t phase(std::uint64_t stripe) const {
+    return (stripe + layout_.stripes - layout_.blocks() % layout_.stripes) % layout_.stripes;
+  }
+
+  ParityLayout layout_;
+  std::uint64_t most_ = 1, first_ = 0, count_ = 0;
+  std::vector<std::byte> buffer_;
+  std::vector<std::byte*> row_starts_;
 };
 
 }  // namespace tagrid

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
+
 #include "io/errors/errors.h"
 
 namespace tagrid {
@@ -126,6 +129,190 @@ void say_request(FormatProgram& program, const Json& request, const std::string&
         ": its name is not UTF-8, which programs that read and write formats need; give it another name");
   }
   program.say(line);
+}
+
+// Where samples lie, according to readers.
+
+namespace {
+
+constexpr std::int64_t most_added = std::int64_t{1} << 30;  // to a sample
+
+SliceRows rows_of(const VolumeInfo& info) {
+  return {*sample_bytes({info.dims.x, 1, 1}, info.type), info.dims.y};
+}
+
+StoredBits stored_bits_of(const Json& place, SampleType type) {
+  StoredBits stored;
+  const std::int64_t bits = count_in(place, "bits", 0, 0), add = count_in(place, "add", 0, -most_added);
+  const auto type_bits = static_cast<std::int64_t>(8 * size_of(type));
+  if (bits > type_bits)
+    throw WrongAnswer(fmt::format("\"bits\" is {}, but a sample has {}", bits, type_bits));
+  if (add > most_added) throw WrongAnswer(fmt::format("\"add\" is {}, which is too much", add));
+  stored.bits = bits == type_bits ? 0 : static_cast<int>(bits);
+  stored.is_signed = flag_in(place, "signed");
+  stored.add = static_cast<std::int32_t>(add);
+  if (!stored.changes_nothing() && (is_float_type(type) || type_bits > 32))
+    throw WrongAnswer("only integers can have \"bits\" and \"add\"");
+  return stored;
+}
+
+/// More than any source has, and few enough for the memory of any machine.
+constexpr std::int64_t most_files = std::int64_t{1} << 31;
+
+SliceRun place_of(const Json& place, const VolumeInfo& info) {
+  if (!place.is_object()) throw WrongAnswer("\"places\" is not a list of objects");
+  SliceRun run;
+  const std::int64_t file = count_in(place, "file", 0, 0);
+  if (file >= most_files) throw WrongAnswer(fmt::format("\"file\" is {}, but there are fewer", file));
+  run.file = static_cast<std::size_t>(file);
+  run.offset = static_cast<std::uint64_t>(count_in(place, "offset", 0, 0));
+  run.slices = count_in(place, "slices", 1, 1);
+  const auto row_bytes = static_cast<std::int64_t>(rows_of(info).bytes);
+  run.bottom_up = flag_in(place, "bottom_up");
+  if (run.bottom_up || place.contains("row_step"))
+    run.row_step = static_cast<std::uint64_t>(count_in(place, "row_step", row_bytes, row_bytes));
+  const auto span = span_of_slice(run, rows_of(info));
+  constexpr std::uint64_t most = std::uint64_t{1} << 62;
+  if (!span || *span > most) throw WrongAnswer("\"row_step\" is beyond all files");
+  run.step = static_cast<std::uint64_t>(count_in(place, "step", static_cast<std::int64_t>(*span), 0));
+  run.big_endian = flag_in(place, "big_endian");
+  run.stored = stored_bits_of(place, info.type);
+  return run;
+}
+
+std::string bytes_of_hex(const std::string& hex) {
+  std::string bytes(hex.size() / 2, '\0');
+  bool good = hex.size() % 2 == 0;
+  for (std::size_t i = 0; i < bytes.size() && good; ++i) {
+    unsigned char byte = 0;
+    const char* digits = hex.data() + 2 * i;
+    good = std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    bytes[i] = static_cast<char>(byte);
+  }
+  if (!good) throw WrongAnswer("\"hex\" is not a text of bytes in hexadecimal digits");
+  return bytes;
+}
+
+PlainPiece piece_in(const Json& json, std::size_t file, std::size_t files) {
+  if (!json.is_object()) throw WrongAnswer("\"pieces\" is not a list of objects");
+  if (json.contains("hex")) return PlainPiece::given(bytes_of_hex(text_in(json, "hex")));
+  if (json.contains("samples"))
+    return PlainPiece::samples(static_cast<std::uint64_t>(count_in(json, "samples", 0, 1)));
+  const std::int64_t from = count_in(json, "from", 0, 0), to = count_in(json, "to", -1, from);
+  const std::int64_t number = count_in(json, "file", static_cast<std::int64_t>(file), 0);
+  if (number >= static_cast<std::int64_t>(files))
+    throw WrongAnswer(fmt::format("a piece is in file {}, but there are {}", number, files));
+  return PlainPiece::stretch(static_cast<std::size_t>(number), static_cast<std::uint64_t>(from),
+                             static_cast<std::uint64_t>(to));
+}
+
+std::uint64_t size_of(const std::vector<PlainPiece>& pieces) {
+  std::uint64_t all = 0;
+  for (const PlainPiece& piece : pieces)
+    if (__builtin_add_overflow(all, piece.size.value_or(piece.bytes.size()), &all))
+      throw WrongAnswer("\"pieces\" have more bytes than a file can have");
+  return all;
+}
+
+}  // namespace
+
+std::vector<SliceRun> places_in(const Json& answer, const VolumeInfo& info, std::size_t files) {
+  std::vector<SliceRun> places;
+  std::int64_t left = info.dims.z;
+  for (const Json& place : list_in(answer, "places")) {
+    const SliceRun run = place_of(place, info);
+    if (run.file >= files)
+      throw WrongAnswer(fmt::format("a place is in file {}, but there are {}", run.file, files));
+    if (run.slices > left) throw WrongAnswer(fmt::format("its places have more than {} slices", info.dims.z));
+    left -= run.slices;
+    places.push_back(run);
+  }
+  if (!places.empty() && left > 0)
+    throw WrongAnswer(fmt::format("its places have {} of {} slices", info.dims.z - left, info.dims.z));
+  return places;
+}
+
+ReaderPlainFile plain_file_in(const Json& answer, std::size_t file, std::size_t files,
+                              const VolumeInfo& info) {
+  ReaderPlainFile plain;
+  plain.why_not = text_in(answer, "why_not");
+  plain.warnings = texts_in(answer, "warnings");
+  if (!plain.why_not.empty()) return plain;
+  plain.compression = text_in(answer, "compression");
+  for (const Json& piece : list_in(answer, "pieces")) plain.pieces.push_back(piece_in(piece, file, files));
+  const std::uint64_t size = size_of(plain.pieces);
+  for (const Json& place : list_in(answer, "places")) {
+    NumberedRun numbered{0, place_of(place, info)};
+    numbered.first = count_in(place, "first", -1, 0);
+    SliceRun& run = numbered.run;
+    run.file = file;
+    if (const auto end = end_of_run(run, rows_of(info)); !end || *end > size)
+      throw WrongAnswer(fmt::format("a place of file {} lies beyond its end", file));
+    plain.places.push_back(numbered);
+  }
+  return plain;
+}
+
+std::vector<SliceRun> in_order(std::vector<NumberedRun> runs, std::int64_t slices) {
+  std::ranges::sort(runs, {}, &NumberedRun::first);
+  std::vector<SliceRun> places;
+  std::int64_t next = 0;
+  for (const auto& [first, run] : runs) {
+    if (first != next || run.slices > slices - next)
+      throw WrongAnswer(fmt::format("slice {} has no place in a plain form, or two", next));
+    next += run.slices;
+    places.push_back(run);
+  }
+  if (next != slices) throw WrongAnswer(fmt::format("slice {} has no place in a plain form", next));
+  return places;
+}
+
+nlohmann::ordered_json json_of(const SliceRun& run) {
+  nlohmann::ordered_json json = {{"file", run.file},
+                                 {"offset", run.offset},
+                                 {"slices", run.slices},
+                                 {"step", run.step},
+                                 {"big_endian", run.big_endian}};
+  if (run.row_step != 0) json["row_step"] = run.row_step;
+  if (run.bottom_up) json["bottom_up"] = true;
+  if (run.stored.bits != 0) json["bits"] = run.stored.bits;
+  if (run.stored.is_signed) json["signed"] = true;
+  if (run.stored.add != 0) json["add"] = run.stored.add;
+  return json;
+}
+
+nlohmann::ordered_json json_of(const ReaderPlainFile& file) {
+  nlohmann::ordered_json json = {{"answer", "plain file"}};
+  if (!file.warnings.empty()) json["warnings"] = file.warnings;
+  if (!file.why_not.empty()) {
+    json["why_not"] = file.why_not;
+    return json;
+  }
+  json["compression"] = file.compression;
+  for (const PlainPiece& piece : file.pieces) switch (piece.kind) {
+      case PlainPiece::Kind::given: {
+        std::string hex;
+        for (const char byte : piece.bytes) hex += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+        json["pieces"].push_back({{"hex", hex}});
+        break;
+      }
+      case PlainPiece::Kind::stretch:
+        json["pieces"].push_back(
+            {{"file", piece.file}, {"from", piece.offset}, {"to", piece.offset + *piece.size}});
+        break;
+      case PlainPiece::Kind::samples:
+        json["pieces"].push_back({{"samples", *piece.size}});
+        break;
+      case PlainPiece::Kind::content:
+        break;  // readers have none
+    }
+  for (const auto& [first, run] : file.places) {
+    nlohmann::ordered_json place = json_of(run);
+    place.erase("file");
+    place["first"] = first;
+    json["places"].push_back(place);
+  }
+  return json;
 }
 
 }  // namespace tagrid

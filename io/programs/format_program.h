@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/system/processes.h"
 #include "io/volume/volume_info.h"
@@ -96,5 +97,11 @@ class FormatProgram {
   std::string heard_;  ///< bytes that were read and not yet given to the caller
   std::string last_words_;
 };
+
+/// The variables with which such programs are started, each as NAME=VALUE: those that they need to
+/// start, to find their parts and to write temporary files, and LC_ALL=C. docs/readers.md lists
+/// them. Other variables of this process, such as cloud keys and tokens, are not passed on, because
+/// these programs open untrusted files.
+std::vector<std::string> environment_of_programs();
 
 }  // namespace tagrid

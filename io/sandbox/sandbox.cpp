@@ -1,22 +1,167 @@
 #include "io/sandbox/sandbox.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sched.h>
+#include <seccomp.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 
 namespace tagrid {
+namespace {
+
+// By name, since older headers lack the later ones; names that the machine does not have are left out.
+constexpr std::array calls = {
+    // open files, and metadata of others
+    "read", "readv", "pread64", "preadv", "write", "writev", "close", "close_range", "lseek", "_llseek",
+    "fstat", "fstat64", "stat", "stat64", "lstat", "lstat64", "newfstatat", "fstatat64", "statx", "statfs",
+    "statfs64", "fstatfs", "fstatfs64", "access", "faccessat", "faccessat2", "readlink", "readlinkat",
+    "getdents", "getdents64", "getcwd", "fcntl", "fcntl64", "flock", "dup", "dup2", "dup3", "pipe", "pipe2",
+    "poll", "ppoll", "select", "pselect6", "fadvise64", "readahead", "memfd_create", "pwrite64", "ftruncate",
+    "umask",
+    // memory
+    "mmap", "mmap2", "munmap", "mremap", "mprotect", "madvise", "brk", "mincore", "get_mempolicy",
+    "set_mempolicy", "mbind", "membarrier",
+    // threads and signals
+    "futex", "futex_time64", "set_robust_list", "get_robust_list", "rseq", "set_tid_address", "exit",
+    "exit_group", "sched_yield", "sched_getaffinity", "sched_setaffinity", "sched_getparam",
+    "sched_getscheduler", "getcpu", "rt_sigaction", "rt_sigprocmask", "rt_sigreturn", "sigreturn",
+    "sigaltstack", "tgkill", "restart_syscall", "nanosleep", "clock_nanosleep", "clock_nanosleep_time64",
+    // time, and the identity and location of this process
+    "clock_gettime", "clock_gettime64", "clock_getres", "gettimeofday", "time", "times", "getrusage",
+    "getpid", "getppid", "gettid", "getuid", "geteuid", "getgid", "getegid", "uname", "sysinfo", "getrlimit",
+    "ugetrlimit", "prlimit64", "getrandom", "arch_prctl"};
+
+using Filter = std::unique_ptr<void, decltype(&seccomp_release)>;
+
+[[noreturn]] void fail(int error) { throw world_error("cannot enter", "the sandbox", error); }
+
+void allow(const Filter& filter, const char* name, std::initializer_list<scmp_arg_cmp> arguments = {}) {
+  const int number = seccomp_syscall_resolve_name(name);
+  if (number < 0) return;
+  const int result = seccomp_rule_add_array(filter.get(), SCMP_ACT_ALLOW, number,
+                                            static_cast<unsigned>(arguments.size()), arguments.begin());
+  if (result != 0) fail(-result);
+}
+
+scmp_arg_cmp is_masked(unsigned argument, scmp_datum_t mask, scmp_datum_t value) {
+  return {argument, SCMP_CMP_MASKED_EQ, mask, value};
+}
+scmp_arg_cmp is(unsigned argument, scmp_datum_t value) { return {argument, SCMP_CMP_EQ, value, 0}; }
+
+}  // namespace
+
+void allow_calls_of_readers() {
+  // ENOSYS, so that libraries fall back to older calls.
+  const Filter filter(seccomp_init(SCMP_ACT_ERRNO(ENOSYS)), &seccomp_release);
+  if (!filter) fail(ENOMEM);
+  for (const char* name : calls) allow(filter, name);
+  // Landlock decides which files can be opened, and how. Its first versions miss a file that is opened for
+  // reading and truncated.
+  for (const auto& [call, flags] : {std::pair("open", 1U), {"openat", 2U}}) {
+    allow(filter, call, {is_masked(flags, O_TRUNC, 0)});
+    for (const scmp_datum_t access : {O_RDWR, O_WRONLY})
+      allow(filter, call, {is_masked(flags, O_ACCMODE, access)});
+  }
+  // Threads, not processes. No rule can see the flags of the newer call. If it is refused, the C library
+  // falls back to this one.
+#ifdef __s390__
+  constexpr unsigned flags_of_clone = 1;
+#else
+  constexpr unsigned flags_of_clone = 0;
+#endif
+  allow(filter, "clone", {is_masked(flags_of_clone, CLONE_THREAD, CLONE_THREAD)});
+  // Whether a stream is a terminal, and how much there is to read.
+  for (const scmp_datum_t request : {TCGETS, TIOCGWINSZ, FIONREAD}) allow(filter, "ioctl", {is(1, request)});
+  // Names of threads.
+  for (const scmp_datum_t request : {PR_SET_NAME, PR_GET_NAME}) allow(filter, "prctl", {is(0, request)});
+  if (const int result = seccomp_load(filter.get()); result != 0) fail(-result);
+}
+
+namespace {
+
+// The kernel's interface. Headers of older kernels lack its later parts.
+struct Ruleset {
+  std::uint64_t files = 0, network = 0, scopes = 0;
+};
+struct [[gnu::packed]] PathBeneath {
+  std::uint64_t allowed = 0;
+  std::int32_t folder = -1;
+};
+constexpr std::uint32_t ask_version = 1, path_beneath = 1;
+constexpr std::uint64_t read_file = 1 << 2, read_folder = 1 << 3;
+
+#ifndef SYS_landlock_create_ruleset
+#define SYS_landlock_create_ruleset 444
+#define SYS_landlock_add_rule 445
+#define SYS_landlock_restrict_self 446
+#endif
+
+/// Everything that this version can forbid.
+Ruleset everything(int version) {
+  const int files = version >= 5 ? 16 : version >= 3 ? 15 : version == 2 ? 14 : 13;
+  return {.files = (std::uint64_t{1} << files) - 1,
+          .network = version >= 4 ? std::uint64_t{3} : 0,  // bind and connect
+          .scopes = version >= 6 ? std::uint64_t{3} : 0};  // abstract sockets, signals
+}
+
+std::size_t size_of_ruleset(int version) { return version >= 6 ? 24 : version >= 4 ? 16 : 8; }
+
+void allow(int rules, const std::string& path, std::uint64_t of_folders) {
+  const Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
+  struct stat status = {};
+  if (place < 0 || fstat(place, &status) != 0) return;
+  const PathBeneath rule{S_ISDIR(status.st_mode) ? of_folders : read_file, place};
+  if (syscall(SYS_landlock_add_rule, rules, path_beneath, &rule, 0) == 0) return;
+  // A file system of the kernel's own, such as that of files in memory. Landlock takes no rules for it, and
+  // forbids nothing on it.
+  if (errno != EBADFD) throw world_error("cannot enter the sandbox for", path, errno);
+}
+
+}  // namespace
+
+int landlock_version() {
+  const long version = syscall(SYS_landlock_create_ruleset, nullptr, 0, ask_version);
+  return version < 0 ? 0 : static_cast<int>(version);
+}
+
+void allow_reading_only(const Readable& readable) {
+  const int version = landlock_version();
+  if (version == 0) return;
+  const Ruleset forbidden = everything(version);
+  const Descriptor rules(
+      static_cast<int>(syscall(SYS_landlock_create_ruleset, &forbidden, size_of_ruleset(version), 0)));
+  if (rules < 0) throw world_error("cannot make", "the sandbox", errno);
+  for (const std::string& path : readable.paths) allow(rules, path, read_file | read_folder);
+  for (const std::string& path : readable.listed) allow(rules, path, read_folder);
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
+      syscall(SYS_landlock_restrict_self, static_cast<int>(rules), 0) != 0)
+    throw world_error("cannot enter", "the sandbox", errno);
+}
+
 namespace {
 
 #ifdef TAGRID_SANITIZED

@@ -5,8 +5,8 @@
 #include "io/tag/members.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/overview/block_means.h"
 #include "pipeline/overview/header.h"
-#include "pipeline/overview/means_source.h"
 #include "pipeline/slices/slices_ahead.h"
 
 namespace tagrid {

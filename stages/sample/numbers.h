@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <type_traits>
+#include <vector>
 
 #include "stages/sample/sample_type.h"
 
@@ -105,6 +108,20 @@ int lowest_digit(T v) {
   const BitsOf<T> mantissa = bits_of(v) & ((BitsOf<T>{1} << mantissa_bits) - 1);
   const bool normal = std::fabs(v) >= std::numeric_limits<T>::min();
   return last_place(v) + std::min(std::countr_zero(mantissa), normal ? mantissa_bits : 64);
+}
+
+// Numbers as bytes of coded values, the lowest byte first.
+
+/// Appends the lower bytes of a number, the lowest first.
+inline void append_bytes(std::uint64_t number, std::size_t count, std::vector<std::uint8_t>& out) {
+  for (std::size_t byte = 0; byte < count; ++byte)
+    out.push_back(static_cast<std::uint8_t>(number >> (8 * byte)));
+}
+/// The inverse, for up to eight bytes.
+inline std::uint64_t number_in(std::span<const std::uint8_t> bytes) {
+  std::uint64_t number = 0;
+  for (std::size_t byte = 0; byte < bytes.size(); ++byte) number |= std::uint64_t{bytes[byte]} << (8 * byte);
+  return number;
 }
 
 }  // namespace tagrid

@@ -10,7 +10,6 @@
 #include "io/bytes/checksum.h"
 #include "io/parity/parity.h"
 #include "io/parity/reed_solomon.h"
-#include "io/parity/stripes.h"
 
 namespace tagrid {
 namespace {

@@ -10,7 +10,7 @@
 #include "io/volume/volume_source.h"
 #include "pipeline/decode/values.h"
 #include "pipeline/job/options.h"
-#include "tools/archive/other_headers.h"
+#include "tools/archive/named_files.h"
 #include "tools/options/output_options.h"
 
 namespace tagrid {

@@ -19,7 +19,6 @@
 #include "tools/commands/commands.h"
 #include "tools/options/output_options.h"
 #include "tools/report/damage.h"
-#include "tools/report/lost_bricks.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"

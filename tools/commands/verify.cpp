@@ -22,7 +22,6 @@
 #include "tools/options/encoding_options.h"
 #include "tools/report/damage.h"
 #include "tools/report/info.h"
-#include "tools/report/lost_bricks.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 

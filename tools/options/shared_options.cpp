@@ -6,7 +6,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/files/temporaries.h"
-#include "io/http/open_address.h"
+#include "io/http/address.h"
 #include "io/system/this_process.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"

@@ -1,12 +1,17 @@
-// What to do about a damaged .tag file, in words.
+// What to do about a damaged .tag file, and which of its parts are lost, in words.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/files/byte_source.h"
+#include "stages/grid/brick_grid.h"
 
 namespace tagrid {
 
@@ -28,5 +33,14 @@ std::string words_with_repair(const std::string& input, const BrokenInput& broke
 
 /// Does `work`, which reads a .tag file. Errors of damage have the words above.
 void with_repair_advice(const std::string& input, const std::function<void()>& work);
+
+/// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
+std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
+
+/// A list of boxes of samples: [{"low": [x0, y0, z0], "high": [x1, y1, z1]}, ...], half open as --region is.
+nlohmann::ordered_json json_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
+
+/// "3 of 192 bricks are lost".
+std::string count_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);
 
 }  // namespace tagrid

@@ -9,7 +9,6 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/formats/nifti/fields.h"
-#include "io/formats/nifti/forms.h"
 #include "io/formats/nifti/header.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/lengths.h"

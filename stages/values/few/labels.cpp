@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "stages/entropy/adaptive_bit.h"
-#include "stages/entropy/limited_encoder.h"
 #include "stages/entropy/rans_coder.h"
 
 namespace tagrid {

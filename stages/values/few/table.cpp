@@ -10,7 +10,6 @@
 
 #include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/rans_coder.h"
-#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/sample_type.h"
 

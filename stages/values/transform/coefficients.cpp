@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstdlib>
 
-#include "stages/entropy/limited_encoder.h"
 #include "stages/entropy/rans_coder.h"
 #include "stages/values/best/residual_model.h"
 #include "stages/values/transform/magnitudes.h"

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "stages/bound/bounds.h"
-#include "stages/entropy/limited_encoder.h"
 #include "stages/entropy/rans_coder.h"
 #include "stages/sample/vector_code.h"
 #include "stages/values/transform/coefficients.h"

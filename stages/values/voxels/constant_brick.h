@@ -12,7 +12,6 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/grid/box.h"
-#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/status.h"
 

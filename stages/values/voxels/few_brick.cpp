@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "stages/sample/number_bytes.h"
 #include "stages/sample/numbers.h"
 #include "stages/values/few/find.h"
 #include "stages/values/few/labels.h"

@@ -3,7 +3,7 @@
 //
 // Every sample becomes a number (numbers.h): an integer is its own number; a float becomes its key if nothing
 // may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow
-// samples codes them (narrow.cpp); others are coded closed loop in the same way. A float escapes if it is not
+// samples codes them; others are coded closed loop in the same way. A float escapes if it is not
 // finite, or if its number would not lead back to it within its bound: its bits are stored.
 //
 // In a file with a transform, narrow numbers are transformed. Other bricks keep half a step of it as their bound.

@@ -1,4 +1,4 @@
-#include "io/http/patience.h"
+#include "io/http/object.h"
 
 #include <gtest/gtest.h>
 

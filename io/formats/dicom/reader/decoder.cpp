@@ -13,7 +13,7 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/codecs/jpeg2000.h"
-#include "io/formats/dicom/reader/code_streams.h"
+#include "io/formats/dicom/reader/pixel_element.h"
 #include "io/text/text.h"
 
 namespace tagrid {

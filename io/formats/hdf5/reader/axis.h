@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "io/formats/axes/axes.h"
 
@@ -15,5 +16,14 @@ namespace tagrid {
 /// finite numbers, or if it is in another directory than the file at `path`.
 AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path,
                     bool may_be_first_two = false);
+
+// EMD, files of electron microscopes: https://emdatasets.com/format
+
+/// The data sets beside a data set of this name that say where samples along its axes lie, the slowest axis
+/// first: "dim1". None if the group is no EMD array.
+std::vector<std::string> emd_axes(hid_t group, const std::string& name, std::size_t axes);
+
+/// What an EMD file calls the axes; "" for one without a name.
+std::vector<std::string> names_of_emd_axes(hid_t group, const std::string& name, std::size_t axes);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Where the samples of a data set lie, and what they mean.
+// Where the samples of a data set lie, and what describes that and is not read.
 #pragma once
 
 #include <hdf5.h>
@@ -22,11 +22,10 @@ std::string vtkhdf_type(hid_t file);
 /// True if the path is that of an array of VTKHDF.
 bool is_vtkhdf_array(const std::string& name);
 
-/// Sets the scale, or the doubt about it, and adds what users should know. Returns the attributes that
-/// `rescale` says now. The scale is that of the attributes rescale_slope and rescale_intercept, otherwise of
-/// scale_factor and add_offset (https://cfconventions.org), otherwise of the fields scaling_factor and offset
-/// of the signal's NeXus group.
-std::vector<std::string> set_scale(hid_t file, const std::string& path, const std::string& name,
-                                   ServedVolume& volume);
+/// The names of attributes and short data sets that may describe the geometry of the data set at
+/// the absolute path `name`, except those in `known`: attributes of the data set and of the groups
+/// around it, and data sets next to it.
+std::vector<std::string> unread_geometry(hid_t file, const std::string& name,
+                                         const std::vector<std::string>& known);
 
 }  // namespace tagrid

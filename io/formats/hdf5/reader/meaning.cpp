@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
+#include <cmath>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -13,11 +14,13 @@
 #include "io/errors/errors.h"
 #include "io/formats/hdf5/attributes.h"
 #include "io/formats/hdf5/handle.h"
+#include "io/formats/hdf5/reader/axis.h"
 #include "io/formats/hdf5/reader/conventions.h"
 #include "io/formats/hdf5/reader/datasets.h"
-#include "io/formats/hdf5/reader/emd.h"
+#include "io/formats/hdf5/reader/fields.h"
 #include "io/formats/hdf5/reader/links.h"
 #include "io/formats/hdf5/reader/nexus.h"
+#include "io/programs/words.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 
@@ -144,6 +147,165 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
                       size, number.value, sizes[axis]));
   }
   return sentences;
+}
+
+namespace {
+
+/// A slope and an intercept of one convention.
+struct NamedScale {
+  std::string slope_name, intercept_name;
+  AttributeNumbers slope = {}, intercept = {};
+
+  bool is_there() const { return !slope.is_absent() || !intercept.is_absent(); }
+  double slope_value() const { return slope.is_number() ? slope.values[0] : 1; }
+  double intercept_value() const { return intercept.is_number() ? intercept.values[0] : 0; }
+};
+
+bool is_slope(const std::vector<double>& numbers) { return std::isfinite(numbers[0]) && numbers[0] != 0; }
+
+class Scale {
+ public:
+  Scale(hid_t file, const std::string& path, const std::string& name, ServedVolume& volume)
+      : volume_(volume),
+        file_(file),
+        name_(name),
+        path_(path),
+        dataset_(opened_dataset(file, name)),
+        object_name_(fmt::format("{}: HDF5 file: {}", path, name)) {}
+
+  std::vector<std::string> take() {
+    Fields fields(dataset_.get(), object_name_);
+    use(attributes(fields, "rescale_slope", "rescale_intercept"), fields);
+    use(attributes(fields, "scale_factor", "add_offset"), fields);
+    if (is_nexus_signal(file_, name_))
+      for (const std::string& prefix : {name_ + "_", name_.substr(0, name_.rfind('/') + 1)})
+        use(fields_of_group(prefix), fields);
+    if (volume_.rescale != Rescale{}) volume_.rescale.units = units(fields);
+    look_at_signs(fields);
+    look_at_minc();
+    look_at_missing("_FillValue");
+    look_at_missing("missing_value");
+    if (volume_.rescale == Rescale{}) attributes_.clear();
+    volume_.warnings.insert(volume_.warnings.end(), fields.warnings.begin(), fields.warnings.end());
+    return std::move(attributes_);
+  }
+
+ private:
+  static constexpr const char* unknown_values = "how values follow from samples is not known";
+
+  /// Slopes that cannot be read are a doubt, not a warning.
+  NamedScale attributes(Fields& fields, const char* slope, const char* intercept) const {
+    NamedScale scale = {slope, intercept, foreign_numbers(dataset_.get(), slope, 1),
+                        foreign_numbers(dataset_.get(), intercept, 1)};
+    // In NRRD, from which this attribute comes, a slope of 0 is none.
+    if (std::string_view(slope) == "rescale_slope" && scale.slope.is_number() && scale.slope.values[0] == 0)
+      return {slope, intercept};
+    if (scale.slope.is_number() && !is_slope(scale.slope.values))
+      scale.slope.outcome = ForeignNumber::Outcome::unreadable;
+    if (scale.intercept.is_number() && !are_finite(scale.intercept.values))
+      scale.intercept.outcome = ForeignNumber::Outcome::unreadable;
+    for (const auto& [name, number] :
+         {std::pair(slope, &scale.slope), std::pair(intercept, &scale.intercept)})
+      if (number->decimal_comma && number->is_number())
+        fields.warnings.push_back(fields.remark(name, *number, 1, unknown_values));
+    return scale;
+  }
+
+  /// NeXus has them as fields beside the data set.
+  NamedScale fields_of_group(const std::string& prefix) const {
+    return {prefix + "scaling_factor", prefix + "offset", field(prefix + "scaling_factor", is_slope),
+            field(prefix + "offset", are_finite)};
+  }
+  AttributeNumbers field(const std::string& name, bool (*is_good)(const std::vector<double>&)) const {
+    AttributeNumbers found;
+    if (H5Lexists(file_, name.c_str(), H5P_DEFAULT) <= 0) return found;
+    const Hdf5Handle dataset = opened_dataset(file_, name);
+    const Hdf5Handle space(dataset ? H5Dget_space(dataset.get()) : -1, H5Sclose);
+    found.outcome = ForeignNumber::Outcome::unreadable;
+    found.text = dataset ? "no number" : why_missing(file_, name);
+    double number = 0;
+    if (!space || H5Sget_simple_extent_npoints(space.get()) != 1 || !has_own_samples(path_, dataset.get()) ||
+        H5Dread(dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &number) < 0)
+      return found;
+    found.text = fmt::format("{}", number);
+    found.values = {number};
+    if (is_good(found.values)) found.outcome = ForeignNumber::Outcome::number;
+    return found;
+  }
+
+  void use(const NamedScale& scale, const Fields& fields) {
+    if (!scale.is_there()) return;
+    for (const auto& [name, number] :
+         {std::pair(&scale.slope_name, &scale.slope), std::pair(&scale.intercept_name, &scale.intercept)})
+      if (number->is_unreadable()) return doubt(fields.remark(*name, *number, 1, unknown_values));
+    const Rescale rescale = {scale.slope_value(), scale.intercept_value()};
+    if (scale.slope_name.starts_with('/') && rescale.slope != 1 && rescale.intercept != 0)
+      return doubt(fmt::format("{}: {} is {} and {} is {}, and NeXus does not say which comes first; {}",
+                               object_name_, scale.slope_name, rescale.slope, scale.intercept_name,
+                               rescale.intercept, unknown_values));
+    if (has_scale_ && rescale != volume_.rescale)
+      return doubt(fmt::format("{}: {} and {} say another scale than its other fields; {}", object_name_,
+                               scale.slope_name, scale.intercept_name, unknown_values));
+    has_scale_ = true;
+    volume_.rescale = rescale;
+    for (const std::string& name : {scale.slope_name, scale.intercept_name})
+      if (!name.starts_with('/')) attributes_.push_back(name);
+  }
+
+  void doubt(std::string sentence) {
+    if (volume_.scale_doubt.empty()) volume_.scale_doubt = std::move(sentence);
+    volume_.rescale = {};
+    attributes_.clear();
+    has_scale_ = true;
+  }
+
+  std::string units(Fields& fields) {
+    if (fields.has("rescale_units")) attributes_.emplace_back("rescale_units");
+    const std::string units = fields.text("rescale_units", "the unit of values is not known");
+    return units.empty() ? fields.text("units", "the unit of values is not known") : units;
+  }
+
+  /// netCDF stores unsigned numbers as signed ones of the same bits.
+  void look_at_signs(const Fields& fields) {
+    if (!fields.has("_Unsigned")) return;
+    const Hdf5Handle type(H5Dget_type(dataset_.get()), H5Tclose);
+    const bool is_signed = H5Tget_class(type.get()) == H5T_INTEGER && H5Tget_sign(type.get()) == H5T_SGN_2;
+    const std::string text = attribute_in_words(dataset_.get(), "_Unsigned");
+    if (H5Tget_class(type.get()) != H5T_INTEGER) return;
+    if (std::string why = about_other_sign(object_name_, text, is_signed); !why.empty())
+      doubt(std::move(why));
+  }
+
+  /// MINC 2 gives the values of each slice a range of their own, beside the data set.
+  void look_at_minc() {
+    const std::string range = name_ + "-max";
+    if (name_.ends_with("/image") && H5Lexists(file_, range.c_str(), H5P_DEFAULT) > 0)
+      doubt(fmt::format("{}: {} gives slices ranges of values (MINC), which is not supported; {}",
+                        object_name_, range, unknown_values));
+  }
+
+  void look_at_missing(const char* attribute) {
+    const AttributeNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
+    // No program takes NaN for a value.
+    if (missing.is_absent() || missing.text == "nan") return;
+    volume_.not_understood.push_back(about_missing_samples(
+        object_name_, missing.text.empty() ? "a certain number" : tagrid::quoted(missing.text), attribute));
+  }
+
+  ServedVolume& volume_;
+  hid_t file_;
+  std::string name_, path_;
+  Hdf5Handle dataset_;
+  std::string object_name_;
+  std::vector<std::string> attributes_ = {};
+  bool has_scale_ = false;
+};
+
+}  // namespace
+
+std::vector<std::string> set_scale(hid_t file, const std::string& path, const std::string& name,
+                                   ServedVolume& volume) {
+  return Scale(file, path, inside("/", name), volume).take();
 }
 
 }  // namespace tagrid

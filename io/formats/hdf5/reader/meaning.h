@@ -1,4 +1,4 @@
-// What other conventions say about the samples of a data set.
+// What the samples of a data set mean: their scale, and what other conventions say about them.
 #pragma once
 
 #include <hdf5.h>
@@ -6,9 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "io/programs/serve_reader.h"
 #include "stages/grid/box.h"
 
 namespace tagrid {
+
+/// Sets the scale, or the doubt about it, and adds what users should know. Returns the attributes that
+/// `rescale` says now. The scale is that of the attributes rescale_slope and rescale_intercept, otherwise of
+/// scale_factor and add_offset (https://cfconventions.org), otherwise of the fields scaling_factor and offset
+/// of the signal's NeXus group.
+std::vector<std::string> set_scale(hid_t file, const std::string& path, const std::string& name,
+                                   ServedVolume& volume);
 
 /// What a data set says about its samples and tagrid does not apply, a sentence each: names of axes
 /// in another order than z, y, x, numbers of colors, white as zero, other names of a scale,

@@ -9,9 +9,8 @@
 
 #include "io/formats/hdf5/attributes.h"
 #include "io/formats/hdf5/reader/axis.h"
+#include "io/formats/hdf5/reader/conventions.h"
 #include "io/formats/hdf5/reader/datasets.h"
-#include "io/formats/hdf5/reader/emd.h"
-#include "io/formats/hdf5/reader/labels.h"
 #include "io/formats/hdf5/reader/links.h"
 #include "io/text/text.h"
 

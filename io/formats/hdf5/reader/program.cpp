@@ -16,6 +16,7 @@
 #include "io/formats/hdf5/reader/datasets.h"
 #include "io/formats/hdf5/reader/geometry.h"
 #include "io/formats/hdf5/reader/links.h"
+#include "io/formats/hdf5/reader/plain_copy.h"
 #include "io/formats/hdf5/reader/storage.h"
 #include "io/metadata/loss.h"
 #include "io/programs/serve_reader.h"

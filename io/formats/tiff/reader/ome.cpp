@@ -1,11 +1,20 @@
 #include "io/formats/tiff/reader/ome.h"
 
 #include <fmt/format.h>
-
-#include <algorithm>
 #include <pugixml.hpp>
 
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <span>
+#include <utility>
+
 #include "io/errors/errors.h"
+#include "io/files/slice_files.h"
+#include "io/formats/tiff/reader/tiff_volumes.h"
+#include "io/programs/words.h"
+#include "io/text/numbered_names.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -174,6 +183,256 @@ std::string uuid_of_ome(std::string_view text) {
   const std::string_view value = element.substr(name + 5);
   const std::size_t end = value.find(value.front(), 1);
   return end == value.npos ? "" : std::string(value.substr(1, end - 1));
+}
+
+// The volumes of OME-TIFF files, of which several may be one set.
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t most_named = 10;
+
+std::string quoted_name(const std::string& name) { return tagrid::quoted(std::string_view(name)); }
+
+/// A file of a set.
+struct SetFile {
+  std::string path;
+  std::map<std::int64_t, TiffPage> pages;  ///< by the numbers of their directories
+  std::set<std::int64_t> used;             ///< those that are slices
+};
+
+/// The files of a set, in the order in which they are met.
+class SetOfFiles {
+ public:
+  SetOfFiles(const std::string& path, const std::vector<TiffPage>& pages, const OmeXml& xml, bool has_xml)
+      : path_(path), own_pages_(pages), uuid_(xml.uuid), has_xml_(has_xml) {
+    for (const OmeImage& image : xml.images)
+      for (const OmeData& data : image.data) names_.insert(data.file);
+  }
+
+  /// The number of the file of some planes; nothing if it is missing.
+  std::optional<std::size_t> number_of(const OmeData& data) {
+    const std::pair key(data.file, data.uuid);
+    if (const auto known = numbers_.find(key); known != numbers_.end()) return known->second;
+    return numbers_[key] = is_own(data) ? own() : other(data);
+  }
+  SetFile& file(std::size_t number) { return files_[number]; }
+  std::vector<SetFile>& files() { return files_; }
+  bool has_own() const { return own_.has_value(); }
+  const std::set<std::string>& missing() const { return missing_; }
+  TiffRemarks& remarks() { return remarks_; }
+
+ private:
+  /// If only one file is named, it is the one with the description, which may have another name by now.
+  bool is_own(const OmeData& data) const {
+    if (data.file == fs::path(path_).filename()) return true;
+    if (!has_xml_) {
+      if (data.file.empty()) throw BrokenInput("TIFF file: OME-XML does not say in which file a slice is");
+      return false;
+    }
+    if (data.file.empty()) return data.uuid.empty() || uuid_.empty() || data.uuid == uuid_;
+    const bool is_other = !uuid_.empty() && !data.uuid.empty() && data.uuid != uuid_;
+    if (names_.size() == 1 && !is_other) return true;
+    std::error_code unknown;
+    return !fs::exists(beside(path_, data.file), unknown) && !data.uuid.empty() && data.uuid == uuid_;
+  }
+
+  std::size_t own() {
+    if (!own_) {
+      own_ = files_.size();
+      add(path_, own_pages_);
+    }
+    return *own_;
+  }
+
+  std::optional<std::size_t> other(const OmeData& data) {
+    const std::string name = data.file.empty() ? data.uuid : data.file;
+    const std::string path = beside(path_, name);
+    std::error_code unknown;
+    if (data.file.empty() || !fs::exists(path, unknown)) {
+      missing_.insert(name);
+      return std::nullopt;
+    }
+    say_working();
+    TiffFile tiff(path);
+    const std::string uuid = uuid_of_ome(tiff.description());
+    std::vector<TiffPage> pages = tiff.pages();
+    if (!uuid.empty() && !data.uuid.empty() && uuid != data.uuid)
+      remarks_.miss(fmt::format("OME-XML means another file than the one that is called {} (by their UUIDs)",
+                                quoted_name(name)));
+    remarks_.add(tiff.remarks());
+    add(path, pages);
+    return files_.size() - 1;
+  }
+
+  void add(const std::string& path, const std::vector<TiffPage>& pages) {
+    SetFile file{path, {}, {}};
+    for (const TiffPage& page : pages) {
+      TiffPage& kept = file.pages[page.number] = page;
+      kept.description = {};
+    }
+    files_.push_back(std::move(file));
+  }
+
+  const std::string& path_;
+  const std::vector<TiffPage>& own_pages_;
+  std::string uuid_;
+  bool has_xml_;
+  std::set<std::string> names_, missing_;
+  std::map<std::pair<std::string, std::string>, std::optional<std::size_t>> numbers_;
+  std::vector<SetFile> files_;
+  std::optional<std::size_t> own_;
+  TiffRemarks remarks_;
+};
+
+/// What is missing, with the name of the first file that exists: the same for whichever file was named.
+class MissingSlices {
+ public:
+  void add(const std::string& volume, std::int64_t slice) { slices_[volume].push_back(slice); }
+  bool empty() const { return slices_.empty(); }
+
+  std::string in_words(const SetOfFiles& set) const {
+    if (const std::set<std::string>& files = set.missing(); !files.empty()) {
+      std::vector<std::string> names(files.begin(), files.end());
+      std::ranges::sort(names, comes_before);
+      for (std::string& name : names) name = quoted_name(name);
+      return fmt::format("OME-XML names {} that {} missing: {}",
+                         files.size() == 1 ? "a file" : fmt::format("{} files", files.size()),
+                         files.size() == 1 ? "is" : "are", listed(names, most_named));
+    }
+    const auto& [volume, slices] = *slices_.begin();
+    return fmt::format("OME-XML gives no page to slice {} of {}", listed(slices, most_named),
+                       volume.empty() ? "the image" : volume);
+  }
+
+ private:
+  std::map<std::string, std::vector<std::int64_t>> slices_;  // by the names of their volumes
+};
+
+/// XML that describes pages that do not exist may belong to another file.
+void compare(const OmeImage& image, const TiffPage& page, TiffRemarks& remarks) {
+  const std::string size = fmt::format("{} x {}", page.width, page.height);
+  std::string type = image.type;
+  if (type == "float") type = "float32";
+  if (type == "double") type = "float64";
+  if (type == "bit") type = "uint8";
+  if ((!image.size.empty() && image.size != size) || (!type.empty() && type != name_of(page.type)))
+    remarks.miss(fmt::format("OME-XML says that pages are {} {}, but they are {}", image.size, image.type,
+                             in_words(page)));
+}
+
+/// One channel at one moment. Slices without a page are left out.
+TiffVolume volume_of(const OmeImage& image, std::span<const OmePlane> planes, SetOfFiles& set,
+                     std::vector<std::int64_t>& missing) {
+  TiffVolume volume{{}, {}, image.geometry, image.remarks};
+  for (std::size_t z = 0; z < planes.size(); ++z) {
+    const auto number = planes[z].data == nullptr ? std::nullopt : set.number_of(*planes[z].data);
+    if (!number) {
+      missing.push_back(static_cast<std::int64_t>(z) + 1);
+      continue;
+    }
+    SetFile& file = set.file(*number);
+    const auto page = file.pages.find(planes[z].page);
+    if (page == file.pages.end()) {
+      missing.push_back(static_cast<std::int64_t>(z) + 1);
+      continue;
+    }
+    if (!file.used.insert(page->first).second) volume.remarks.miss("OME-XML gives one page to two slices");
+    volume.planes.push_back({*number, page->second});
+  }
+  if (!volume.geometry.has_spacing && !volume.planes.empty())
+    volume.geometry = common_spacing(volume.planes, volume.remarks, spacing_of_resolutions);
+  if (!missing.empty()) {
+    volume.geometry.spacing[2] = Geometry::unknown;
+    volume.remarks.warn(
+        fmt::format("slices that are left out, as they have no page: {}", listed(missing, most_named)));
+  }
+  if (!volume.planes.empty()) compare(image, volume.planes.front().page, volume.remarks);
+  return volume;
+}
+
+void add_image(const OmeImage& image, std::size_t number, bool is_one_of_several, SetOfFiles& set,
+               MissingSlices& missing, TiffVolumes& volumes) {
+  const std::vector<OmePlane> planes = planes_of(image, [&](const OmeData& data) -> std::int64_t {
+    const auto file = set.number_of(data);
+    return file ? static_cast<std::int64_t>(set.file(*file).pages.size()) : 1;
+  });
+  const auto slices = static_cast<std::size_t>(image.slices);
+  for (std::int64_t t = 0; t < image.times; ++t)
+    for (std::int64_t c = 0; c < image.channels; ++c) {
+      Choice choice = choice_of(c, image.channels, t, image.times);
+      if (is_one_of_several) {
+        choice.name = fmt::format("i{}{}", number, choice.name);
+        choice.text = fmt::format("image {}{}{}", quoted_name(image.name), choice.text.empty() ? "" : ", ",
+                                  choice.text);
+      }
+      std::vector<std::int64_t> without;
+      const std::size_t first = slices * static_cast<std::size_t>(c + image.channels * t);
+      TiffVolume volume = volume_of(image, std::span(planes).subspan(first, slices), set, without);
+      for (const std::int64_t slice : without) missing.add(choice.text, slice);
+      volume.choice = std::move(choice);
+      if (!volume.planes.empty()) volumes.list.push_back(std::move(volume));
+    }
+}
+
+}  // namespace
+
+std::string beside(const std::string& path, const std::string& name) {
+  if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
+    throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its directory",
+                                  path, quoted_name(name)));
+  return (fs::path(path).parent_path() / name).string();
+}
+
+std::string file_that_names(const std::string& path) {
+  const auto is_ome = [](const std::string& name) {
+    return lower_case(name).ends_with(".ome.tif") || lower_case(name).ends_with(".ome.tiff");
+  };
+  if (!is_ome(path)) return "";
+  const std::string folder = fs::path(path).parent_path();
+  for (const std::string& other : visible_files(folder.empty() ? "." : folder)) {
+    const std::string name = fs::path(other).filename();
+    if (!is_ome(name) || name == fs::path(path).filename()) continue;
+    try {
+      const auto xml = ome_xml_of(TiffFile(beside(path, name)).description());
+      if (!xml) continue;
+      for (const OmeImage& image : xml->images)
+        for (const OmeData& data : image.data)
+          if (data.file == fs::path(path).filename()) return beside(path, name);
+    } catch (const Error&) {
+      // It is no file of this set, or is refused when it is opened.
+    }
+  }
+  return "";
+}
+
+void add_ome(const std::string& path, const std::vector<TiffPage>& pages, const OmeXml& xml, bool has_xml,
+             bool gaps_ok, TiffVolumes& volumes) {
+  SetOfFiles set(path, pages, xml, has_xml);
+  MissingSlices missing;
+  for (std::size_t i = 0; i < xml.images.size(); ++i)
+    add_image(xml.images[i], i + 1, xml.images.size() > 1, set, missing, volumes);
+  volumes.files.clear();
+  std::size_t unused = 0;
+  for (const SetFile& file : set.files()) {
+    volumes.files.push_back(file.path);
+    unused += file.pages.size() - file.used.size();
+  }
+  if (unused > 0)
+    volumes.remarks.miss(
+        fmt::format("{} pages of its files are no slices by OME-XML; they are not read", unused));
+  volumes.remarks.add(set.remarks());
+  if (!set.has_own())
+    volumes.remarks.miss(fmt::format("OME-XML names other files than {}, which are read instead",
+                                     quoted_name(fs::path(path).filename().string())));
+  if (missing.empty()) return;
+  const std::string& first =
+      volumes.files.empty() ? path : *std::ranges::min_element(volumes.files, comes_before);
+  const std::string why = fmt::format("{}: TIFF file: {}", first, missing.in_words(set));
+  if (volumes.list.empty()) throw BrokenInput(why);
+  if (!gaps_ok) throw BrokenInput(why, Problem::slices_missing);
+  volumes.warnings.push_back(why);
 }
 
 }  // namespace tagrid

@@ -14,7 +14,6 @@
 #include "io/formats/vdb/openvdb_library.h"
 #include "io/formats/vdb/placement.h"
 #include "io/formats/vdb/reader/grid_file.h"
-#include "io/formats/vdb/reader/grid_slices.h"
 #include "io/metadata/text.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,5 +38,12 @@ struct ZarrImage {
 /// The array that `wanted` names (or the finest one of the levels in the group that it names), or numbers, of
 /// all that could be meant; without `wanted`, the only one. Throws SeveralVolumes, UsageError, BrokenInput.
 ZarrImage chosen_image(const ZarrStore& store, const std::string& wanted);
+
+// Which of several volumes in one array is meant.
+
+/// The number along each axis of the volume that `wanted` names; along x, y and z, 0. `path` is for messages. Throws
+/// SeveralVolumes, UsageError, BrokenInput.
+std::vector<std::int64_t> chosen_volume(const std::string& path, const ZarrImage& image,
+                                        const std::string& wanted);
 
 }  // namespace tagrid

@@ -17,8 +17,6 @@
 #include "io/formats/zarr/reader/description.h"
 #include "io/formats/zarr/reader/image.h"
 #include "io/formats/zarr/reader/pieces.h"
-#include "io/formats/zarr/reader/presence.h"
-#include "io/formats/zarr/reader/series.h"
 #include "io/formats/zarr/reader/store.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"

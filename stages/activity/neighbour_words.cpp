@@ -4,7 +4,7 @@
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/activity/bytes_of_points.cpp"
+#define HWY_TARGET_INCLUDE "stages/activity/neighbour_words.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,4 +1,4 @@
-#include "io/meshes/mesh_file.h"
+#include "io/meshes/mesh_files.h"
 
 #include <cassert>
 

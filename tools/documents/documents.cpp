@@ -1,14 +1,197 @@
-// The completions of bash and zsh.
+// The manual page: the frame in docs/tagrid.1.in, with the program's help and docs/options.in at its marks.
+#include "tools/documents/documents.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
 #include <regex>
+#include <stdexcept>
 
-#include "tools/documents/documents.h"
+#include "io/text/text.h"
+#include "tools/commands/commands.h"
+#include "tools/documents/roff.h"
 
 namespace tagrid {
+namespace {
+
+std::string synopsis(const Texts& texts, const std::vector<Command>& commands) {
+  std::string result;
+  for (const Command& command : commands)
+    if (!command.name.empty())
+      for (const std::string& form : texts.commands.at(command.name).forms) result += roff_form(form);
+  return result;
+}
+
+std::string list_of_commands(const Texts& texts, const std::vector<Command>& commands) {
+  std::string result = ".Bl -tag -width phantom\n";
+  for (const Command& command : commands)
+    if (!command.name.empty())
+      result += fmt::format(".It Cm {}\n{}.\n{}", command.name, roff_text(command.help),
+                            roff("\n" + texts.commands.at(command.name).text));
+  return result + ".El\n";
+}
+
+/// "Fl T , Fl -threads Ar N"
+std::string entry(const std::string& form) {
+  const std::size_t value = form.find(" <");
+  std::string names = form.substr(0, value), result = "Fl ";
+  names.erase(0, 1);
+  if (const std::size_t comma = names.find(", -"); comma != names.npos) names.replace(comma, 3, " , Fl ");
+  result += names;
+  if (value != form.npos) result += " Ar " + form.substr(value + 2, form.size() - value - 3);
+  return result;
+}
+
+std::string options(const Texts& texts, const std::vector<Command>& commands) {
+  std::string result;
+  for (const Section& section : texts.sections) {
+    result += fmt::format(".Ss {}\n{}.Bl -tag -width Ds\n", section.title, roff(section.text));
+    for (const OptionText& option : section.options) {
+      std::string entries;
+      for (const std::string& form : forms_of(option.name, commands))
+        entries += (entries.empty() ? "" : " | ") + entry(form);
+      const std::string help = help_of(option.name, commands);
+      const bool is_list = help.find("\n- ") != help.npos || help.starts_with("- ");
+      result += fmt::format(".It {}\n{}", entries, roff(help + (is_list ? "\n\n" : "\n") + option.text));
+    }
+    result += ".El\n";
+  }
+  return result;
+}
+
+std::string examples(const std::vector<Command>& commands) {
+  std::string result;
+  for (const Command& command : commands)
+    if (!command.name.empty())
+      for (const Example& example : examples_of(command.name))
+        result += fmt::format("{}{}:\n.Dl {}\n", result.empty() ? "" : ".Pp\n", roff_text(example.wish),
+                              roff_text(example.line));
+  return result;
+}
+
+void put(std::string& page, const std::string& mark, const std::string& text) {
+  const std::size_t at = page.find("\n" + mark + "\n");
+  if (at == page.npos) throw std::runtime_error("the frame of the manual page has no line " + mark);
+  page.replace(at + 1, mark.size() + 1, text);
+}
+
+}  // namespace
+
+std::string manual_page(const std::string& frame, const Texts& texts, const std::vector<Command>& commands) {
+  std::string page = frame;
+  put(page, "@SYNOPSIS@", synopsis(texts, commands));
+  put(page, "@COMMANDS@", list_of_commands(texts, commands));
+  put(page, "@OPTIONS@", options(texts, commands));
+  put(page, "@EXAMPLES@", examples(commands));
+  return page;
+}
+
+// The reference of commands and options, as Markdown.
+
+namespace {
+
+constexpr const char* beginning =
+    "# Commands and options\n\n"
+    "Every command and every option has a heading, so that it can be linked. The program's help and "
+    "`docs/options.in` are\n"
+    "the source of this page: do not edit it. The [manual](manual.md) explains the commands by task.\n\n";
+
+/// What GitHub and others make of a heading.
+std::string anchor(const std::string& title) {
+  std::string result = lower_case(title);
+  std::erase_if(result, [](char c) { return c == ',' || c == '.'; });
+  std::ranges::replace(result, ' ', '-');
+  return result;
+}
+
+/// A link to the heading of this name.
+std::string link(const std::string& shown, const std::string& title) {
+  return fmt::format("[{}](#{})", shown, anchor(title));
+}
+
+/// Breaks lines so that none is wider than 120 columns. Ends with a line break.
+std::string wrapped(std::string_view text) {
+  std::string result;
+  if (text.ends_with('\n')) text.remove_suffix(1);
+  for (const std::string_view line : split(text, '\n')) {
+    const bool continues = line.starts_with("  ");
+    const std::string indent(continues || line.starts_with("- ") ? 2 : 0, ' ');
+    std::string current(continues ? 2 : 0, ' ');
+    bool begins = true;
+    for (const std::string_view word : words_of(line)) {
+      if (!begins && current.size() + 1 + word.size() > 120) {
+        result += current + "\n";
+        current = indent;
+        begins = true;
+      }
+      current += (begins ? "" : " ") + std::string(word);
+      begins = false;
+    }
+    result += current + "\n";
+  }
+  return result;
+}
+
+/// The options of a command by their groups, as links.
+std::string links_to_options(const Command& command) {
+  std::vector<std::string> groups;
+  for (const CommandOption& option : command.options)
+    if (std::ranges::find(groups, option.group) == groups.end()) groups.push_back(option.group);
+  std::string result;
+  for (const std::string& group : groups) {
+    std::vector<std::string> links;
+    for (const CommandOption& option : command.options)
+      if (option.group == group) links.push_back(link("`" + option.name() + "`", option.name()));
+    result += fmt::format("- {}: {}\n", group, fmt::join(links, ", "));
+  }
+  return result;
+}
+
+std::string section_of(const Command& command, const CommandText& text) {
+  std::string result = fmt::format("### {}\n\n{}.\n\n", command.name, command.help);
+  for (const std::string& form : text.forms) result += fmt::format("- `{}`\n", form);
+  result += "\n";
+  if (!text.text.empty()) result += text.text + "\n\n";
+  for (const Example& example : examples_of(command.name))
+    result += fmt::format("{}:\n\n```\n{}\n```\n\n", example.wish, example.line);
+  return result + wrapped(links_to_options(command)) + "\n";
+}
+
+std::string section_of(const OptionText& option, const std::vector<Command>& commands) {
+  std::string forms;
+  for (const std::string& form : forms_of(option.name, commands))
+    forms += (forms.empty() ? "`" : ", `") + form + "`";
+  std::string result = fmt::format("### {}\n\n{}\n\n", option.name, forms);
+  result += wrapped(help_of(option.name, commands)) + "\n";
+  return result + (option.text.empty() ? "" : option.text + "\n\n");
+}
+
+}  // namespace
+
+std::string reference(const Texts& texts, const std::vector<Command>& commands) {
+  std::vector<std::string> to_commands, to_sections;
+  for (const Command& command : commands)
+    if (!command.name.empty()) to_commands.push_back(link(command.name, command.name));
+  for (const Section& section : texts.sections) to_sections.push_back(link(section.title, section.title));
+  std::string page = beginning;
+  page += wrapped(fmt::format("- Commands: {}\n- Options: {}", fmt::join(to_commands, ", "),
+                              fmt::join(to_sections, ", ")));
+  page += "\n## Commands\n\n";
+  for (const Command& command : commands)
+    if (!command.name.empty()) page += section_of(command, texts.commands.at(command.name));
+  for (const Section& section : texts.sections) {
+    page += fmt::format("## {}\n\n", section.title);
+    if (!section.text.empty()) page += section.text + "\n\n";
+    for (const OptionText& option : section.options) page += section_of(option, commands);
+  }
+  page.pop_back();
+  return page;
+}
+
+// The completions of bash and zsh.
+
 namespace {
 
 using Kind = Completion::Kind;
