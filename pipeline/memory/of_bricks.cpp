@@ -183,7 +183,7 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
       strips ? z.edge + 2 * around + 1 : z.edge + around + ByteCount(load.slices_ahead) + 2;
   const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + bytes_of_object);
 
-  const ByteCount ahead = strips ? 0 : ByteCount(load.slices_ahead) / z.cube + 1;
+  const ByteCount ahead = strips ? 0 : ByteCount(load.slices_ahead / p.cube_size);
   const ByteCount marks_and_jobs_of_grid = grid ? marks_and_jobs(z, rows, strips, ahead) : 0;
   // Without marks, whole layers wait for threads.
   const ByteCount jobs = grid ? 0 : (ahead / p.brick_edge + 2) * z.row_count * rows * bytes_of_job;
