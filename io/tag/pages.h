@@ -38,6 +38,10 @@ class PageBlocks {
 
   const TagIndex& index() const { return index_; }
 
+  /// The most memory for a page of a file of so many bricks while it is written, or read front to back. A double,
+  /// because a damaged file may claim any number of bricks.
+  static double memory(double bricks);
+
  private:
   void finish_page();
 

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "pipeline/decode/graph.h"
+#include "pipeline/decode/plan.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 

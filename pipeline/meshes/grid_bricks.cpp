@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "pipeline/decode/graph.h"
+#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
+#include "pipeline/memory/plan.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

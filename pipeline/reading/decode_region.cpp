@@ -1,4 +1,5 @@
 #include "io/files/open_source.h"
+#include "pipeline/decode/plan.h"
 #include "pipeline/reading/read_region.h"
 
 #include <fmt/format.h>
@@ -19,7 +20,6 @@
 #include "io/tag/whole_bricks.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "stages/sample/value_rule.h"
 

@@ -4,8 +4,8 @@
 
 #include "io/files/file_attributes.h"
 #include "pipeline/decode/graph.h"
+#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
-#include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
 
 namespace tagrid {
