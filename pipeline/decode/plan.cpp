@@ -44,6 +44,8 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
   const std::int64_t all = p.bricks().bricks(1), threads = load.threads;
   for (std::int64_t t = threads; t >= 1; --t)
     for (const std::int64_t flight : {16 * t, 4 * t, t}) {
+      // With one thread, reading ahead of time only takes memory.
+      if (t == 1 && flight > 1) continue;
       load.threads = t;
       load.bricks_in_flight = flight;
       const auto fits = [&](std::int64_t rows) {
@@ -66,12 +68,12 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const LargestBrick brick(p);
   const auto threads = static_cast<double>(load.threads);
   const double values = brick.owned * static_cast<double>(load.value_bytes);
-  // The encoded bytes, the samples, and freed samples that the heap still holds.
-  double waiting =
-      brick.code + brick.owned * brick.sample + (values > 0 ? values : brick.owned * brick.sample);
-  if (load.with_grid && p.stores_activity()) waiting += brick.bits + brick.points;
+  // A brick waits as its encoded bytes, and then decoded.
+  double decoded = values > 0 ? values : brick.owned * brick.sample;
+  if (load.with_grid && p.stores_activity()) decoded += brick.bits + brick.points;
+  const double in_flight = std::min(static_cast<double>(load.bricks_in_flight), count_of_bricks(p));
   // The reader has a brick as read and as parsed, the one before it, and one more that the heap still holds.
-  const double flight = static_cast<double>(load.bricks_in_flight) * waiting + 4 * brick.code;
+  const double flight = in_flight * std::max(brick.code, decoded) + 4 * brick.code;
   // While samples become values, both are there.
   const double work = threads * (work_of_decoding(p, load.with_grid) + values);
   const bool derives = load.with_grid && !p.stores_activity();

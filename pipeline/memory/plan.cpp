@@ -33,7 +33,7 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   for (std::int64_t t = threads; t >= 1; --t) {
     // {threads, rows, slices ahead, bricks in flight, sums}. With one thread, preparing work ahead of time only
     // takes memory.
-    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4, sums} : EncodeLoad{t, all, edge, 16 * t, sums};
+    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 1, sums} : EncodeLoad{t, all, edge, 16 * t, sums};
     const EncodeLoad whole[] = {most,
                                 {t, all, edge, 4 * t, sums},
                                 {t, all, p.cube_size, 4 * t, sums},
@@ -102,8 +102,8 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
     kept += static_cast<double>(
         SlabSums::memory(layout_of_sums(p.dims, p.type, block_edge), p.dims.x,
                          strips ? std::min(p.dims.y, load.rows * bricks.length() + block_edge) : p.dims.y));
-  return memory_of_process(kept + static_cast<double>(load.threads) * worker +
-                           static_cast<double>(load.bricks_in_flight) * in_flight);
+  const double bricks_in_flight = std::min(static_cast<double>(load.bricks_in_flight), count_of_bricks(p));
+  return memory_of_process(kept + static_cast<double>(load.threads) * worker + bricks_in_flight * in_flight);
 }
 
 std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRows& part) const {
