@@ -38,8 +38,7 @@ class PageBlocks {
 
   const TagIndex& index() const { return index_; }
 
-  /// The most memory for a page of a file of so many bricks while it is written, or read front to back. A double,
-  /// because a damaged file may claim any number of bricks.
+  /// The most memory for a page of a file of so many bricks while it is written, or read front to back.
   static double memory(double bricks);
 
  private:

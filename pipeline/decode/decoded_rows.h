@@ -27,8 +27,7 @@ class DecodedRows {
   /// values that samples have become; 0: they are as in the file.
   DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
               std::size_t size = 0);
-  /// The most memory of the rows and of the parts in which `threads` pass them on. A double, because the header of a
-  /// damaged file may claim more than 2^64 bytes.
+  /// The most memory of rows, and of parts in which `threads` pass them on; see GridSchedule::memory().
   static double memory(const CodingParameters& parameters, std::int64_t together, std::int64_t threads,
                        std::size_t size = 0);
 

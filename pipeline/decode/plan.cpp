@@ -1,4 +1,4 @@
-#include "pipeline/decode/plan.h"
+#include "pipeline/decode/graph.h"
 
 #include <algorithm>
 #include <optional>

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"

@@ -16,7 +16,7 @@
 #include "io/files/spool_file.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/decoded_rows.h"
-#include "pipeline/decode/plan.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/grid/slices.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"

@@ -11,7 +11,6 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"

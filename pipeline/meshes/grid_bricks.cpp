@@ -4,8 +4,6 @@
 
 #include <vector>
 
-#include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "stages/grid/lattice.h"

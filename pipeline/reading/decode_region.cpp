@@ -1,5 +1,4 @@
 #include "io/files/open_source.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/reading/read_region.h"
 
 #include <fmt/format.h>

@@ -9,7 +9,6 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {

@@ -4,7 +4,6 @@
 
 #include "io/files/file_attributes.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
 #include "stages/brick/codec.h"
 

@@ -20,8 +20,7 @@ class AgainstOriginal {
   AgainstOriginal(std::string name, const CodingParameters& parameters,
                   std::unique_ptr<VolumeSource> original);
 
-  /// The most memory, for rows of `row_count` rows of bricks. A double, because the header of a damaged file may claim
-  /// more than 2^64 bytes.
+  /// The most memory, for `row_count` rows of bricks; a double, see GridSchedule::memory().
   static double memory(const CodingParameters& parameters, std::int64_t row_count, std::int64_t threads);
 
   /// Takes the activity of the next brick of the rows that will be compared next.

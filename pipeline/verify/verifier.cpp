@@ -11,7 +11,6 @@
 #include "io/bytes/checksum.h"
 #include "io/errors/errors.h"
 #include "io/tag/file.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
@@ -119,8 +118,7 @@ std::optional<Disagreement> OpenFacePairs::first_difference() const {
 }
 
 double RangesAndIndex::memory(double bricks, std::int64_t bricks_in_flight) {
-  constexpr double of_range =
-      128;  // values of a brick that wait for the index, and its entry; lists that grow
+  constexpr double of_range = 128;  // values that wait for the index, and an entry, in lists that grow
   const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
   return (std::min(bricks, static_cast<double>(layout.per_page())) + static_cast<double>(bricks_in_flight)) *
          of_range;

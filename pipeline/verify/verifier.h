@@ -18,7 +18,6 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/decode/plan.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verify.h"
 #include "stages/brick/closed_samples.h"

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
-#include "pipeline/decode/plan.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/verify/verifier.h"
 #include "stages/grid/lattice.h"
