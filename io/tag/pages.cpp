@@ -122,6 +122,15 @@ void PageBlocks::finish_page() {
   page_.clear();
 }
 
+// Entries, their bytes and the packed ones, as they grow by copying; for zstd ten times as much, but at most its
+// window; and the directory, thrice.
+double PageBlocks::memory(double bricks) {
+  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
+  const double page =
+      std::min(bricks, static_cast<double>(layout.per_page())) * static_cast<double>(sizeof(IndexEntry));
+  return 5 * page + std::min(10 * page, 40e6) + 3 * static_cast<double>(largest_directory);
+}
+
 std::size_t bytes_of_page(std::span<const IndexEntry> bricks) {
   std::uint64_t checksum = 0;
   return packed_block(sizes_marker, serialize_sizes(bricks), checksum).size() +

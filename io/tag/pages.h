@@ -37,6 +37,9 @@ class PageBlocks {
 
   const TagIndex& index() const { return index_; }
 
+  /// The most memory for a page of a file of so many bricks while it is written, or read front to back.
+  static double memory(double bricks);
+
  private:
   void finish_page();
 

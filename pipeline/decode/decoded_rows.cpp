@@ -13,6 +13,18 @@ DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& al
   begin(all.y_low, all.z_low);
 }
 
+double DecodedRows::memory(const CodingParameters& p, std::int64_t together, std::int64_t threads,
+                           std::size_t size) {
+  constexpr double bytes_of_array = 64;  // a vector in a list, and its block of the heap
+  const BrickGrid bricks = p.bricks();
+  const auto rows = static_cast<double>(together), edge = static_cast<double>(bricks.length());
+  const double row = static_cast<double>(p.dims.x) * static_cast<double>(size > 0 ? size : size_of(p.type));
+  return row * std::min(static_cast<double>(p.dims.y), rows * edge + 1) *
+             std::min(static_cast<double>(p.dims.z), edge + 1) +
+         rows * static_cast<double>(bricks.bricks(0)) * bytes_of_array +
+         static_cast<double>(threads) * std::max(static_cast<double>(part_bytes), row);
+}
+
 void DecodedRows::begin(std::int64_t y, std::int64_t z) {
   rows_ = {y, std::min(y + together_, all_.y_end), z, z + 1};
   box_ = {owned(0).low, bricks_.owned_box({bricks_.bricks(0) - 1, rows_.y_end - 1, z}).high};

@@ -27,6 +27,9 @@ class DecodedRows {
   /// values that samples have become; 0: they are as in the file.
   DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
               std::size_t size = 0);
+  /// The most memory of rows, and of parts in which `threads` pass them on; see GridSchedule::memory().
+  static double memory(const CodingParameters& parameters, std::int64_t together, std::int64_t threads,
+                       std::size_t size = 0);
 
   /// Adds the samples that the next brick owns, x fastest.
   void add(std::vector<std::byte> samples) { samples_.push_back(std::move(samples)); }

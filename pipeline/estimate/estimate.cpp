@@ -22,6 +22,7 @@
 #include "io/tag/members.h"
 #include "io/tag/pages.h"
 #include "pipeline/estimate/sample.h"
+#include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/overview/block_means.h"
 #include "pipeline/overview/header.h"
@@ -448,6 +449,34 @@ class Estimation {
 };
 
 }  // namespace
+
+// Each thread encodes and decodes bricks by themselves, with all that is around them.
+std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threads, std::int64_t bounds,
+                                   std::int64_t chosen) {
+  constexpr Index3 largest{0, 0, 0};
+  constexpr double bytes_of_survey = 64;     // how rough a brick is, without a number for each bound
+  constexpr double bytes_of_estimate = 400;  // what the encoding of a brick with one bound gave
+  constexpr double growing = 3;              // a list grows by copying
+  const BrickGrid bricks = p.bricks();
+  const auto sample = static_cast<double>(size_of(p.type));
+  const std::int64_t region = bricks.length() + 2 * p.cube_size + 1;
+  const auto rows = static_cast<double>(region + 2 * mark_halo(p));
+  const double slices = static_cast<double>(p.dims.x) * std::min(rows, static_cast<double>(p.dims.y)) *
+                        std::min(rows, static_cast<double>(p.dims.z)) * sample;
+  const double marking = rows * rows * rows * sample +
+                         static_cast<double>(working_bytes_of_marking(p, {region, region, region}));
+  const auto owned = static_cast<double>(bricks.owned_box(largest).count()) * sample,
+             bits = static_cast<double>(LatticeBits::working_bytes(bricks.closed_box(largest).size()) + 128);
+  const double encoding = static_cast<double>(samples_to_encode(p, largest).count()) * sample + bits +
+                          static_cast<double>(working_bytes_of_encoding(p, largest));
+  const double coding =
+      2 * owned + static_cast<double>(most_bytes_of_code(p, largest)) +
+      std::max(encoding, static_cast<double>(working_bytes_of_decoding(p, largest, Wanted::samples)));
+  const double work = std::max({marking, memory_of_subdividing(p), coding}) + bits;
+  const double looked_at = count_of_bricks(p) * growing * (bytes_of_survey + 8 * static_cast<double>(bounds)),
+               encoded = static_cast<double>(chosen) * static_cast<double>(bounds) * bytes_of_estimate;
+  return memory_of_process(slices + static_cast<double>(threads) * (slices + work) + looked_at + encoded);
+}
 
 EstimateResult estimate_encoding(const EstimateRun& run) { return Estimation(run).result(); }
 

@@ -53,4 +53,8 @@ struct EstimateResult {
 /// from roughness. Throws UsageError, also if there is no estimate at all, BrokenInput, WorldError and MemoryLimit.
 EstimateResult estimate_encoding(const EstimateRun& run);
 
+/// The most memory of estimating: `bounds` are tried on `chosen` bricks; all bricks are looked at.
+std::uint64_t memory_of_estimating(const CodingParameters& parameters, std::int64_t threads,
+                                   std::int64_t bounds, std::int64_t chosen);
+
 }  // namespace tagrid

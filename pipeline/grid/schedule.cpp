@@ -4,6 +4,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "stages/criterion/marking.h"
@@ -17,6 +18,18 @@ Box cubes_around(const BrickGrid& bricks, const BrickRows& rows, std::int64_t mo
   const Box first = bricks.closed_box({0, rows.y_low, rows.z_low}),
             last = bricks.closed_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
   return intersection(Box{first.low, last.high}.grown(more), bricks.domain.padded());
+}
+
+// What is allocated besides the data themselves: the object, what shares it, and the blocks of the heap.
+constexpr double bytes_of_slice = 128;
+constexpr double bytes_of_tile = 250;    // marks in the map of root layers
+constexpr double bytes_of_job = 700;     // a tile or a brick that waits for a thread, and its message
+constexpr double bytes_of_pointer = 16;  // to marks
+// Columns of tiles on which a brick depends: its own, and those around it.
+constexpr double columns_around = 9;
+
+double count(const Index3& n) {
+  return static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
 }
 
 }  // namespace
@@ -60,6 +73,41 @@ std::int64_t GridSchedule::slices_needed() const {
 
 std::int64_t GridSchedule::slices_released_by(std::int64_t layer) const {
   return slices_in_layer() + (layer == rows_.z_low ? layer * slices_in_layer() - samples_.low.z : 0);
+}
+
+double GridSchedule::memory(const CodingParameters& p, std::int64_t rows, std::optional<int> mark_halo,
+                            std::int64_t slices_ahead) {
+  const BrickGrid bricks = p.bricks();
+  const auto nx = static_cast<double>(p.dims.x), ny = static_cast<double>(p.dims.y),
+             nz = static_cast<double>(p.dims.z), row_count = static_cast<double>(bricks.bricks(0)),
+             edge = static_cast<double>(bricks.length()), all = static_cast<double>(rows);
+  const double cube = p.cube_size;
+  const bool strips = rows < bricks.bricks(1);
+  const double around = mark_halo ? cube + *mark_halo : 0;
+  const double sample_rows = strips ? std::min(ny, all * edge + 2 * around + 1) : ny;
+  const double needed =
+      strips ? edge + 2 * around + 1 : edge + around + static_cast<double>(slices_ahead) + 2;
+  const double slices =
+      std::min(needed, nz) * (nx * sample_rows * static_cast<double>(size_of(p.type)) + bytes_of_slice);
+  const auto root_layers_ahead = static_cast<double>(slices_ahead / p.cube_size);
+  // Without marks, whole layers wait for threads.
+  if (!mark_halo) return slices + (root_layers_ahead / p.brick_edge + 2) * row_count * all * bytes_of_job;
+
+  const bool cropped = !p.bounds_interpolation();
+  const double layers =
+      std::min(p.brick_edge + 3 + root_layers_ahead, static_cast<double>(bricks.domain.cubes(2)));
+  const double mark_rows =
+      std::min(strips ? all * edge + 2 * cube + 1 : static_cast<double>(bricks.bricks(1)) * edge + 1,
+               cropped ? ny : 9e18);
+  const double mark_slices = cropped ? std::min(cube + 1, nz) : cube + 1;
+  const double words = row_count * std::ceil(std::min(edge, cropped ? nx : 9e18) / 64) + 1;
+  const double tiles = row_count * (all + 2);
+  const double marks =
+      layers * (mark_rows * mark_slices * words * 8 + tiles * (bytes_of_tile + bytes_of_job));
+  // Bricks of all layers whose marks are there may wait for a thread.
+  const double jobs = std::ceil(layers / p.brick_edge) * tiles *
+                      (bytes_of_job + bytes_of_pointer * columns_around * (p.brick_edge + 2));
+  return slices + marks + jobs;
 }
 
 GridSchedule::Work GridSchedule::add_slice(SliceSamples slice) {
@@ -156,6 +204,21 @@ SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameter
   return {job.brick, job.slices, subdivide(std::move(marks), box, domain)};
 }
 
+double memory_of_marking(const CodingParameters& p) {
+  Index3 tile = p.bricks().closed_box({0, 0, 0}).size();
+  tile.z = p.cube_size + 1;
+  return count(Box::of_size(tile).grown(mark_halo(p)).size()) * static_cast<double>(size_of(p.type)) +
+         static_cast<double>(working_bytes_of_marking(p, tile));
+}
+
+double memory_of_subdividing(const CodingParameters& p) {
+  // Root cubes surround a brick, unless it lies at the border of the domain.
+  const BrickGrid bricks = p.bricks();
+  Index3 brick;
+  for (int axis = 0; axis < 3; ++axis) brick[axis] = bricks.bricks(axis) > 2;
+  return static_cast<double>(working_bytes_of_subdivision(bricks.closed_box(brick), bricks.domain));
+}
+
 DerivedGrid::DerivedGrid(const CodingParameters& parameters, const BrickRows& rows, Take take)
     : parameters_(parameters), schedule_(parameters, rows, mark_halo(parameters)), take_(std::move(take)) {}
 
@@ -179,8 +242,18 @@ void DerivedGrid::add_slice(SliceSamples slice) {
 }
 
 // A few bricks for each thread at a time: those of a layer may be many.
+constexpr int bricks_of_thread = 4;
+
+double DerivedGrid::memory(const CodingParameters& p, std::int64_t threads) {
+  const auto bits =
+      static_cast<double>(LatticeBits::working_bytes(p.bricks().closed_box({0, 0, 0}).size()) + 128);
+  const double work = std::max(memory_of_marking(p), memory_of_subdividing(p)) + bricks_of_thread * bits;
+  return GridSchedule::memory(p, p.bricks().bricks(1), mark_halo(p), 0) + static_cast<double>(threads) * work;
+}
+
 void DerivedGrid::subdivide_all(const std::vector<BrickJob>& jobs) {
-  const auto together = static_cast<std::size_t>(4 * oneapi::tbb::this_task_arena::max_concurrency());
+  const auto together =
+      static_cast<std::size_t>(bricks_of_thread * oneapi::tbb::this_task_arena::max_concurrency());
   for (std::size_t first = 0; first < jobs.size(); first += together) {
     std::vector<SubdividedBrick> bricks(std::min(together, jobs.size() - first));
     oneapi::tbb::parallel_for(std::size_t{0}, bricks.size(),

@@ -71,6 +71,12 @@ class GridSchedule {
   /// Number of slices that are no longer needed after this layer of bricks has been encoded.
   std::int64_t slices_released_by(std::int64_t layer) const;
 
+  /// The most memory of slices, marks, and jobs that wait for a thread, for `rows` rows of bricks of one layer, or of
+  /// all layers if these are all rows. `slices_ahead`: slices besides those that slices_needed() counts. A double,
+  /// because the header of a damaged file may claim more than 2^64 bytes.
+  static double memory(const CodingParameters& parameters, std::int64_t rows, std::optional<int> mark_halo,
+                       std::int64_t slices_ahead);
+
  private:
   std::vector<MarkJob> tiles_that_became_ready();
   std::vector<BrickJob> layers_that_became_ready();
@@ -106,6 +112,9 @@ struct SubdividedBrick {
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule);
 /// Without marks around the brick: no grid, and an empty activity.
 SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
+/// The most memory that a thread takes for these two, with the samples and marks that they gather.
+double memory_of_marking(const CodingParameters& parameters);
+double memory_of_subdividing(const CodingParameters& parameters);
 
 /// Computes the activity of bricks from slices, which come in the order of z. Marks and bricks are computed
 /// on the threads of the arena that adds the slices; the result does not depend on their number.
@@ -122,6 +131,9 @@ class DerivedGrid {
   /// The stretches of rows of bricks that own these samples, in the order in which samples must come.
   std::vector<BrickRows> stretches() const;
   void add_slice(SliceSamples slice);
+
+  /// The most memory for all rows of bricks, as a double: see GridSchedule::memory().
+  static double memory(const CodingParameters& parameters, std::int64_t threads);
 
  private:
   void subdivide_all(const std::vector<BrickJob>& jobs);

@@ -3,10 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "io/errors/errors.h"
+#include "io/tag/pages.h"
 #include "io/volume/volume_info.h"
+#include "pipeline/grid/schedule.h"
+#include "stages/brick/closed_samples.h"
+#include "stages/brick/codec.h"
+#include "stages/criterion/marking.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/mesh/mesh_error.h"
+#include "stages/overview/block_sums.h"
 
 namespace tagrid {
 namespace {
@@ -18,22 +25,6 @@ EncodeLoad smallest_encoding(const CodingParameters& p, bool strips, bool sums) 
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
 }
 
-std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
-
-// The largest number of rows that fit, or 0. More rows never need less memory.
-std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>& fit) {
-  if (!fit(1)) return 0;
-  std::int64_t low = 1, high = all;
-  while (low < high) {
-    const std::int64_t middle = high - (high - low) / 2;
-    if (fit(middle))
-      low = middle;
-    else
-      high = middle - 1;
-  }
-  return low;
-}
-
 // Strips come before fewer threads: they read and mark some rows twice, but fewer threads slow everything.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
                                         bool sums, std::uint64_t limit) {
@@ -42,7 +33,7 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   for (std::int64_t t = threads; t >= 1; --t) {
     // {threads, rows, slices ahead, bricks in flight, sums}. With one thread, preparing work ahead of time only
     // takes memory.
-    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4, sums} : EncodeLoad{t, all, edge, 16 * t, sums};
+    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 1, sums} : EncodeLoad{t, all, edge, 16 * t, sums};
     const EncodeLoad whole[] = {most,
                                 {t, all, edge, 4 * t, sums},
                                 {t, all, p.cube_size, 4 * t, sums},
@@ -62,43 +53,58 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   return std::nullopt;
 }
 
-std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad load, bool strips,
-                                        std::uint64_t limit) {
-  const std::int64_t all = p.bricks().bricks(1), threads = load.threads;
-  for (std::int64_t t = threads; t >= 1; --t)
-    for (const std::int64_t flight : {16 * t, 4 * t, t}) {
-      load.threads = t;
-      load.bricks_in_flight = flight;
-      const auto fits = [&](std::int64_t rows) {
-        load.rows = rows;
-        return memory_of_decoding(p, load) <= limit;
-      };
-      if (fits(all)) return load;
-      if (!strips || all == 1 || (flight > t && !fits(1))) continue;
-      if (const std::int64_t rows = most_rows(all - 1, fits); rows > 0) {
-        load.rows = rows;
-        return load;
-      }
-    }
-  return std::nullopt;
+}  // namespace
+
+std::uint64_t with_heap_overhead(double bytes) {
+  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
 }
 
-DecodeLoad smallest_verifying(const CodingParameters& p, bool strips) {
-  DecodeLoad load;
-  load.inspect = true;
-  load.with_grid = p.stores_activity();
-  load.rows = strips ? 1 : p.bricks().bricks(1);
-  return load;
+std::uint64_t memory_of_process(double bytes) {
+  return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 9e18));
 }
 
-[[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,
-                         std::uint64_t needed, std::optional<std::uint64_t> with_spool,
-                         std::optional<SmallerBrick> brick = {}) {
+double count_of_bricks(const CodingParameters& parameters) {
+  const BrickGrid bricks = parameters.bricks();
+  return static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) *
+         static_cast<double>(bricks.bricks(2));
+}
+
+void refuse_memory(const CodingParameters& p, const char* what, std::uint64_t limit, std::uint64_t needed,
+                   std::optional<std::uint64_t> with_spool, std::optional<SmallerBrick> brick) {
   throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
                     limit, needed, with_spool, brick);
 }
 
-}  // namespace
+// The memory of one brick needs less than 64 bits, even for a hostile header.
+std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
+  constexpr Index3 largest{0, 0, 0};
+  const BrickGrid bricks = p.bricks();
+  const bool marks = p.counts_points(), strips = load.rows < bricks.bricks(1);
+  const std::uint64_t sample = size_of(p.type), of_object = 128;
+  const Index3 closed = bricks.closed_box(largest).size();
+  const std::uint64_t points = static_cast<std::uint64_t>(closed.x * closed.y * closed.z) * sample,
+                      bits = LatticeBits::working_bytes(closed) + of_object;
+  // A brick that waits for measuring has its grid, and the values of its closed box twice.
+  const bool measures = p.mesh_error >= 0;
+  const std::uint64_t of_measuring = measures ? points + working_bytes_of_mesh_error(p.type, closed) : 0,
+                      waits = measures ? bits + 2 * points : 0;
+  const std::uint64_t of_coding = static_cast<std::uint64_t>(samples_to_encode(p, largest).count()) * sample +
+                                  bits + working_bytes_of_encoding(p, largest);
+  const double of_marks = marks ? std::max(memory_of_marking(p), memory_of_subdividing(p)) : 0;
+  const double worker = std::max(of_marks, static_cast<double>(std::max(of_coding, of_measuring)));
+  const auto in_flight = static_cast<double>(most_bytes_of_code(p, largest) + bits + waits);
+  double kept = GridSchedule::memory(p, load.rows, marks ? std::optional(mark_halo(p)) : std::nullopt,
+                                     load.slices_ahead) +
+                PageBlocks::memory(count_of_bricks(p));
+  if (mesh_needs_bricks_below(p)) kept += static_cast<double>(ClosedSamples::working_bytes(p, load.rows));
+  // A stretch of rows has all the samples of its blocks.
+  if (load.sums)
+    kept += static_cast<double>(
+        SlabSums::memory(layout_of_sums(p.dims, p.type, block_edge), p.dims.x,
+                         strips ? std::min(p.dims.y, load.rows * bricks.length() + block_edge) : p.dims.y));
+  const double bricks_in_flight = std::min(static_cast<double>(load.bricks_in_flight), count_of_bricks(p));
+  return memory_of_process(kept + static_cast<double>(load.threads) * worker + bricks_in_flight * in_flight);
+}
 
 std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRows& part) const {
   if (!in_strips(bricks)) return {part};
@@ -114,10 +120,6 @@ std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips
   return memory_of_encoding(p, smallest_encoding(p, strips, sums)) + besides;
 }
 
-std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strips, std::uint64_t besides) {
-  return memory_of_decoding(p, smallest_verifying(p, strips)) + besides;
-}
-
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
                          const EncodeNeeds& needs) {
   const std::int64_t all = p.bricks().bricks(1);
@@ -126,7 +128,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const EncodeLoad load = within(
       resources,
       [&](std::uint64_t limit) {
-        return best_encoding(p, resources.threads, strips, needs.sums, less(limit, needs.besides));
+        return best_encoding(p, resources.threads, strips, needs.sums, without(needs.besides, limit));
       },
       smallest);
   const std::uint64_t memory = memory_of_encoding(p, load) + needs.besides, limit = allowed_memory(resources);
@@ -135,14 +137,14 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const auto with_the_rest_of = [&](const CodingParameters& of, std::uint64_t encoding, bool spooled) {
     if (resources.memory) encoding = std::max(encoding, needs.afterwards);
     if (!then_verified) return encoding;
-    return std::max(encoding, smallest_memory_of_verifying(of, needs.verified->any_rows || spooled,
-                                                           needs.verified->memory));
+    return std::max(encoding, needs.verified->smallest(of, needs.verified->original.any_rows || spooled,
+                                                       needs.verified->original.memory));
   };
   const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
     return with_the_rest_of(p, encoding, spooled);
   };
   if (const std::uint64_t needed = with_the_rest(memory, !resources.spool.empty()); needed > limit) {
-    const bool can_spool = !random_access || (then_verified && !needs.verified->any_rows);
+    const bool can_spool = !random_access || (then_verified && !needs.verified->original.any_rows);
     std::optional<std::uint64_t> with_spool;
     if (can_spool && resources.spool.empty() && all > 1)
       with_spool = with_the_rest(smallest_memory_of_encoding(p, true, needs.besides, needs.sums), true);
@@ -154,11 +156,11 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
       const std::uint64_t encoding = smallest_memory_of_encoding(smaller, strips, needs.besides, needs.sums);
       brick = {smaller.brick_edge, with_the_rest_of(smaller, encoding, !resources.spool.empty())};
     }
-    refuse(p,
-           then_verified ? "encoding and verifying"
-           : strips      ? "encoding"
-                         : "encoding, slice by slice,",
-           limit, needed, with_spool, brick);
+    refuse_memory(p,
+                  then_verified ? "encoding and verifying"
+                  : strips      ? "encoding"
+                                : "encoding, slice by slice,",
+                  limit, needed, with_spool, brick);
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};
@@ -171,56 +173,8 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
 std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, const Resources& resources,
                            std::int64_t most) {
   const std::uint64_t fit =
-      less(allowed_memory(resources, 4), plan.memory) / *sample_bytes({p.dims.x, p.dims.y, 1}, p.type);
+      without(plan.memory, allowed_memory(resources, 4)) / *sample_bytes({p.dims.x, p.dims.y, 1}, p.type);
   return std::min(most, static_cast<std::int64_t>(std::min(fit, std::uint64_t{1} << 31)));
-}
-
-DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,
-                         std::uint64_t besides, std::size_t value_bytes) {
-  besides += resources.besides;
-  const std::int64_t all = p.bricks().bricks(1);
-  const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
-  const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
-  const bool may_spool = in_order && !resources.spool.empty();
-  DecodeLoad smallest;
-  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
-  smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
-  smallest.value_bytes = value_bytes;
-  DecodeLoad wanted = smallest;
-  wanted.threads = resources.threads;
-  const auto planned = [&](const DecodeLoad& load, bool spooled, bool derives) -> DecodePlan {
-    return {{static_cast<int>(load.threads), load.bricks_in_flight, load.rows},
-            memory_of_decoding(p, load) + besides,
-            spooled,
-            derives};
-  };
-  if (smallest.inspect && !p.stores_activity()) {
-    // A grid is derived from whole layers. If they do not fit, it is not.
-    wanted.rows = all;
-    if (const auto load = best_decoding(p, wanted, false, less(allowed_memory(resources), besides)))
-      return planned(*load, false, true);
-    smallest.with_grid = wanted.with_grid = false;
-  }
-  const bool strips = any_order || may_spool;
-  smallest.rows = wanted.rows = strips ? 1 : all;
-  const DecodeLoad load = within(
-      resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, less(limit, besides)); },
-      smallest);
-  const DecodePlan plan = planned(load, strips && may_spool && load.rows < all, false);
-  // Without an explicit limit, a file is decoded as far as possible: its header may be wrong.
-  if (resources.memory && plan.memory > *resources.memory) {
-    std::optional<std::uint64_t> with_spool;
-    if (in_order && !may_spool && all > 1) {
-      smallest.rows = 1;
-      with_spool = memory_of_decoding(p, smallest) + besides;
-    }
-    refuse(p,
-           use == DecodeUse::mesh ? "decoding the grid of"
-           : smallest.inspect     ? "verifying"
-                                  : "decoding",
-           *resources.memory, plan.memory, with_spool);
-  }
-  return plan;
 }
 
 }  // namespace tagrid

@@ -76,6 +76,26 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
   return found.value_or(smallest);
 }
 
+/// What `besides` leaves of a limit.
+inline std::uint64_t without(std::uint64_t besides, std::uint64_t limit) {
+  return limit - std::min(limit, besides);
+}
+
+/// The largest number of rows up to `all` that fit, or 0. More rows never need less memory.
+template <class Fit>
+std::int64_t most_rows(std::int64_t all, Fit fit) {
+  if (!fit(1)) return 0;
+  std::int64_t low = 1, high = all;
+  while (low < high) {
+    const std::int64_t middle = high - (high - low) / 2;
+    if (fit(middle))
+      low = middle;
+    else
+      high = middle - 1;
+  }
+  return low;
+}
+
 /// The most threads whose needed(threads) bytes fit into the limit on memory. Throws MemoryLimit for `what`.
 template <class Needed>
 int threads_within(const Resources& resources, const char* what, Needed needed) {

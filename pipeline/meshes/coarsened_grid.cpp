@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/threads/threads.h"
 

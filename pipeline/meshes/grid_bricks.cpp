@@ -292,7 +292,9 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
   const double bricks = 2 * static_cast<double>(layer_of(needed, needed.low.z).count());
   const double kept = bricks * static_cast<double>(brick) + static_cast<double>(taker_bytes);
   const std::uint64_t derived =
-      parameters.stores_activity() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
+      parameters.stores_activity()
+          ? 0
+          : with_heap_overhead(DerivedGrid::memory(parameters_of_part(parameters, needed), threads));
   return memory_of_reading(parameters, threads, true) + derived + with_heap_overhead(kept);
 }
 

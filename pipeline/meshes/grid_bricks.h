@@ -10,7 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/memory/plan.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/progress/progress.h"
 #include "stages/grid/lattice_bits.h"

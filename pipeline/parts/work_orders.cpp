@@ -12,7 +12,6 @@
 #include "io/files/temporaries.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/parts/order_members.h"
 #include "pipeline/ranks/messages.h"
 #include "pipeline/restore/restore.h"

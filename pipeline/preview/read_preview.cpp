@@ -11,7 +11,6 @@
 #include "io/errors/errors.h"
 #include "io/metadata/lengths.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/meshes/grid_bricks.h"
 #include "pipeline/reading/read_region.h"
 #include "pipeline/threads/threads.h"

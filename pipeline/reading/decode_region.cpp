@@ -19,7 +19,6 @@
 #include "io/tag/whole_bricks.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/memory/resources.h"
 #include "stages/sample/value_rule.h"
 

@@ -9,7 +9,6 @@
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {

@@ -13,7 +13,6 @@
 #include "io/text/text.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {

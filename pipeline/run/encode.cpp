@@ -41,10 +41,11 @@ std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
 }
 
 // How the input will be read when the file is compared with it; nothing if it will not be.
-std::optional<Reading> original_access(const EncodeRun& run, const VolumeSource& input) {
+std::optional<Comparing> original_access(const EncodeRun& run, const VolumeSource& input) {
   if (!run.verified) return std::nullopt;
   const std::uint64_t compared = memory_of_files(envelope_size(input.facts()));
-  return Reading{input.traits().any_rows, input.traits().memory + memory_of_files(run, input) + compared};
+  return Comparing{{input.traits().any_rows, input.traits().memory + memory_of_files(run, input) + compared},
+                   smallest_memory_of_verifying};
 }
 
 // A kept file may have been changed by a program that set its time back. A comparison would show that.

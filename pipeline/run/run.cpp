@@ -13,7 +13,6 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/reading/read_region.h"

@@ -25,6 +25,27 @@ AgainstOriginal::AgainstOriginal(std::string name, const CodingParameters& param
       bricks_(parameters.bricks()),
       source_(std::move(original)) {}
 
+double AgainstOriginal::memory(const CodingParameters& p, std::int64_t row_count, std::int64_t threads) {
+  const BrickGrid grid = p.bricks();
+  const auto edge = static_cast<double>(grid.length()), sample = static_cast<double>(size_of(p.type)),
+             bricks = static_cast<double>(row_count) * static_cast<double>(grid.bricks(0));
+  const Box closed = grid.closed_box({0, 0, 0});
+  const double points = static_cast<double>(closed.count()) * sample,
+               bits = static_cast<double>(LatticeBits::working_bytes(closed.size()) + 128);
+  const double slice = static_cast<double>(p.dims.x) *
+                       std::min(static_cast<double>(p.dims.y), static_cast<double>(row_count) * edge + 1) *
+                       sample;
+  // A slice of the original, and of the file.
+  double bytes = 2 * slice;
+  if (p.surface_error >= 0) bytes += bricks * bits;
+  // Bricks wait for the original samples of their layer.
+  if (p.mesh_error >= 0)
+    bytes += bricks * (bits + 2 * points) + slice * std::min(static_cast<double>(p.dims.z), edge + 1) +
+             static_cast<double>(threads) *
+                 (points + static_cast<double>(working_bytes_of_mesh_error(p.type, closed.size())));
+  return bytes;
+}
+
 void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
   const bool keep = !meshes_.empty();
   original_.resize(keep ? rows.bytes() : rows.slice_bytes());

@@ -20,6 +20,9 @@ class AgainstOriginal {
   AgainstOriginal(std::string name, const CodingParameters& parameters,
                   std::unique_ptr<VolumeSource> original);
 
+  /// The most memory, for `row_count` rows of bricks; a double, see GridSchedule::memory().
+  static double memory(const CodingParameters& parameters, std::int64_t row_count, std::int64_t threads);
+
   /// Takes the activity of the next brick of the rows that will be compared next.
   void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);

@@ -12,6 +12,7 @@
 #include "io/errors/errors.h"
 #include "io/tag/file.h"
 #include "pipeline/grid/schedule.h"
+#include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/conformity.h"
@@ -47,6 +48,19 @@ std::optional<Index3> SharedFaces::compare(const Face& a, const Face& b, std::si
           return p;
       }
   return box.low;
+}
+
+double SharedFaces::memory(const CodingParameters& p) {
+  constexpr double of_face = 250;  // besides bits and values: in the map
+  const BrickGrid bricks = p.bricks();
+  // Each brick of a layer leaves three faces. Rows of bits are whole words, so faces along x have more.
+  const auto edge = static_cast<double>(bricks.length());
+  const double bits =
+      2 * static_cast<double>(LatticeBits::working_bytes(bricks.closed_box({0, 0, 0}).size()) + 128) / edge;
+  const double points =
+      p.mode == FileMode::grid ? (edge + 1) * (edge + 1) * static_cast<double>(size_of(p.type)) : 0;
+  return static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) * 3 *
+         (bits + points + of_face);
 }
 
 std::optional<Index3> SharedFaces::first_difference(const DecodedBrick& brick) {
@@ -101,6 +115,38 @@ void OpenFacePairs::add(const std::vector<OpenFace>& faces) {
 std::optional<Disagreement> OpenFacePairs::first_difference() const {
   assert(waiting_.empty());
   return first_;
+}
+
+double RangesAndIndex::memory(double bricks, std::int64_t bricks_in_flight) {
+  constexpr double of_range = 128;  // values that wait for the index, and an entry, in lists that grow
+  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
+  return (std::min(bricks, static_cast<double>(layout.per_page())) + static_cast<double>(bricks_in_flight)) *
+         of_range;
+}
+
+namespace {
+
+double memory_of_verifier(const CodingParameters& p, const DecodeLoad& load) {
+  double bytes = SharedFaces::memory(p) + RangesAndIndex::memory(count_of_bricks(p), load.bricks_in_flight) +
+                 AgainstOriginal::memory(p, load.rows, load.threads);
+  if (mesh_needs_bricks_below(p)) bytes += static_cast<double>(ClosedSamples::working_bytes(p, load.rows));
+  return bytes;
+}
+
+}  // namespace
+
+DecodePlan plan_verifying(const CodingParameters& parameters, const Resources& resources, bool any_order,
+                          std::uint64_t besides) {
+  return plan_decoding(parameters, resources, any_order ? DecodeUse::verify : DecodeUse::verify_stream,
+                       besides, 0, memory_of_verifier);
+}
+
+std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strips, std::uint64_t besides) {
+  DecodeLoad load;
+  load.with_grid = p.stores_activity();
+  load.rows = strips ? 1 : p.bricks().bricks(1);
+  load.kept = memory_of_verifier;
+  return memory_of_decoding(p, load) + besides;
 }
 
 void RangesAndIndex::add(const ValueRange& range) {
@@ -283,7 +329,7 @@ void Verifier::tell_difference(const Disagreement& bricks) const {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress) {
   TagReader reader(std::move(input));
-  return verify_all(reader, {plan_decoding(reader.parameters(), resources, DecodeUse::verify)}, progress);
+  return verify_all(reader, {plan_verifying(reader.parameters(), resources)}, progress);
 }
 
 // All rows have none below them, so the file is opened once.

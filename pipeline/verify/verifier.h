@@ -18,7 +18,6 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verify.h"
 #include "stages/brick/closed_samples.h"
@@ -40,6 +39,9 @@ class SharedFaces {
  public:
   explicit SharedFaces(const CodingParameters& parameters)
       : bricks_(parameters.bricks()), size_(size_of(parameters.type)) {}
+
+  /// The most memory, as a double: see AgainstOriginal::memory().
+  static double memory(const CodingParameters& parameters);
 
   /// The first point on which `brick` disagrees with an earlier one. Bricks, all or some, come in order.
   std::optional<Index3> first_difference(const DecodedBrick& brick);
@@ -94,6 +96,9 @@ struct Findings {
 /// whichever is first, from two threads. Holds what waits: a stream has a page behind its bricks.
 class RangesAndIndex {
  public:
+  /// The most memory for a file of so many bricks, as a double: see AgainstOriginal::memory().
+  static double memory(double bricks, std::int64_t bricks_in_flight);
+
   void add(const ValueRange& range);
   void add(std::span<const IndexEntry> entries);
 
@@ -112,6 +117,11 @@ class RangesAndIndex {
   std::int64_t compared_ = 0, worst_ = 0;
   double least_error_ = 0;
 };
+
+/// Plans how a file is verified. `any_order`: rows of the original can be read so. `besides`: memory of the reader of
+/// an original. Throws as plan_decoding() does.
+DecodePlan plan_verifying(const CodingParameters& parameters, const Resources& resources,
+                          bool any_order = true, std::uint64_t besides = 0);
 
 /// What verifying a file takes besides the file.
 struct VerifySetup {

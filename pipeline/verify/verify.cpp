@@ -291,7 +291,7 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
     return original ? one_of_volumes(*original, member.factor) : std::unique_ptr<VolumeSource>();
   };
   TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
-  VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};
+  VerifySetup setup{plan_verifying(reader.parameters(), resources)};
   if (original) setup = against(reader.name(), reader.parameters(), of_original(), resources);
   const Metadata metadata = setup.metadata_of_original;
   VerifyResult found = verify_all(reader, std::move(setup));
@@ -321,7 +321,7 @@ void verify_members(const TagBricks& file, VolumeSource* original, const Resourc
     file.nested(member);
     if (original && !of_original) of_original.emplace(*original, resources.spool);
     TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
-    VerifySetup setup{plan_decoding(reader.parameters(), resources, DecodeUse::verify)};
+    VerifySetup setup{plan_verifying(reader.parameters(), resources)};
     if (auto means = of_original ? of_original->means(member.factor) : nullptr)
       setup.against = std::make_unique<AgainstOriginal>(reader.name(), reader.parameters(), std::move(means));
     verify_all(reader, std::move(setup));

@@ -65,6 +65,11 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 /// The description of an original of a file with this header: all of its volumes, if the file has several.
 SourceDescription source_of_as_many(SourceDescription source, const TagHeader& header);
 
+/// The smallest limit with which a file can be compared with its original. `strips`: rows of the original can be read in
+/// any order, or spooled. `besides`: memory of its reader.
+std::uint64_t smallest_memory_of_verifying(const CodingParameters& parameters, bool strips,
+                                           std::uint64_t besides = 0);
+
 struct VerifySetup;
 /// See setup_against() in pipeline/verify/verifier.h.
 using SetupAgainst =

@@ -29,7 +29,7 @@ VerifySetup verify_setup(const std::string& name, const TagHeader& header, const
                          const SourceDescription& source, const Resources& resources,
                          std::uint64_t of_envelope) {
   const CodingParameters& parameters = header.parameters;
-  if (original.empty()) return {plan_decoding(parameters, resources, DecodeUse::verify, of_envelope)};
+  if (original.empty()) return {plan_verifying(parameters, resources, true, of_envelope)};
   std::unique_ptr<VolumeSource> volume = open_volume(original, source_of_as_many(source, header));
   const VolumeInfo first = info_of_volume(volume->facts(), 0);
   if (first.dims != parameters.dims || first.type != parameters.type ||
@@ -53,9 +53,7 @@ VerifySetup setup_against(const std::string& name, const CodingParameters& param
   setup.any_order = volume->traits().any_rows;
   setup.again = volume->traits().again;
   setup.metadata_of_original = volume->info().metadata;
-  setup.plan =
-      plan_decoding(parameters, resources, setup.any_order ? DecodeUse::verify : DecodeUse::verify_stream,
-                    volume->traits().memory + besides);
+  setup.plan = plan_verifying(parameters, resources, setup.any_order, volume->traits().memory + besides);
   if (setup.plan.spooled) volume = spooled(std::move(volume), resources.spool);
   setup.against = std::make_unique<AgainstOriginal>(name, parameters, std::move(volume));
   return setup;

@@ -160,17 +160,19 @@ TEST_F(DerivedGridOfFile, VerifyingComparesTheNumbersOfPointsIfThereIsMemory) {
   const CodingParameters& p = file.parameters();
   TagIndex index = file.index();
   ++index.total.active[3];
-  Verifier verifier(file, index, {plan_decoding(p, Resources(2), DecodeUse::verify)});
+  Verifier verifier(file, index, {plan_verifying(p, Resources(2))});
   Watch unwatched;
   const Findings found = verifier.verify(BrickRows::all(p.bricks()), unwatched);
   EXPECT_TRUE(found.has_points);
   EXPECT_THROW(verifier.finish(found.counted, found.has_points, file.sizes()), BrokenInput);
 
-  DecodeLoad whole;
-  whole.rows = p.bricks().bricks(1);
-  whole.inspect = whole.with_grid = true;
   Resources little(1);
-  little.memory = memory_of_decoding(p, whole) - 1;
+  little.memory = std::uint64_t{1} << 30;
+  DecodePlan whole = plan_verifying(p, little);
+  while (whole.derives) {
+    little.memory = whole.memory - 1;
+    whole = plan_verifying(p, little);
+  }
   EXPECT_FALSE(verify_file(implied_, "", {}, little).active_points);
 }
 

@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/verify/verifier.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/temporary_folder.h"
 
@@ -43,6 +45,13 @@ std::uint64_t smallest(const std::function<void(std::uint64_t)>& plan) {
   }
   ADD_FAILURE() << "one byte was not refused";
   return 0;
+}
+
+DecodePlan plan_use(const CodingParameters& p, const Resources& resources, DecodeUse use,
+                    std::uint64_t besides = 0) {
+  const bool verifies = use == DecodeUse::verify || use == DecodeUse::verify_stream;
+  return verifies ? plan_verifying(p, resources, use == DecodeUse::verify, besides)
+                  : plan_decoding(p, resources, use, besides);
 }
 
 template <class Use>
@@ -85,15 +94,14 @@ TEST(MemoryPlan, OfDecodingKeepsEveryLimitThatItDoesNotRefuse) {
   for_each_case([](const CodingParameters& p) {
     for (const DecodeUse use : {DecodeUse::write, DecodeUse::stream, DecodeUse::verify,
                                 DecodeUse::verify_stream, DecodeUse::mesh}) {
-      const std::uint64_t least =
-          smallest([&](std::uint64_t limit) { plan_decoding(p, limited(3, limit), use); });
+      const std::uint64_t least = smallest([&](std::uint64_t limit) { plan_use(p, limited(3, limit), use); });
       for (const std::uint64_t times : {1, 2, 5, 1000}) {
-        const DecodePlan plan = plan_decoding(p, limited(3, least * times), use);
+        const DecodePlan plan = plan_use(p, limited(3, least * times), use);
         EXPECT_LE(plan.memory, least * times);
         const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
         EXPECT_TRUE(any_order || plan.budget.rows == p.bricks().bricks(1));
       }
-      EXPECT_NO_THROW(plan_decoding(p, Resources(3), use)) << "without a limit nothing is refused";
+      EXPECT_NO_THROW(plan_use(p, Resources(3), use)) << "without a limit nothing is refused";
     }
   });
 }
@@ -115,15 +123,13 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
   for_each_case([](const CodingParameters& p) {
     for (const bool any_rows : {false, true})
       for (const std::string spool : {"", "/tmp"}) {
-        const Reading original = {any_rows, 12345};
+        const Comparing original = {{any_rows, 12345}, smallest_memory_of_verifying};
         const auto both = [&](std::uint64_t limit) {
           return plan_encoding(p, limited(3, limit, spool), any_rows,
                                {.besides = 12345, .verified = original});
         };
         const DecodeUse use = any_rows ? DecodeUse::verify : DecodeUse::verify_stream;
-        const auto verify = [&](std::uint64_t limit) {
-          plan_decoding(p, limited(3, limit, spool), use, 12345);
-        };
+        const auto verify = [&](std::uint64_t limit) { plan_use(p, limited(3, limit, spool), use, 12345); };
         const std::uint64_t least = smallest(both);
         EXPECT_EQ(least, std::max(smallest(verify), smallest([&](std::uint64_t limit) {
                                     plan_encoding(p, limited(3, limit, spool), any_rows, {.besides = 12345});
@@ -133,11 +139,12 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
         EXPECT_NO_THROW(verify(least));
       }
     try {
-      plan_encoding(p, limited(3, 1), false, {.verified = Reading{false, 0}});
+      plan_encoding(p, limited(3, 1), false,
+                    {.verified = Comparing{{false, 0}, smallest_memory_of_verifying}});
     } catch (const MemoryLimit& error) {
       if (error.needed_with_spool()) {
         EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false,
-                                      {.verified = Reading{false, 0}}));
+                                      {.verified = Comparing{{false, 0}, smallest_memory_of_verifying}}));
       }
     }
   });

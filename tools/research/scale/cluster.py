@@ -111,7 +111,7 @@ class Outcome:
 
 
 BRICK_FRAME = 24  # bytes of a brick in the file, beside its content
-# As in pipeline/memory/of_bricks.cpp: bytes of the program, and, for each byte of the samples of a brick, of a core that
+# As in pipeline/memory/plan.cpp: bytes of the program, and, for each byte of the samples of a brick, of a core that
 # encodes it and of the brick that waits to be written.
 PROGRAM, BRICK_STATE = 12 * 2 ** 20, 28 + 1.25
 
