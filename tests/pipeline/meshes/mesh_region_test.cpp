@@ -9,12 +9,28 @@
 #include "io/tag/bricks.h"
 #include "stages/mesh/cut.h"
 #include "tests/support/meshed_volume.h"
+#include "tests/support/points.h"
 
 namespace tagrid {
 namespace {
 
 /// Tetrahedra as the places and values of their vertices, and their levels, sorted.
 using SortedMesh = std::vector<std::pair<std::array<std::array<std::int64_t, 4>, 4>, int>>;
+
+// A tetrahedron of the hierarchy and a box of samples meet in a polytope whose corners are samples.
+bool meets_in_a_sample(const std::array<Index3, 4>& v, const Box& box) {
+  for (const auto [x, y, z] : points_of(box)) {
+    bool within = true;
+    const bool positive = six_volumes(v) > 0;
+    for (std::size_t i = 0; i < 4 && within; ++i) {
+      auto other = v;
+      other[i] = {x, y, z};
+      within = positive ? six_volumes(other) >= 0 : six_volumes(other) <= 0;
+    }
+    if (within) return true;
+  }
+  return false;
+}
 
 class MeshRegion : public MeshedVolume {
  protected:
@@ -91,6 +107,11 @@ class MeshRegion : public MeshedVolume {
           EXPECT_EQ(used.size(), part.points.size()) << "every point is one of a tetrahedron";
           const SortedMesh expected = those_that_meet(all, box);
           EXPECT_FALSE(expected.empty());
+          // The faces of cut pieces have other directions.
+          for (std::size_t t = 0; t < all.size(); ++t) {
+            const bool met = meets(all.vertices(t), box);
+            ASSERT_TRUE(met == meets_in_a_sample(all.vertices(t), box) || (met && !padded));
+          }
           EXPECT_EQ(those_that_meet(part, Box{{-100, -100, -100}, {200, 200, 200}}), expected);
         }
       }
@@ -99,28 +120,17 @@ class MeshRegion : public MeshedVolume {
   std::mt19937_64 random_{7};
 };
 
-EncodeOptions small_bricks() {
-  EncodeOptions options{.cube_size = 8, .brick_edge = 1};
-  return options;
-}
+const EncodeOptions small_bricks{.cube_size = 8, .brick_edge = 1};
 
-TEST_F(MeshRegion, HasTheTetrahedraOfTheWholeMeshWithVoxels) { check(small_bricks()); }
-
-TEST_F(MeshRegion, HasTheTetrahedraOfTheWholeMeshWithAGridAlone) {
-  EncodeOptions options = small_bricks();
-  options.grid_only = true;
-  check(options);
-}
-
-TEST_F(MeshRegion, HasTheTetrahedraOfTheWholeMeshWithADerivedGrid) {
-  EncodeOptions options = small_bricks();
-  options.grid = GridOrigin::derived;
-  check(options);
+TEST_F(MeshRegion, HasTheTetrahedraOfTheWholeMeshThatMeetIt) {
+  check(small_bricks);
+  check({.grid_only = true, .cube_size = 8, .brick_edge = 1});
+  check({.grid = GridOrigin::derived, .cube_size = 8, .brick_edge = 1});
 }
 
 TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
   const Index3 dims{40, 16, 16};
-  encode(spiky_volume(dims, 5), small_bricks());
+  encode(spiky_volume(dims, 5), small_bricks);
   const WantedRegion far = region({{33, 2, 2}, {38, 5, 5}}), near = region({{1, 1, 1}, {3, 3, 3}});
   write_mesh(path("v.tag"), path("before.vtu"), {{}, false, true, {}, far}, Resources(2));
   // The first byte of the first brick.
@@ -138,7 +148,7 @@ TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
 
 TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
   const Index3 dims{21, 18, 19};
-  encode(spiky_volume(dims, 5), small_bricks());
+  encode(spiky_volume(dims, 5), small_bricks);
   const auto before = names();
   for (const Box& box : {Box{{0, 0, 0}, {21, 1, 1}}, Box{{-1, 0, 0}, {1, 1, 1}}, Box{{3, 3, 3}, {3, 2, 3}},
                          Box{{30, 30, 30}, {31, 31, 31}}})

@@ -24,20 +24,17 @@ class EstimateCommand : public CommandLine {
 
 TEST_F(EstimateCommand, SaysWhatEncodingGives) {
   phantom("volume.nrrd");
-  for (const Arguments& options :
-       {Arguments{}, {"--effort", "best"}, {"--grid", "derived"}, {"--grid-only"}}) {
-    const Json json = estimates(with({"--errors", "2,10,40"}, options));
-    EXPECT_EQ(json["bricks_encoded"], json["bricks"]);
-    ASSERT_EQ(json["estimates"].size(), 3U);
-    for (const Json& e : json["estimates"]) {
-      const std::string bound = std::to_string(e["max_error"].get<int>());
-      expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", bound}, options)));
-      const Json file = info();
-      EXPECT_NEAR(e["bytes"].get<double>() / file["bytes"]["file"].get<double>(), 1, 0.02);
-      EXPECT_NEAR(e["psnr"].get<double>(), file["achieved"]["psnr"].get<double>(), 0.01);
-      EXPECT_GT(e["encoding_seconds"].get<double>(), 0);
-      EXPECT_GT(e["decoding_seconds"].get<double>(), 0);
-    }
+  const Json json = estimates({"--errors", "2,10", "--effort", "best"});
+  EXPECT_EQ(json["bricks_encoded"], json["bricks"]);
+  ASSERT_EQ(json["estimates"].size(), 2U);
+  for (const Json& e : json["estimates"]) {
+    const std::string bound = std::to_string(e["max_error"].get<int>());
+    expect_ok(tagrid({"encode", "volume.nrrd", "-fo", "a.tag", "--effort=best", "--max-error", bound}));
+    const Json file = info();
+    EXPECT_NEAR(e["bytes"].get<double>() / file["bytes"]["file"].get<double>(), 1, 0.02);
+    EXPECT_NEAR(e["psnr"].get<double>(), file["achieved"]["psnr"].get<double>(), 0.01);
+    EXPECT_GT(e["encoding_seconds"].get<double>(), 0);
+    EXPECT_GT(e["decoding_seconds"].get<double>(), 0);
   }
 }
 

@@ -249,16 +249,16 @@ TEST_F(RestoredFolder, IsLeftAloneWhileAnotherRunHoldsIt) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, Kill,
-    testing::Values(Case{"Encode", {"encode", "volume.nhdr", "-o", "new.tag", "--cube=8", "--json=new.json"}},
+    testing::Values(Case{"Encode", words("encode volume.nhdr -o new.tag --cube=8 --json=new.json")},
                     Case{"EncodeOver",
-                         {"encode", "volume.nhdr", "-fo", "new.tag", "--cube=8", "--json=new.json"},
+                         words("encode volume.nhdr -fo new.tag --cube=8 --json=new.json"),
                          {"new.tag", "new.json"}},
-                    Case{"EncodeAndRemove", {"encode", "volume.nhdr", "-o", "new.tag", "--cube=8", "--rm"}},
-                    Case{"Decode", {"decode", "volume.tag", "-o", "new.nhdr", "--json=new.json"}},
-                    Case{"DecodeOver", {"decode", "volume.tag", "-fo", "new.nhdr"}, {"new.nhdr", "new.raw"}},
-                    Case{"DecodeAndRemove", {"decode", "stripped.tag", "-o", "new.nrrd", "--rm"}},
-                    Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu"}},
-                    Case{"Preview", {"preview", "volume.tag", "-o", "new.png"}}),
+                    Case{"EncodeAndRemove", words("encode volume.nhdr -o new.tag --cube=8 --rm")},
+                    Case{"Decode", words("decode volume.tag -o new.nhdr --json=new.json")},
+                    Case{"DecodeOver", words("decode volume.tag -fo new.nhdr"), {"new.nhdr", "new.raw"}},
+                    Case{"DecodeAndRemove", words("decode stripped.tag -o new.nrrd --rm")},
+                    Case{"Mesh", words("mesh volume.tag -o new.vtu")},
+                    Case{"Preview", words("preview volume.tag -o new.png")}),
     [](const auto& test) { return test.param.name; });
 
 }  // namespace

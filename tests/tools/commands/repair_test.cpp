@@ -36,21 +36,6 @@ class RepairCommands : public CommandLine {
   std::string plain_;
 };
 
-TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
-  const std::string whole = content("b.tag");
-  EXPECT_TRUE(whole.starts_with(plain_)) << "parity follows the file";
-  expect_ok(tagrid({"verify", "b.tag", "-q"}));
-  for (const std::size_t begin : {std::size_t{0}, plain_.size() / 2, plain_.size() - 30, whole.size() - 40}) {
-    file("c.tag", damaged(whole, begin, 30));
-    expect_repaired("c.tag", whole);
-  }
-  file("c.tag", damaged(whole, 100, plain_.size() / 5));
-  EXPECT_FALSE(std::filesystem::exists(path("lost.tag")));
-  EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
-  EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "the damage exceeds what the parity can repair";
-}
-
 // Parity brings bytes back, whatever they are.
 TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
   auto* const bytes = reinterpret_cast<std::byte*>(plain_.data());
@@ -81,23 +66,6 @@ TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
       EXPECT_TRUE(content("whole.tag") == whole);
     }
   }
-}
-
-TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
-  EXPECT_TRUE(content("a.tag") == content("b.tag"));
-  expect_error(tagrid({"protect", "a.tag", "--parity", "5%"}), usage, "already has parity");
-  file("a.tag", damaged(plain_, plain_.size() / 3, 1));
-  EXPECT_EQ(tagrid({"protect", "a.tag", "--parity", "5%"}).code, broken_input) << "a damaged file";
-}
-
-TEST_F(RepairCommands, ParityMayLieBesideTheFile) {
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
-  EXPECT_TRUE(content("a.tag") == plain_);
-  file("a.tag", damaged(plain_, 20, 50));
-  expect_repaired("a.tag", plain_);
-  EXPECT_TRUE(content("a.tag") == damaged(plain_, 20, 50)) << "the input stays as it is";
 }
 
 // Another file has taken the place of the one that was protected, and differs in a few bytes.

@@ -35,51 +35,13 @@ class RoundTrip : public CommandLine {
 };
 
 TEST_F(RoundTrip, EveryTypeIsLosslessByDefault) {
-  for (const std::string type : {"uint8", "int8", "uint16", "int16"}) {
+  for (const std::string type :
+       {"uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"}) {
     const std::string samples = raw(type);
-    const std::string base = type;
-    expect_ok(tagrid({"encode", base + ".raw", "--dims", "52,40,36", "--type", type}));
-    expect_ok(tagrid({"decode", base + ".tag", "-o", base + "-again.raw"}));
-    EXPECT_EQ(content(base + "-again.raw"), samples) << type;
-    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", base + ".tag", "--json"}).out)["type"], type);
+    expect_ok(tagrid({"encode", type + ".raw", "--dims", "52,40,36", "--type", type}));
+    EXPECT_EQ(tagrid({"decode", type + ".tag", "-o", "-"}).out, samples) << type;
+    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", type + ".tag", "--json"}).out)["type"], type);
   }
-}
-
-TEST_F(RoundTrip, EveryVoxelIsWithinTheBound) {
-  const std::string samples = raw("int16");
-  for (const Arguments& mode : {Arguments{}, Arguments{"--grid-only"}}) {
-    expect_ok(tagrid(with(with({"encode", "int16.raw", "-f", "--max-error", "7"}, raw_), mode)));
-    const std::string decoded = tagrid({"decode", "int16.tag", "-o", "-"}).out;
-    ASSERT_EQ(decoded.size(), samples.size());
-    int worst = 0;
-    for (std::size_t i = 0; i < samples.size(); i += 2) {
-      std::int16_t a, b;
-      std::memcpy(&a, samples.data() + i, 2);
-      std::memcpy(&b, decoded.data() + i, 2);
-      worst = std::max(worst, std::abs(a - b));
-    }
-    EXPECT_LE(worst, 7);
-    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "int16.tag", "--json"}).out)["achieved"]["max_error"],
-              worst);
-  }
-}
-
-TEST_F(RoundTrip, WhatIsKnownOfTheVolumeIsKept) {
-  const std::string samples = raw("int16"), storage = "encoding: raw\nendian: little\n";
-  file("in.nrrd", header("int16", storage, known) + samples);
-  expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
-  expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
-  const std::string out = content("out.nrrd");
-  EXPECT_TRUE(has(out, known)) << out.substr(0, 500);
-  EXPECT_EQ(samples_of(out), samples);
-}
-
-TEST_F(RoundTrip, SpacingsAndUnitsOfAnAxisAreKept) {
-  const std::string more = "spacings: 0.1 NaN 2.5\nunits: \"mm\" \"mm\" \"um\"\n";
-  file("in.nrrd", header("int16", "encoding: raw\nendian: little\n", more) + raw("int16"));
-  expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
-  expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
-  EXPECT_TRUE(has(content("out.nrrd"), more));
 }
 
 TEST_F(RoundTrip, TheSpacingOfHeaderlessInputIsKept) {
@@ -190,15 +152,6 @@ TEST_F(RoundTrip, AFormatThatContradictsTheNameIsRefused) {
   expect_error(tagrid({"decode", "volume.tag", "-o", "x.png"}), usage, "must end in .nrrd");
 }
 
-TEST_F(RoundTrip, ThinVolumes) {
-  for (const char* dims : {"1,1,1", "1,70,1", "70,1,2", "33,33,1"}) {
-    expect_ok(tagrid({"phantom", "--dims", dims, "-fo", "thin.nrrd"}));
-    expect_ok(tagrid({"encode", "thin.nrrd", "-f"}));
-    expect_ok(tagrid({"decode", "thin.tag", "-fo", "again.nrrd"}));
-    EXPECT_EQ(content("again.nrrd"), content("thin.nrrd")) << dims;
-  }
-}
-
 // 32-bit integers and floats on the command line.
 
 class WideTypes : public CommandLine {
@@ -237,16 +190,6 @@ TEST_F(WideTypes, APipeNeedsARangeOrAFieldScale) {
           << "a file and a pipe give the same bricks";
       expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
     }
-  }
-}
-
-TEST_F(WideTypes, LosslessFilesGiveBackTheSameBytes) {
-  for (const char* type : {"uint32", "int32", "float32", "float64"}) {
-    phantom("v.nrrd", {"--type", type, "-f"});
-    expect_ok(tagrid({"encode", "v.nrrd", "-f"}));
-    expect_ok(tagrid({"decode", "v.tag", "-fo", "back.nrrd"}));
-    EXPECT_EQ(samples_of(content("back.nrrd")), samples_of(content("v.nrrd"))) << type;
-    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "v.tag", "--json"}).out)["type"], type);
   }
 }
 

@@ -15,26 +15,6 @@ namespace {
 
 class Streams : public CommandLine {};
 
-TEST_F(Streams, SameBytesForAnyThreadCountFromFileAndPipe) {
-  phantom("volume.nrrd");
-  for (const Arguments& options : {Arguments{"--max-error", "4"}, Arguments{"--grid-only"}, Arguments{}}) {
-    // Several bricks, so that threads can finish in a different order.
-    const Arguments encode = with({"encode", "--cube", "8", "--brick", "2"}, options);
-    expect_ok(tagrid(with(encode, {"-T1", "-fo", "one.tag", "volume.nrrd"})));
-    const std::string bytes = content("one.tag");
-    for (const char* threads : {"2", "3", "7"}) {
-      expect_ok(tagrid(with(encode, {"-T", threads, "-fo", "more.tag", "volume.nrrd"})));
-      EXPECT_EQ(content("more.tag"), bytes) << threads;
-      const Ending piped = tagrid(with(encode, {"-T", threads, "-"}), content("volume.nrrd"));
-      expect_ok(piped);
-      EXPECT_EQ(header_and_bricks(piped.out), header_and_bricks(bytes)) << threads;
-      expect_ok(tagrid({"decode", "one.tag", "-T", threads, "-fo", threads + std::string(".raw")}));
-    }
-    EXPECT_EQ(content("2.raw"), content("7.raw"));
-    EXPECT_EQ(content("3.raw"), content("7.raw"));
-  }
-}
-
 TEST_F(Streams, EncodeOfAPipeWritesToThePipe) {
   phantom("volume.nrrd");
   phantom("volume.raw");

@@ -149,14 +149,5 @@ TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.ply", "volume.tag"}));
 }
 
-TEST_F(SurfaceCommand, ADamagedFileLeavesNoSurface) {
-  make_tag({"--cube", "8", "--brick", "1"});
-  std::string bytes = content("volume.tag");
-  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
-  file("bad.tag", bytes);
-  expect_error(tagrid({"surface", "bad.tag", "--iso=40"}), broken_input, "bad.tag: ");
-  EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "volume.nrrd", "volume.tag"}));
-}
-
 }  // namespace
 }  // namespace tagrid
