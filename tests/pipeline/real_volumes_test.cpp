@@ -6,13 +6,10 @@
 //
 // These tests take minutes. With TAGRID_LONG=1 they have every bound and every effort; without, the bounds that
 // take different ways through the program, the usual effort, and one mode of the largest volume.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <numeric>
 
 #include "io/tag/bricks.h"

@@ -1,12 +1,7 @@
 // The envelope of a volume: what is written is read again, whatever the layout, and nothing else is believed.
-#include <gtest/gtest.h>
-
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "io/envelope/envelope.h"
 #include "io/envelope/plain_bytes.h"

@@ -1,13 +1,8 @@
 // Files that are written: complete or not at all, and none left behind.
-#include <gtest/gtest.h>
-
-#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <cstring>
-#include <filesystem>
-#include <string_view>
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"

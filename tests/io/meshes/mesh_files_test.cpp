@@ -1,15 +1,8 @@
 // Meshes as Gmsh and VTU files.
-#include <gtest/gtest.h>
-
 #include <gmock/gmock.h>
 #include <sys/stat.h>
-#include <algorithm>
 #include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"

@@ -1,10 +1,7 @@
 // The description of a volume: its text comes back, and what is typed is what the text says.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
-#include <string>
-#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/metadata/metadata.h"

@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 #include <array>
 #include <atomic>
-#include <cstdint>
 #include <random>
 
 #include "io/errors/errors.h"

@@ -1,10 +1,6 @@
 // Rows of bricks, decoded separately and written to their position, make the volume.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <random>
 
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"

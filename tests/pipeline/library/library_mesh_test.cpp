@@ -1,6 +1,4 @@
 // The mesh through callbacks: the same as that of the program, and parts of it.
-#include <gtest/gtest.h>
-
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"

@@ -1,6 +1,4 @@
 // Reading with the library: from files and callbacks, by several threads, and with damage.
-#include <gtest/gtest.h>
-
 #include <sys/stat.h>
 
 #include <set>

@@ -1,7 +1,4 @@
-#include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <set>
 
 #include "io/errors/errors.h"

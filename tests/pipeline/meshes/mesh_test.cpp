@@ -1,7 +1,5 @@
 #include "pipeline/meshes/mesh.h"
 
-#include <gtest/gtest.h>
-
 #include <set>
 
 #include "io/errors/errors.h"

@@ -1,9 +1,4 @@
-#include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <filesystem>
-#include <map>
 #include <set>
 
 #include "io/errors/errors.h"

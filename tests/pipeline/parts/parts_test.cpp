@@ -1,9 +1,6 @@
 // Parts: their bricks, their files, and that the file made from them is the one that is written front to
 // back.
-#include <gtest/gtest.h>
-
 #include <array>
-#include <filesystem>
 
 #include "io/errors/errors.h"
 #include "io/parts/part_file.h"

@@ -1,8 +1,5 @@
 // Orders of rank 0, obeyed by ranks that are threads: the same files as from one process, and one failure for
 // all.
-#include <gtest/gtest.h>
-
-#include <filesystem>
 #include <set>
 
 #include "io/errors/errors.h"

@@ -1,10 +1,6 @@
-#include <gtest/gtest.h>
 
 #include <ctime>
 #include <iostream>
-#include <memory>
-#include <optional>
-#include <random>
 #include <set>
 
 #include "io/errors/errors.h"

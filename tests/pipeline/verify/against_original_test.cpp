@@ -1,6 +1,4 @@
 // Decoded rows against their original: the statistics, and the first voxel whose error is too large.
-#include <gtest/gtest.h>
-
 #include <gmock/gmock.h>
 
 #include "io/errors/errors.h"

@@ -1,12 +1,4 @@
 // A file says the same whether it is read front to back or by its index, and both ways find the same damage.
-#include <gtest/gtest.h>
-
-#include <fcntl.h>
-#include <unistd.h>
-#include <algorithm>
-#include <cstddef>
-#include <random>
-
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"

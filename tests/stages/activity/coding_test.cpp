@@ -2,9 +2,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <algorithm>
 #include <bit>
-#include <random>
 
 #include "stages/activity/coding.h"
 #include "stages/activity/contexts.h"

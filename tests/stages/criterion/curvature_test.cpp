@@ -1,11 +1,7 @@
 // The 3x3x3 stencils of the field, against polynomials that they must reproduce and against a literal sum.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <array>
 #include <limits>
-#include <numbers>
-#include <random>
 
 #include "stages/criterion/curvature.h"
 #include "stages/grid/lattice.h"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <set>
-#include <vector>
 
 #include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice.h"

@@ -1,11 +1,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
-#include <vector>
 
 #include "stages/mesh/cut.h"
 #include "stages/mesh/plane_edges.h"

@@ -1,9 +1,5 @@
 // The surface of a field on random conforming grids, assembled from bricks by the names of its vertices.
-#include <gtest/gtest.h>
-
 #include <limits>
-#include <map>
-#include <random>
 #include <set>
 
 #include "stages/grid/brick_grid.h"

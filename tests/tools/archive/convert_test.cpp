@@ -1,7 +1,5 @@
 // convert: lists of volumes, records, shards, and repeated runs.
 
-#include <sys/stat.h>
-
 #include "io/errors/errors.h"
 #include "tests/support/conversions.h"
 #include "tests/support/tag_in_memory.h"

@@ -1,9 +1,5 @@
 // encode --rm and convert --remove-verified: a data file that others may use stays, with its header.
-#include <chrono>
-#include <cstdint>
-#include <filesystem>
 #include <map>
-#include <string>
 #include <utility>
 
 #include "tests/support/conversions.h"

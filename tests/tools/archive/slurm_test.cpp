@@ -1,6 +1,5 @@
 // tools/slurm: runs the batch scripts with stand-ins for Slurm's programs on PATH, which report how they were
 // called.
-#include <filesystem>
 #include <set>
 
 #include "tests/support/conversions.h"

@@ -1,6 +1,4 @@
 // --grid derived: what a user does with a file that stores no grid.
-#include <gtest/gtest.h>
-
 #include "io/errors/errors.h"
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"

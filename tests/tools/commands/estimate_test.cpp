@@ -1,6 +1,4 @@
 // tagrid estimate, and bounds that follow from the samples, as a user meets them.
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "tests/support/command_line.h"

@@ -1,12 +1,7 @@
 // Disks that fail: every call that the program makes on a file fails once, in turn. See
 // tests/faults/fault_injection.cpp.
-#include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
-#include <algorithm>
 #include <cerrno>
-#include <cstdlib>
-#include <iostream>
 #include <random>
 
 #include "io/metadata/metadata.h"

@@ -1,7 +1,4 @@
 // -M is a promise about the resident memory of the process, whatever the shape of the volume.
-#include <gtest/gtest.h>
-
-#include <filesystem>
 #include <random>
 
 #include "tests/support/command_line.h"

@@ -1,8 +1,5 @@
 // Files: names, overwriting, permissions, times, removal, and leftovers after failures.
 
-#include <fcntl.h>
-
-#include <chrono>
 #include <thread>
 
 #include "io/errors/errors.h"

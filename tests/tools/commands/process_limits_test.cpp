@@ -1,6 +1,4 @@
 // Limits of processes and threads.
-#include <unistd.h>
-
 #include "tests/support/command_line.h"
 
 namespace tagrid {

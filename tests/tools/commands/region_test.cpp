@@ -1,6 +1,4 @@
 // decode --region and --step on the command line.
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <random>
 

@@ -1,10 +1,5 @@
 // protect and repair, as a user runs them.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cstring>
-#include <filesystem>
-#include <string>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"

@@ -1,7 +1,5 @@
 // Volumes that go through .tag files and back: every format, and wide types.
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"

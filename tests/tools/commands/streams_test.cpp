@@ -1,10 +1,4 @@
 // Streams, and large volumes through them.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <filesystem>
-#include <fstream>
-
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"
 

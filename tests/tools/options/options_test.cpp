@@ -1,7 +1,5 @@
 // Options on the command line, and the results of mistakes there.
 
-#include <sstream>
-
 #include "io/errors/errors.h"
 #include "tests/support/command_line.h"
 #include "tests/support/tag_in_memory.h"

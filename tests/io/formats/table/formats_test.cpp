@@ -1,9 +1,6 @@
 // The table of formats: all that it says of a format is so.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <fcntl.h>
-#include <algorithm>
 #include <map>
 
 #include "io/bytes/little_endian.h"

@@ -1,10 +1,7 @@
 // Values of points, narrow and wide.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <limits>
-#include <random>
-#include <vector>
 
 #include "stages/mesh/tetrahedra.h"
 #include "stages/values/points/coding.h"

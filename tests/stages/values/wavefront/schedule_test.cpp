@@ -1,9 +1,6 @@
 // Waves: their bits and their schedule.
-#include <gtest/gtest.h>
-
 #include <iostream>
 #include <map>
-#include <optional>
 #include <random>
 
 #include "stages/activity/forecast.h"
