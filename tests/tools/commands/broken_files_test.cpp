@@ -53,10 +53,12 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
 
 TEST_F(BrokenFiles, AnEmptyFile) {
   file("empty", "");
-  for (const char* command : {"encode", "decode", "info", "verify"}) {
-    expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
-    expect_error(tagrid({command, "-"}), broken_input, "standard input: ");
-  }
+  for (const char* command : {"encode", "decode", "info", "verify", "mesh"})
+    for (const char* input : {"empty", "-"}) {
+      const Ending ending = tagrid({command, input});
+      expect_error(ending, broken_input, *input == '-' ? "standard input: " : "empty: ");
+      EXPECT_TRUE(has(ending.err, "is empty"));
+    }
   expect_error(tagrid(with({"encode", "empty"}, raw_)), broken_input, "empty: is empty; 149760 bytes");
   expect_error(tagrid(with({"encode", "-"}, raw_)), broken_input, "ends after 0");
   expect_only({"empty"});

@@ -194,19 +194,5 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   }
 }
 
-TEST_F(EstimateCommand, RulesWorkInListsAndInRunsThatGoOn) {
-  phantom("volume.nrrd");
-  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--psnr", "55"}));
-  std::ofstream(path("list.tsv")) << "volume.nrrd\tpsnr=55\n";
-  const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir", "out", "-q"};
-  expect_ok(tagrid(convert));
-  EXPECT_TRUE(content("out/volume.tag") == content("a.tag"));
-  expect_ok(tagrid(with(convert, {"--skip-done"})));
-  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "b.tag", "--psnr", "55", "--resume"}));
-  EXPECT_TRUE(content("b.tag") == content("a.tag"));
-  expect_ok(tagrid(with(convert, {"--remove-verified"})));
-  EXPECT_FALSE(std::filesystem::exists(path("volume.nrrd")));
-}
-
 }  // namespace
 }  // namespace tagrid

@@ -51,14 +51,6 @@ TEST_F(OutputFiles, AnOutputThatExistsNeedsForce) {
   EXPECT_NE(content("volume.tag"), before);
 }
 
-TEST_F(OutputFiles, BothFilesOfADetachedHeaderNeedForce) {
-  make_tag();
-  file("other.raw", "precious");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "other.nhdr"}), usage, "other.raw: already exists");
-  EXPECT_EQ(content("other.raw"), "precious");
-  EXPECT_EQ(names(), (Names{"other.raw", "volume.nrrd", "volume.tag"}));
-}
-
 TEST_F(OutputFiles, TheInputIsNeverTheOutputByWhateverName) {
   phantom("volume.nrrd");
   phantom("volume.raw");

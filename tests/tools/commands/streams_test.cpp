@@ -38,13 +38,6 @@ TEST_F(Streams, DecodeOfAPipeWritesSamplesAlone) {
   expect_error(tagrid({"decode", "-", "--format", "nhdr"}, content("volume.tag")), usage, "nhdr");
 }
 
-TEST_F(Streams, APipelineOfAllThree) {
-  phantom("volume.raw");
-  expect_ok(
-      script("\"$TAGRID\" phantom --dims 52,40,36 --format nrrd | \"$TAGRID\" encode - | "
-             "\"$TAGRID\" decode - | cmp - volume.raw"));
-}
-
 TEST_F(Streams, NamedPipesAndDevicesAreWrittenStraight) {
   make_tag();
   phantom("volume.raw");

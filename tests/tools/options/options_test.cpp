@@ -115,16 +115,6 @@ TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {
   expect_ok(tagrid({"info", "volume.tag"}));
 }
 
-TEST_F(Options, AnEmptyFileIsCalledEmpty) {
-  file("empty", "");
-  for (const char* command : {"encode", "decode", "info", "verify", "mesh"}) {
-    expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
-    EXPECT_TRUE(has(tagrid({command, "empty"}).err, "is empty")) << command;
-    EXPECT_TRUE(has(tagrid({command, "-"}).err, "standard input: ")) << command;
-    EXPECT_TRUE(has(tagrid({command, "-"}).err, "is empty")) << command;
-  }
-}
-
 TEST_F(Options, ValueAfterASpaceOrAnEqualsSign) {
   phantom("volume.nrrd");
   expect_ok(tagrid({"encode", "volume.nrrd", "--max-error", "3", "-o", "space.tag"}));
