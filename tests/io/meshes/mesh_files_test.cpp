@@ -405,13 +405,7 @@ class VtkhdfTest : public TemporaryFolder {
   /// The message of the error with which writing fails. Nothing may be left.
   template <class Error = WorldError>
   std::string failure() const {
-    std::string message;
-    try {
-      write_all();
-      ADD_FAILURE() << "nothing was thrown";
-    } catch (const Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of<Error>([&] { write_all(); });
     EXPECT_THAT(names(), ElementsAre("bin"));
     return message;
   }

@@ -35,14 +35,9 @@ class FormatProgramTest : public TemporaryFolder {
   /// The message of the WorldError that `work` throws; it begins with the path of the program.
   template <class Work>
   std::string failure(Work work) const {
-    try {
-      work();
-    } catch (const WorldError& error) {
-      EXPECT_THAT(error.what(), testing::StartsWith(program_ + ": "));
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
+    const std::string message = message_of<WorldError>(work);
+    EXPECT_THAT(message, testing::StartsWith(program_ + ": "));
+    return message;
   }
   static bool runs(pid_t process) {
     std::ifstream file(fmt::format("/proc/{}/stat", process));

@@ -251,13 +251,7 @@ class ProgramSinkTest : public TemporaryFolder {
   /// The message of the error with which writing fails. Nothing may be left.
   template <class Error = WorldError>
   std::string failure(const std::string& program) const {
-    std::string message;
-    try {
-      write_all(program);
-      ADD_FAILURE() << "nothing was thrown";
-    } catch (const Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of<Error>([&] { write_all(program); });
     EXPECT_THAT(names(), ElementsAre("writer"));
     return message;
   }

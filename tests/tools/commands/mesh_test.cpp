@@ -25,13 +25,10 @@ TEST_F(MeshCommand, TakesItsNameFromTheInput) {
 
 TEST_F(MeshCommand, APipeGivesTheBytesOfTheFile) {
   make_tag({"--cube", "8", "--brick", "2"});
-  for (const Arguments& options : {Arguments{"-T3"},
-                                   {"--level", "5"},
-                                   {"--padded"},
-                                   {"--coarsen=20", "-T2"},
-                                   {"--coarsen=20", "-M40M"},
-                                   {"--region", "3:9,:,20:", "--level", "5"},
-                                   {"--region=3:9,:,20:", "--coarsen", "20"}}) {
+  for (const Arguments& options :
+       {words("-T3"), words("--level 5"), words("--padded"), words("--coarsen=20 -T2"),
+        words("--coarsen=20 -M40M"), words("--region 3:9,:,20: --level 5"),
+        words("--region=3:9,:,20: --coarsen 20")}) {
     expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
     EXPECT_GT(number(content("x.vtu"), "NumberOfCells"), 0);
     EXPECT_TRUE(tagrid(with({"mesh", "-", "-o", "-"}, options), content("volume.tag")).out ==
@@ -147,10 +144,9 @@ TEST_F(MeshCommand, ABoundOfTheMeshIsRecordedAndOneThatCannotBeKeptIsRefusedWith
   expect_error(refused, usage, "--mesh-error 3 cannot be kept with --max-error 10");
   EXPECT_TRUE(
       has(refused.err, "--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"));
-  for (const Arguments& options : {Arguments{"--max-error", "10", "--mesh-error", "10"},
-                                   {"--max-error", "3", "--mesh-error", "3"},
-                                   {"--max-error", "10", "--surface-error", "3", "--mesh-error", "3"},
-                                   {"--grid-only", "--mesh-error", "30"}}) {
+  for (const Arguments& options :
+       {words("--max-error 10 --mesh-error 10"), words("--max-error 3 --mesh-error 3"),
+        words("--max-error 10 --surface-error 3 --mesh-error 3"), words("--grid-only --mesh-error 30")}) {
     expect_ok(encode(options));
     const nlohmann::json file = info(), reached = file["achieved"]["mesh_error"];
     EXPECT_EQ(file["mesh_error"], std::stoi(options.back()));

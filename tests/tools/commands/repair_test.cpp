@@ -157,9 +157,8 @@ TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
   expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
   file("c.tag", damaged(content("a.tag"), plain_.size() / 2, 30));
   const std::string advice = "; tagrid repair c.tag -o OUT rebuilds what is damaged";
-  for (const Arguments& command :
-       {Arguments{"decode", "c.tag"}, Arguments{"mesh", "c.tag"}, Arguments{"surface", "c.tag", "--iso", "9"},
-        Arguments{"restore", "c.tag", "-o", "files"}, Arguments{"verify", "c.tag"}})
+  for (const Arguments& command : {words("decode c.tag"), words("mesh c.tag"), words("surface c.tag --iso 9"),
+                                   words("restore c.tag -o files"), words("verify c.tag")})
     expect_error(tagrid(command), broken_input, advice);
   const std::string message = tagrid({"decode", "c.tag"}).err;
   EXPECT_LT(message.find(advice), message.find("; --salvage decodes the intact bricks")) << message;

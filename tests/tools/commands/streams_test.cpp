@@ -82,10 +82,8 @@ TEST_F(Streams, WhatNeedsAFileTwiceRefusesANamedPipe) {
   expect_ok(before());
   // Each is refused at once, without somebody who writes to the pipe.
   for (const Arguments& words :
-       {Arguments{"encode", "pipe", "--resume", "-o", "x.tag"},
-        Arguments{"encode", "pipe", "--rm", "-o", "x.tag"}, Arguments{"restore", "pipe"},
-        Arguments{"decode", "pipe", "--salvage", "-o", "x.raw"},
-        Arguments{"decode", "pipe", "--rm", "-o", "x.raw"}})
+       {words("encode pipe --resume -o x.tag"), words("encode pipe --rm -o x.tag"), words("restore pipe"),
+        words("decode pipe --salvage -o x.raw"), words("decode pipe --rm -o x.raw")})
     expect_error(tagrid(words), usage, "");
   EXPECT_FALSE(std::filesystem::exists(path("x.tag")) || std::filesystem::exists(path("x.raw")));
   expect_error(tagrid({"encode", "/dev/null", "-o", "x.tag"}), broken_input, "is empty");

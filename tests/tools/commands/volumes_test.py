@@ -233,7 +233,7 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(moments("int16", (4, 70, 70, 70))))
         self.tagrid("encode", "scan.nii", "-q", "--strip")
         data = bytearray((self.folder / "scan.tag").read_bytes())
-        first, second = (data.index(content) for _, _, content in Forged(data).members())
+        first, second, _ = (data.index(content) for _, _, content in Forged(data).members())
         data[first // 2] ^= 1
         data[second + 30] ^= 1  # in the header of volume 2
         (self.folder / "scan.tag").write_bytes(data)
