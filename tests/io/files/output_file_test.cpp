@@ -121,8 +121,6 @@ class AbandonedFiles : public TemporaryFolder {
   }
 };
 
-using Names = std::vector<std::string>;
-
 TEST_F(AbandonedFiles, OfTheOutputsAreRemovedAndNothingElse) {
   for (const char* name : {".a.tag.partabcdef", ".a.tag.part012345", ".b.tag.partabcdef", ".a.tag.partabcde",
                            ".a.tag.partabcdefg", ".a.tag.part-abcde", ".a.tag.partABCDEF", "a.tag.partabcdef",
@@ -269,7 +267,6 @@ TEST_F(SpoolFileTest, ReadingBehindTheEndIsAnErrorOfTheWorld) {
 // Directories that are written: complete or not at all, and none left behind.
 
 namespace fs = std::filesystem;
-using Names = std::vector<std::string>;
 
 bool has_mark(const std::string& folder) { return fs::exists(folder + "/mark"); }
 

@@ -130,8 +130,6 @@ TEST_F(BrokenFiles, APipeForWhichThereIsTooLittleMemoryIsRefusedAtOnce) {
 
 // Damaged files on the command line: what is whole is given, and what is not is listed.
 
-using Json = nlohmann::json;
-
 class SalvageCommand : public CommandLine {
  protected:
   /// Damages the last brick of volume.tag, a file of several bricks.
@@ -152,7 +150,7 @@ TEST_F(SalvageCommand, WhatIsWholeIsWrittenAndTheExitCodeTellsThatItIsNotAll) {
   EXPECT_EQ(ending.code, broken_input);
   EXPECT_TRUE(has(ending.err, "1 of "));
   EXPECT_TRUE(has(ending.err, "lost samples became -7, all others were decoded"));
-  const Json lost = json_of("rest.json")["lost"];
+  const nlohmann::json lost = json_of("rest.json")["lost"];
   ASSERT_EQ(lost.size(), 1u);
   const auto at = [&](const char* end, int axis) {
     return lost[0][end][static_cast<std::size_t>(axis)].get<int>();
