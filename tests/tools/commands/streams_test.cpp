@@ -81,10 +81,10 @@ TEST_F(Streams, WhatNeedsAFileTwiceRefusesANamedPipe) {
   const auto before = [&] { return script("rm -f pipe; mkfifo pipe"); };
   expect_ok(before());
   // Each is refused at once, without somebody who writes to the pipe.
-  for (const Arguments& words :
+  for (const Arguments& command :
        {words("encode pipe --resume -o x.tag"), words("encode pipe --rm -o x.tag"), words("restore pipe"),
         words("decode pipe --salvage -o x.raw"), words("decode pipe --rm -o x.raw")})
-    expect_error(tagrid(words), usage, "");
+    expect_error(tagrid(command), usage, "");
   EXPECT_FALSE(std::filesystem::exists(path("x.tag")) || std::filesystem::exists(path("x.raw")));
   expect_error(tagrid({"encode", "/dev/null", "-o", "x.tag"}), broken_input, "is empty");
   expect_error(tagrid({"encode", "/dev/zero", "--dims", "9,9,9", "--type", "int16", "-o", "x.tag"}),
