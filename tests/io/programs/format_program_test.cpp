@@ -214,8 +214,8 @@ TEST_F(FormatProgramTest, AWaitCanBeStopped) {
   EXPECT_THAT(failure([&] { program.hear(); }), HasSubstr("no longer needed"));
   later.join();
 }
+
 using testing::Contains;
-using testing::Not;
 
 class FindReader : public TemporaryFolder {
  protected:

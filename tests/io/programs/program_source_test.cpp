@@ -212,7 +212,6 @@ sleep 1000
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::StartsWith;
 
 const VolumeInfo info{{4, 3, 5}, SampleType::int16};
 constexpr int slice_bytes = 24;
