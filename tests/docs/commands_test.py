@@ -119,7 +119,7 @@ class Commands(unittest.TestCase):
         """A folder of what the commands read."""
         volumes = self.folder / "volumes"
         volumes.mkdir()
-        self.make(volumes, "tagrid phantom --dims 208,208,48 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
+        self.make(volumes, "tagrid phantom --dims 208,208,40 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
                            " && tagrid phantom --dims 64,64,64 --type float32 -o smoke.vdb"
                            " && tagrid encode scan.nhdr --overviews 4,16 -o overviews.tag && tagrid encode scan.nhdr --parity 5% -o protected.tag")
         (volumes / "bold.nii.gz").write_bytes(gzip.compress(nifti(5)))

@@ -61,6 +61,16 @@ class Forged:
         self.blocks.append([(kind, factor), content])
         return self
 
+    def members(self):
+        return [(*kind, content) for kind, content in self.blocks if isinstance(kind, tuple)]
+
+    def with_members(self, members):
+        """With these instead of its own: [(kind, factor, content)]."""
+        self.blocks = [block for block in self.blocks if not isinstance(block[0], tuple)]
+        self.blocks += [[(kind, factor), content] for kind, factor, content in members]
+        self.sections.pop(3, None)
+        return self
+
     def with_inner(self, change):
         """With another content of the first member."""
         block = next(block for block in self.blocks if isinstance(block[0], tuple))

@@ -7,7 +7,6 @@ Damages files with parity, and compares `tagrid repair` with parity_decoder.py, 
 import os
 import pathlib
 import random
-import struct
 import subprocess
 import sys
 import tempfile

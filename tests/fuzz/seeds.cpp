@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -277,29 +278,10 @@ void add_part(Seeds& seeds) {
 }
 
 void add_numbers(Seeds& seeds) {
-  for (const char* text : {"0",
-                           "020",
-                           "-17",
-                           "+3",
-                           "9223372036854775807",
-                           "1.5",
-                           "-0",
-                           "1e300",
-                           ".5",
-                           "5.",
-                           "4K",
-                           "17M",
-                           "17179869183G",
-                           "512,512,300",
-                           "2147483648,1,1",
-                           "0.5,0.5,1e-3",
-                           "-1024:3072",
-                           "0:1e3",
-                           "nan",
-                           "inf",
-                           "0x1F",
-                           "1,,2"})
-    seeds.push_back(input_of(text));
+  std::istringstream texts(
+      "0 020 -17 +3 9223372036854775807 1.5 -0 1e300 .5 5. 4K 17M 17179869183G 512,512,300 "
+      "2147483648,1,1 0.5,0.5,1e-3 -1024:3072 0:1e3 nan inf 0x1F 1,,2");
+  for (std::string text; texts >> text;) seeds.push_back(input_of(text));
 }
 
 /// Both versions in both byte orders, with a qform, an sform or neither.

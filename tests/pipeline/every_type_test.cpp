@@ -1,7 +1,4 @@
 // Every sample type, mode and bound, on volumes that are hard on a coder.
-#include <gtest/gtest.h>
-
-#include <cstring>
 #include <iostream>
 
 #include "io/errors/errors.h"

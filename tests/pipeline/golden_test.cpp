@@ -2,7 +2,6 @@
 // CONTRIBUTING.md, "Changes of the format". To write new ones:
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>

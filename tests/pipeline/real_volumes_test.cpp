@@ -6,13 +6,10 @@
 //
 // These tests take minutes. With TAGRID_LONG=1 they have every bound and every effort; without, the bounds that
 // take different ways through the program, the usual effort, and one mode of the largest volume.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <numeric>
 
 #include "io/tag/bricks.h"
@@ -42,39 +39,18 @@ const Volume volumes[] = {{"lobster", {301, 324, 56}, SampleType::uint8},
 
 void PrintTo(const Volume& volume, std::ostream* out) { *out << volume.name; }
 
+/// The fewest bits a voxel of any other codec, by the largest error.
 struct Peer {
   const char* volume;
-  double max_error, best_bits;
+  std::vector<std::pair<double, double>> best_bits;
 };
 
-const Peer peers[] = {{"engine", 0, 1.7676},
-                      {"engine", 1, 0.9503},
-                      {"engine", 2, 0.5952},
-                      {"engine", 4, 0.3346},
-                      {"engine", 8, 0.1843},
-                      {"ge_ct_head_varz", 0, 2.6915},
-                      {"ge_ct_head_varz", 2, 1.8039},
-                      {"ge_ct_head_varz", 5, 1.2732},
-                      {"ge_ct_head_varz", 10, 0.9225},
-                      {"ge_ct_head_varz", 20, 0.6229},
-                      {"ge_ct_head_varz", 50, 0.3573},
-                      {"itk_legacy_mf_mr", 0, 5.4932},
-                      {"itk_legacy_mf_mr", 2, 3.3863},
-                      {"itk_legacy_mf_mr", 5, 2.3730},
-                      {"itk_legacy_mf_mr", 10, 1.4694},
-                      {"itk_legacy_mf_mr", 20, 0.9487},
-                      {"itk_legacy_mf_mr", 50, 0.4926},
-                      {"lobster", 0, 1.8966},
-                      {"lobster", 1, 0.9227},
-                      {"lobster", 2, 0.5905},
-                      {"lobster", 4, 0.3431},
-                      {"lobster", 8, 0.1895},
-                      {"vhf_ankle", 0, 2.1313},
-                      {"vhf_ankle", 2, 1.2573},
-                      {"vhf_ankle", 5, 0.8581},
-                      {"vhf_ankle", 10, 0.5216},
-                      {"vhf_ankle", 20, 0.2705},
-                      {"vhf_ankle", 50, 0.1140}};
+const Peer peers[] = {
+    {"engine", {{0, 1.7676}, {1, 0.9503}, {2, 0.5952}, {4, 0.3346}, {8, 0.1843}}},
+    {"ge_ct_head_varz", {{0, 2.6915}, {2, 1.8039}, {5, 1.2732}, {10, 0.9225}, {20, 0.6229}, {50, 0.3573}}},
+    {"itk_legacy_mf_mr", {{0, 5.4932}, {2, 3.3863}, {5, 2.3730}, {10, 1.4694}, {20, 0.9487}, {50, 0.4926}}},
+    {"lobster", {{0, 1.8966}, {1, 0.9227}, {2, 0.5905}, {4, 0.3431}, {8, 0.1895}}},
+    {"vhf_ankle", {{0, 2.1313}, {2, 1.2573}, {5, 0.8581}, {10, 0.5216}, {20, 0.2705}, {50, 0.1140}}}};
 
 std::string raw_path(const Volume& volume) {
   return std::string(TAGRID_SOURCE_DIR "/../shared/data/") + volume.name + ".raw";
@@ -241,15 +217,17 @@ TEST_P(RealRates, FilesAreSmallerThanThoseOfOthersAtTheSameLargestError) {
     if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
     for (const Peer& peer : peers) {
       if (std::string(peer.volume) != volume.name) continue;
-      const double bits = bits_a_voxel(volume, peer.max_error), ratio = bits / peer.best_bits;
-      std::printf("%-18s E %2.0f: %.4f bits per voxel, best other %.4f, ratio %.3f\n", peer.volume,
-                  peer.max_error, bits, peer.best_bits, ratio);
-      const bool exact = peer.max_error == 0;
-      EXPECT_LE(ratio, exact ? claim.lossless_row : claim.bounded_row)
-          << peer.volume << " at " << peer.max_error;
-      Mean& mean = exact ? lossless : bounded;
-      mean.logs += std::log(ratio);
-      ++mean.rows;
+      for (const auto& [max_error, best_bits] : peer.best_bits) {
+        const double bits = bits_a_voxel(volume, max_error), ratio = bits / best_bits;
+        std::printf("%-18s E %2.0f: %.4f bits per voxel, best other %.4f, ratio %.3f\n", peer.volume,
+                    max_error, bits, best_bits, ratio);
+        const bool exact = max_error == 0;
+        EXPECT_LE(ratio, exact ? claim.lossless_row : claim.bounded_row)
+            << peer.volume << " at " << max_error;
+        Mean& mean = exact ? lossless : bounded;
+        mean.logs += std::log(ratio);
+        ++mean.rows;
+      }
     }
   }
   std::printf("geometric means: %.3f of %d rows for E = 0, %.3f of %d for E > 0\n", lossless.value(),

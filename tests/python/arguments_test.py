@@ -3,7 +3,6 @@
 import gc
 import io
 import multiprocessing
-import os
 import pickle
 import subprocess
 import sys

@@ -71,25 +71,6 @@ class Meshes(unittest.TestCase):
             self.assertRaises(tagrid.ArgumentError, self.volume.surface, 600, level=level)
         self.assertRaises(tagrid.ArgumentError, self.volume.mesh, region=((0, 19), (0, 1), (0, 1)))
 
-    def test_a_surface_is_closed_inside_and_lies_at_the_value(self):
-        points, triangles = self.surface
-        self.assertEqual((points.dtype, triangles.dtype, points.shape[1], triangles.shape[1]), (np.float64, np.int64, 3, 3))
-        self.assertEqual(len(np.unique(triangles)), len(points))
-        closed = self.volume.surface(600, close=True)
-        for surface in (self.surface, closed):
-            edges = np.r_[surface.triangles[:, :2], surface.triangles[:, 1:], surface.triangles[:, ::-2]]
-            twins = {tuple(edge) for edge in edges}
-            self.assertEqual(len(twins), len(edges))
-            alone = np.array([edge for edge in twins if edge[::-1] not in twins])
-            if surface is closed:
-                self.assertEqual(len(alone), 0)
-            else:
-                # Only in the faces of the volume.
-                places = to_voxels(points[alone.ravel()])
-                border = (abs(places) < 1e-9) | (abs(places - np.array(SHAPE) + 1) < 1e-9)
-                self.assertTrue(border.any(axis=1).all())
-        self.assertIn("triangles", repr(self.surface))
-
     def test_inside_is_where_samples_are_high(self):
         z, y, x = np.meshgrid(*map(np.arange, SHAPE), indexing="ij")
         distance = np.sqrt((z - 9) ** 2 + (y - 10) ** 2 + (x - 12) ** 2)

@@ -4,12 +4,12 @@
 """
 
 import itertools
+import random
 import re
 import unittest
 
 from dicom_test import data_set, volume
-from other_readers import ReaderTest, main, pydicom
-
+from other_readers import ReaderTest, main, numpy, pydicom
 
 @unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
 class DicomMoments(ReaderTest):
@@ -180,6 +180,189 @@ class DicomMoments(ReaderTest):
         self.assertEqual(self.messages, "")
         (self.folder / "s" / "1.dcm").unlink()
         self.encoded("s", says="s: 0.dcm is one of 2 files of a concatenation, of which 1 is missing")
+
+
+# Acquisitions of one DICOM series whose slices lie between each other are volumes to choose from; slices of one
+# acquisition stay one volume. pydicom says which positions and samples belong together.
+
+# What makes an acquisition: attributes of a slice of each of two.
+TWO = (("AcquisitionNumber", 1, 2), ("TriggerTime", 0, 400), ("NominalPercentageOfCardiacPhase", 30.0, 70.0),
+       ("NominalPercentageOfRespiratoryPhase", 0.0, 50.0), ("TemporalPositionIdentifier", 1, 2), ("ContrastBolusAgent", None, "Iohexol"),
+       ("KVP", 80, 140), ("PatientPosition", "HFS", "FFS"), ("ConvolutionKernel", "B30f", "B70f"), ("EchoNumbers", 1, 2),
+       ("EchoTime", 2.5, 5), ("DiffusionBValue", 0.0, 800.0), ("FrameOfReferenceUID", "1.2.8", "1.2.9"), ("GantryDetectorTilt", 0, 15),
+       ("ImageType", ["DERIVED", "PRIMARY", "AXIAL", "80KV"], ["DERIVED", "PRIMARY", "AXIAL", "140KV"]))
+
+
+@unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
+class Interleaved(ReaderTest):
+    def write(self, folder, groups, numbers_go_on=True, **common):
+        """Slices of several groups, each a list of (z, attributes). The samples of a slice are unlike those of all others."""
+        self.count = 0
+        for g, group in enumerate(groups):
+            for i, (z, attributes) in enumerate(group):
+                self.count += 1
+                samples = numpy.full((4, 5), 100 * (g + 1) + i, "uint16")
+                number = self.count if numbers_go_on else i + 1
+                self.save(f"{folder}/{g}_{i:02}.dcm", data_set(samples, instance=f"7.{g}.{i}", position=(0, 0, z),
+                                                               **({"number": number} | common | attributes)))
+
+    def seen_by_pydicom(self, folder, group):
+        """The positions and levels of the slices of a group, by position."""
+        files = [pydicom.dcmread(path) for path in sorted((self.folder / folder).glob(f"{group}_*.dcm"))]
+        return sorted((float(file.ImagePositionPatient[2]), int(file.pixel_array[0, 0]) - 1024) for file in files)
+
+    def assert_volume(self, path, expected, *options, says=""):
+        """The slices are at these positions, and have these levels."""
+        samples, info = self.encoded(path, *options, says=says)
+        self.assertEqual(samples[:, 0, 0].tolist(), [level for _, level in expected], path)
+        # Uneven positions are in a pair.
+        pair = [line.split(":=")[1] for line in self.ok("info", "out.tag").stdout.splitlines() if "slice_positions" in line]
+        if not pair:
+            origin, step = info["geometry"]["origin"][2], info["geometry"]["directions"][2][2] if len(expected) > 1 else 0
+            for i, (z, _) in enumerate(expected):
+                self.assertAlmostEqual(origin + i * step, z, places=2, msg=path)
+
+    def assert_split(self, folder, groups, word=""):
+        run = self.tagrid("encode", folder, "-o", "x.tag", "-f")
+        self.assertEqual(run.returncode, 64, (folder, run.stderr))
+        choices = re.findall(r"^ +\d+  (\S+)  (.*)$", run.stderr, re.MULTILINE)
+        self.assertEqual((len(choices), len(set(choices)), len({name for name, _ in choices})), (groups,) * 3, run.stderr)
+        self.assertIn(word, run.stderr)
+        seen = sorted(tuple(self.seen_by_pydicom(folder, g)) for g in range(groups))
+        got = []
+        for name, _ in choices:
+            samples, _ = self.encoded(folder, "--series", name)
+            got.append(samples[:, 0, 0].tolist())
+        self.assertEqual(sorted(got), sorted([level for _, level in group] for group in seen), folder)
+        return choices
+
+    def test_every_attribute_of_an_acquisition_splits_slices_that_interleave(self):
+        for name, one, other in TWO:
+            for numbers_go_on in (True, False):
+                values = [{} if value is None else {name: value} for value in (one, other)]
+                folder = f"{name}{numbers_go_on}"
+                self.write(folder, [[(2 * i, values[0]) for i in range(5)], [(2 * i + 1, values[1]) for i in range(5)]], numbers_go_on)
+                choices = self.assert_split(folder, 2, name)
+                # The names stay when one of the two is gone.
+                for path in (self.folder / folder).glob("1_*.dcm"):
+                    path.unlink()
+                left = [name for name, _ in choices if self.tagrid("encode", folder, "--series", name, "-o", "y.tag", "-f").returncode == 0]
+                self.assertEqual(len(left), 1, (name, choices))
+
+    def test_shifts_of_any_size_and_ranges_that_overlap(self):
+        rng = random.Random(5)
+        shifts = {"half": [2 * i + 1 for i in range(6)], "quarter": [2 * i + 0.5 for i in range(6)], "tiny": [2 * i + 0.01 for i in range(6)],
+                  "irregular": [2 * i + rng.uniform(0.2, 1.8) for i in range(6)], "overlapping": [7 + 2 * i for i in range(6)],
+                  "other_step": [0.5 + 3 * i for i in range(5)], "some_equal": [3 * i for i in range(5)], "inside": [5, 7]}
+        for name, places in shifts.items():
+            self.write(name, [[(2 * i, {"AcquisitionNumber": 1}) for i in range(6)], [(z, {"AcquisitionNumber": 2}) for z in places]])
+            self.assert_split(name, 2, "AcquisitionNumber")
+        self.write("four", [[(2 * i + 0.5 * g, {"AcquisitionNumber": 1 + g // 2, "EchoTime": 1 + g % 2}) for i in range(4)] for g in range(4)])
+        self.assert_split("four", 4, "EchoTime")
+        # Phases of a scan in blocks: each block of each phase has a number.
+        self.write("blocks", [[(2 * i + g, {"NominalPercentageOfCardiacPhase": 40.0 * g, "AcquisitionNumber": 2 * (i // 4) + g}) for i in range(12)]
+                              for g in range(2)])
+        self.assert_split("blocks", 2, "NominalPercentageOfCardiacPhase")
+
+    def test_slices_of_one_acquisition_stay_one_volume(self):
+        n = 12
+        by_slice = {
+            "times": lambda i: {"AcquisitionTime": f"1200{i:02}", "ContentTime": f"1201{(7 * i) % n:02}"},
+            "step_and_shoot": lambda i: {"AcquisitionNumber": i + 1, "AcquisitionTime": f"1200{i:02}"},
+            "rotations_of_four": lambda i: {"AcquisitionNumber": i // 4 + 1, "AcquisitionTime": f"1200{i // 4:02}"},
+            "chest_and_abdomen": lambda i: {"AcquisitionNumber": 1 if i < 7 else 2, "ContrastBolusAgent": "none" if i < 7 else "Iohexol"},
+            "a_part_taken_again": lambda i: {"AcquisitionNumber": 2 if 4 <= i < 8 else 1},
+            "one_slice_taken_again": lambda i: {"AcquisitionNumber": 2 if i == 5 else 1},
+            "current": lambda i: {"XRayTubeCurrent": 100 + i % 2, "ExposureTime": 500 + i % 3},
+        }
+        for name, attributes in by_slice.items():
+            self.write(name, [[(2 * i, attributes(i)) for i in range(n)]])
+            self.assert_volume(name, self.seen_by_pydicom(name, 0))
+            self.assertEqual(self.messages, "", name)
+        # MR: every second slice is acquired in a second pass, at other times but with one number.
+        self.write("passes", [[(2 * i, {"AcquisitionNumber": 1, "AcquisitionTime": f"12{i % 2}0{i:02}"}) for i in range(n)]], Modality="MR")
+        self.assert_volume("passes", self.seen_by_pydicom("passes", 0))
+        self.assertEqual(self.messages, "")
+
+    def test_what_may_be_two_acquisitions_is_said(self):
+        n = 10
+        for folder, attributes, common, said in (
+                ("times", lambda i: {"AcquisitionTime": f"12{i % 2}0{i:02}"}, {},
+                 "slices of AcquisitionTime 120000 to 120008 and of 121001 to 121009 are interleaved"),
+                ("moments", lambda i: {"TriggerTime": 400 * (i % 2)}, {"Modality": "MR"},
+                 "slices of TriggerTime 0.0 and of TriggerTime 400.0 are interleaved"),
+                ("frames", lambda i: {"FrameOfReferenceUID": f"1.2.{i // 5}"}, {}, "different coordinate systems (FrameOfReferenceUID)")):
+            self.write(folder, [[(2 * i, attributes(i)) for i in range(n)]], **common)
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=said)
+
+    def test_gaps_and_rounding_in_attributes_leave_one_volume(self):
+        n = 12
+        gaps = {f"{state}{name}": (name, value, lambda i, v, n=name, s=state: {} if i in (3, 7) and not s else {n: s if i in (3, 7) else v})
+                for name, value in (("ConvolutionKernel", "B30f"), ("PatientPosition", "HFS"), ("AcquisitionNumber", 1)) for state in ("", None)}
+        gaps["alternating"] = ("PatientPosition", "HFS", lambda i, v: {"PatientPosition": v} if i % 2 else {})
+        for folder, (name, value, attributes) in gaps.items():
+            self.write(folder, [[(2 * i, attributes(i, value)) for i in range(n)]])
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says=f"without {name}")
+        more = ["ORIGINAL", "PRIMARY", "AXIAL"]
+        self.write("type", [[(2 * i, {"ImageType": [*more, "SPI"] if i in (3, 7) else more}) for i in range(n)]])
+        self.assert_volume("type", self.seen_by_pydicom("type", 0), says="ImageType")
+        for name, one, other in (("GantryDetectorTilt", 0, 0.01), ("EchoTime", 1.5, 1.50001), ("KVP", 120, 120.01)):
+            self.write(f"{name}rounded", [[(2 * i, {name: (one, other)[i % 2]}) for i in range(n)]])
+            self.assert_volume(f"{name}rounded", self.seen_by_pydicom(f"{name}rounded", 0))
+            self.assertEqual(self.messages, "", name)
+        # Passes of MR have numbers or inversion times of their own.
+        for name, value in (("AcquisitionNumber", lambda i: i % 2 + 1), ("InversionTime", lambda i: 100 * (i % 6))):
+            self.write(f"{name}mr", [[(2 * i, {name: value(i)}) for i in range(n)]], Modality="MR")
+            self.assert_volume(f"{name}mr", self.seen_by_pydicom(f"{name}mr", 0), says=f"of {name}")
+
+    def test_a_second_sweep_without_a_pause_is_said(self):
+        for folder, second, pause in (("up", range(10), 0), ("down", range(9, -1, -1), 0), ("pause_within", range(10), 30)):
+            order = [2 * i for i in range(10)] + [2 * i + 1 for i in second]
+            times = [i + (pause if i > 4 else 0) for i in range(20)]
+            self.write(folder, [[(z, {"AcquisitionTime": f"1210{time:02}"}) for z, time in zip(order, times)]])
+            self.assert_volume(folder, self.seen_by_pydicom(folder, 0), says="are interleaved")
+
+    def test_frames_of_enhanced_files(self):
+        images = volume(shape=(2, 4, 5, 6))
+        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
+
+        def item(**values):
+            made = Dataset()
+            for name, value in values.items():
+                setattr(made, name, value)
+            return Sequence([made])
+
+        cases = {"StackID": lambda g, z: {"FrameContentSequence": item(StackID=str(g + 1), InStackPositionNumber=z + 1)},
+                 "TemporalPositionIndex": lambda g, z: {"FrameContentSequence": item(TemporalPositionIndex=g + 1, StackID="1", InStackPositionNumber=z + 1)},
+                 "KVP": lambda g, z: {"CTXRayDetailsSequence": item(KVP=80 + 60 * g)},
+                 "ContrastBolusAgentAdministered": lambda g, z: {"ContrastBolusUsageSequence": item(ContrastBolusAgentAdministered=("NO", "YES")[g])},
+                 "NominalPercentageOfCardiacPhase": lambda g, z: {"CardiacSynchronizationSequence": item(NominalPercentageOfCardiacPhase=40.0 * g)}}
+        for name, of_frame in cases.items():
+            file = data_set(images.reshape(8, 5, 6), SOPClassUID="1.2.840.10008.5.1.4.1.1.2.1", PixelSpacing=None)
+            file.SharedFunctionalGroupsSequence = item(PixelMeasuresSequence=item(PixelSpacing=[0.5, 0.25], SliceThickness=2))
+            frames = []
+            for g in range(2):
+                for z in range(4):
+                    frame = Dataset()
+                    frame.PlanePositionSequence = item(ImagePositionPatient=[0, 0, 2 * z + g])
+                    for sequence, value in of_frame(g, z).items():
+                        setattr(frame, sequence, value)
+                    frames.append(frame)
+            file.PerFrameFunctionalGroupsSequence = Sequence(frames)
+            self.save(f"{name}.dcm", file)
+            run = self.tagrid("encode", f"{name}.dcm", "-o", "x.tag", "-f")
+            self.assertEqual(run.returncode, 64, (name, run.stderr))
+            self.assertIn(name, run.stderr)
+            # pydicom has the frames in the order of the file.
+            seen = pydicom.dcmread(self.folder / f"{name}.dcm").pixel_array.astype(int) - 1024
+            for g in range(2):
+                self.encodes(seen[4 * g:4 * g + 4].astype("int16"), f"{name}.dcm", "--series", str(g + 1), what=name)
+
+    def test_find_lists_each(self):
+        self.write("s", [[(2 * i + g, {"AcquisitionNumber": g + 1}) for i in range(4)] for g in range(2)])
+        run = self.ok("convert", "--find", ".")
+        lines = [line for line in run.stdout.splitlines() if line and not line.startswith("#")]
+        self.assertEqual(len(lines), 2, run.stdout)
 
 
 if __name__ == "__main__":

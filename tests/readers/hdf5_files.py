@@ -1,6 +1,6 @@
 """What the tests of HDF5 and VTKHDF files share: volumes that are decoded into them."""
 
-from other_readers import ReaderTest, h5py, numpy
+from other_readers import ReaderTest, h5py, random_samples
 
 OBLIQUE = ((0.4, 0.3, 0), (-0.3, 0.4, 0), (0, 0, 2.5))
 SHEARED = ((0.5, 0, 0), (0, 0.5, 0), (0.1, 0.2, 2.5))
@@ -18,11 +18,7 @@ def placed(directions, origin=(10, -20, 30.5), space="left-posterior-superior"):
 class Hdf5Test(ReaderTest):
     def encode(self, type="int16", shape=(5, 19, 23), fields="", name="a"):
         """Makes NAME.nrrd and NAME.tag; returns the samples."""
-        random = numpy.random.default_rng(1)
-        if type.startswith("float"):
-            samples = (random.standard_normal(shape) * 1000).astype(type)
-        else:
-            samples = random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+        samples = random_samples(type, shape)
         self.write_nrrd(f"{name}.nrrd", samples, fields)
         self.ok("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto")
         return samples

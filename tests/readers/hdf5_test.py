@@ -6,16 +6,13 @@
 import itertools
 import unittest
 
-from other_readers import ReaderTest, h5py, main, numpy, some
+from other_readers import ReaderTest, h5py, main, numpy, random_samples, some
 
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"]
 
 
 def volume(type="i2", shape=(7, 20, 31)):
-    random = numpy.random.default_rng(1)
-    if type.startswith("f"):
-        return (random.standard_normal(shape) * 1000).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 @unittest.skipIf(h5py is None, "there is no h5py on this machine")

@@ -9,7 +9,7 @@ import subprocess
 import unittest
 import zlib
 
-from other_readers import PROGRAM, ReaderTest, main, numpy, some
+from other_readers import PROGRAM, ReaderTest, main, numpy, random_samples, some
 
 TYPES = {"MET_UCHAR": "uint8", "MET_CHAR": "int8", "MET_USHORT": "uint16", "MET_SHORT": "int16", "MET_UINT": "uint32",
          "MET_INT": "int32", "MET_ULONG": "uint32", "MET_LONG": "int32", "MET_FLOAT": "float32", "MET_DOUBLE": "float64"}
@@ -17,10 +17,7 @@ MATRIX = "0.96 0.28 0 -0.28 0.96 0 0 0 1"
 
 
 def volume(type, shape=(7, 19, 23)):
-    random = numpy.random.default_rng(1)
-    if type.startswith("float"):
-        return (random.standard_normal(shape) * 1000).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 @unittest.skipIf(numpy is None, "there is no numpy on this machine")

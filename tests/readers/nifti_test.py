@@ -11,17 +11,14 @@ import struct
 import subprocess
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, some
+from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, random_samples, some
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
 
 def volume(type, shape=(23, 19, 7)):
     """An array [x, y, z], as nibabel has it."""
-    random = numpy.random.default_rng(1)
-    if type.startswith("float"):
-        return (random.standard_normal(shape) * 1000).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 def oblique():

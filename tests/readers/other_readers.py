@@ -48,6 +48,16 @@ def some(cases, every, first=0):
     return list(cases) if IS_LONG else list(cases)[first::every]
 
 
+def random_samples(type, shape):
+    """Any numbers of a type of integers; floats up to some thousands."""
+    import numpy
+
+    random = numpy.random.default_rng(1)
+    if numpy.dtype(type).kind == "f":
+        return (random.standard_normal(shape) * 1000).astype(type)
+    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+
+
 def main():
     """Runs the tests of the calling script, whose first argument is the program."""
     del sys.argv[1]

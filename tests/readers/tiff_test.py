@@ -10,17 +10,14 @@ import struct
 import subprocess
 import unittest
 
-from other_readers import Image, PROGRAM, ReaderTest, main, numpy, some, tifffile
+from other_readers import PROGRAM, Image, ReaderTest, main, numpy, random_samples, some, tifffile
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
 
 def volume(type, shape=(5, 37, 41)):
     """Any bits, but no NaN whose bits a conversion might change."""
-    random = numpy.random.default_rng(1)
-    if type.startswith("float"):
-        return (random.standard_normal(shape) * 1000).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")

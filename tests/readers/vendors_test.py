@@ -8,7 +8,7 @@ import struct
 import subprocess
 import unittest
 
-from other_readers import ReaderTest, main, numpy
+from other_readers import ReaderTest, main, numpy, random_samples
 
 VGI = """{{volume1}}
 [representation]
@@ -31,10 +31,7 @@ unit = mm
 
 
 def volume(type="uint16", shape=(7, 19, 23)):
-    random = numpy.random.default_rng(1)
-    if type.startswith("float"):
-        return random.standard_normal(shape).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 @unittest.skipIf(numpy is None, "there is no numpy on this machine")

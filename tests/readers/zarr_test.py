@@ -14,17 +14,14 @@ import unittest
 import zipfile
 
 import zarr_files
-from other_readers import PROGRAM, ReaderTest, main, numcodecs, numpy, some, unless_sanitized, zarr
+from other_readers import PROGRAM, ReaderTest, main, numcodecs, numpy, random_samples, some, unless_sanitized, zarr
 from zarr_files import multiscales, write_group, write_v3, zipped
 
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"]
 
 
 def volume(type="i2", shape=(7, 20, 31)):
-    random = numpy.random.default_rng(1)
-    if type.startswith("f"):
-        return (random.standard_normal(shape) * 1000).astype(type)
-    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+    return random_samples(type, shape)
 
 
 @unittest.skipIf(zarr is None, "there is no zarr on this machine")

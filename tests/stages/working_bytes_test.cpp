@@ -1,6 +1,4 @@
 // Each stage takes at most the memory that it declares, and not much less.
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <functional>
 #include <random>

@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,12 @@ inline std::string program_under_test() { return sanitized_program() ? sanitized
 inline bool program_is_sanitized() { return sanitized || sanitized_program(); }
 
 constexpr int usage = 64, broken_input = 65, world = 74, held = 75;
+
+/// The words of a command line, such as "encode a.nrrd -o a.tag"; none of them has a blank.
+inline std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
 
 class CommandLine : public TemporaryFolder {
  protected:

@@ -36,7 +36,7 @@ struct Call {
 
 struct Case {
   std::string name;
-  std::vector<std::string> arguments;
+  std::vector<std::string> arguments;   ///< see words()
   std::vector<std::string> older = {};  ///< files that exist before, to be overwritten
   bool streams = false;                 ///< standard input and output fail as well
 

@@ -1,17 +1,14 @@
 // The envelope of a volume: what is written is read again, whatever the layout, and nothing else is believed.
-#include "io/envelope/envelope.h"
-
-#include <gtest/gtest.h>
-
+#include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <random>
-#include <string>
-#include <vector>
 
+#include "io/envelope/envelope.h"
+#include "io/envelope/plain_bytes.h"
 #include "io/errors/errors.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/text.h"
+#include "tests/support/gzipped.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -296,6 +293,26 @@ TEST_F(Envelope, WhatCannotComeBackIsNotKept) {
   EXPECT_TRUE(has(source_files(other).why_not, "pipe"));
   std::filesystem::resize_file(facts.files.back(), 300'000);
   EXPECT_TRUE(has(source_files(facts).why_not, "bytes besides these samples"));
+}
+
+// The bytes of plain forms: those of a compressed stream count only if its end says that all of them were right.
+
+class PlainBytesOfStreams : public TemporaryFolder {};
+
+TEST_F(PlainBytesOfStreams, AreCheckedToTheEnd) {
+  const std::string samples(1000, 'a');
+  std::string packed = gzipped(samples);
+  const std::vector<PlainPiece> pieces = {PlainPiece::content(0, 0, samples.size()),
+                                          PlainPiece::given("end")};
+  std::vector<std::byte> bytes(samples.size() + 3);
+  PlainBytes(pieces, {file("whole.gz", packed)}).read_at(0, bytes);
+  EXPECT_EQ(bytes.front(), std::byte{'a'});
+  EXPECT_EQ(bytes.back(), std::byte{'d'});
+  packed[packed.size() - 8] ^= 1;  // of the checksum
+  EXPECT_THROW(PlainBytes(pieces, {file("damaged.gz", packed)}).read_at(0, bytes), BrokenInput);
+  EXPECT_THROW(PlainBytes({PlainPiece::content(0, 0, 999)}, {path("whole.gz")})
+                   .read_at(0, std::span(bytes).first(999)),
+               BrokenInput);
 }
 
 }  // namespace

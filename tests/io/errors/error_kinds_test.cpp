@@ -1,8 +1,6 @@
 // One place decides what an exception means, and the meaning survives being sent.
 #include "io/errors/errors.h"
 
-#include <gtest/gtest.h>
-
 #include <new>
 #include <stdexcept>
 #include <system_error>

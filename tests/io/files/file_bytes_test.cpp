@@ -1,11 +1,7 @@
 // Files that are read: bytes, lines, and the files that a directory shows.
-#include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <csignal>
-#include <filesystem>
 #include <thread>
 
 #include "io/errors/errors.h"

@@ -1,8 +1,6 @@
 // Laws of parity: what the promise names always comes back; anything else is refused, never repaired wrongly.
 #include "io/parity/parity.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstring>
 #include <random>

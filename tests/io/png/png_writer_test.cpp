@@ -1,7 +1,5 @@
 #include "io/png/png_writer.h"
 
-#include <gtest/gtest.h>
-
 #include <random>
 
 #include "io/errors/errors.h"

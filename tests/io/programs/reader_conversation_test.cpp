@@ -36,21 +36,11 @@ class ReaderConversationTest : public TemporaryFolder {
   ReaderVolume described_with(const std::string& members) {
     return described(R"({"answer": "volume", "dims": [4, 3, 5], "type": "int16", )" + members + "}");
   }
-  template <class Error, class Work>
-  std::string message(Work work) {
-    try {
-      work();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
-  }
   std::string wrong(const std::string& answer) {
-    return message<WorldError>([&] { described(answer); });
+    return message_of<WorldError>([&] { described(answer); });
   }
   std::string wrong_with(const std::string& members) {
-    return message<WorldError>([&] { described_with(members); });
+    return message_of<WorldError>([&] { described_with(members); });
   }
 };
 
@@ -91,7 +81,7 @@ TEST_F(ReaderConversationTest, SignsOfLifeMayComeBeforeAnAnswer) {
 
 TEST_F(ReaderConversationTest, OtherVersionsAndOtherProgramsAreRefused) {
   const auto begins = [&](const std::string& line) {
-    return message<WorldError>([&] { ReaderConversation(program({line})); });
+    return message_of<WorldError>([&] { ReaderConversation(program({line})); });
   };
   EXPECT_THAT(begins(R"({"tagrid-reader": 2, "name": "later"})"), HasSubstr("speaks version 2"));
   for (const char* other :
@@ -103,9 +93,9 @@ TEST_F(ReaderConversationTest, ErrorsOfItsFilesAreThoseOfTheUser) {
   const auto answer = [](const char* kind) {
     return R"({"answer": "error", "message": "scan.x: ends early", "kind": ")" + std::string(kind) + "\"}";
   };
-  EXPECT_EQ(message<BrokenInput>([&] { described(answer("input")); }), "scan.x: ends early");
-  EXPECT_EQ(message<UsageError>([&] { described(answer("usage")); }), "scan.x: ends early");
-  EXPECT_EQ(message<WorldError>([&] { described(answer("world")); }), "scan.x: ends early");
+  EXPECT_EQ(message_of<BrokenInput>([&] { described(answer("input")); }), "scan.x: ends early");
+  EXPECT_EQ(message_of<UsageError>([&] { described(answer("usage")); }), "scan.x: ends early");
+  EXPECT_EQ(message_of<WorldError>([&] { described(answer("world")); }), "scan.x: ends early");
   EXPECT_THAT(wrong(answer("strange")), HasSubstr("unknown kind \"strange\": scan.x: ends early"));
   EXPECT_THAT(wrong(R"({"answer": "error", "kind": "input"})"), HasSubstr("an error without a message"));
   try {
@@ -191,9 +181,10 @@ TEST_F(ReaderConversationTest, SlicesComeInOrderAndNoOthers) {
        {R"({"answer": "slices", "from": 3, "to": 5})", R"({"answer": "slices", "from": 2, "to": 6})",
         R"({"answer": "slices", "from": 2, "to": 2})", R"({"answer": "slices", "from": 2})",
         R"({"answer": "unknown"})", R"({"answer": "volume"})", "bytes"})
-    EXPECT_THAT(message<WorldError>([&] { hears(answer); }), StartsWith("scan.x: " + path("reader") + ": "))
+    EXPECT_THAT(message_of<WorldError>([&] { hears(answer); }),
+                StartsWith("scan.x: " + path("reader") + ": "))
         << answer;
-  EXPECT_EQ(message<BrokenInput>(
+  EXPECT_EQ(message_of<BrokenInput>(
                 [&] { hears(R"({"answer": "error", "kind": "input", "message": "slice 2 is gone"})"); }),
             "slice 2 is gone");
 }
@@ -233,7 +224,7 @@ TEST_F(ReaderConversationTest, ThePlainFormConsistsOfPiecesOfAllFiles) {
   EXPECT_EQ(form_of(of_slice_1, R"("why_not": "it is odd")").why_not, "b: it is odd");
 
   const auto wrong_form = [&](const std::string& first, const std::string& second) {
-    return message<WorldError>([&] { form_of(first, second); });
+    return message_of<WorldError>([&] { form_of(first, second); });
   };
   EXPECT_THAT(wrong_form(of_slice_0, of_slice_0), HasSubstr("slice 1 has no place in a plain form, or two"));
   EXPECT_THAT(wrong_form(of_slice_0, R"("pieces": [])"), HasSubstr("slice 1 has no place in a plain form"));
@@ -251,7 +242,7 @@ TEST_F(ReaderConversationTest, ThePlainFormConsistsOfPiecesOfAllFiles) {
 
 TEST_F(ReaderConversationTest, NamesThatAreNotTextAreRefused) {
   ReaderConversation reader(program({hello_line}));
-  EXPECT_THAT(message<UsageError>([&] { reader.describe("scan\xff.x", {}); }), HasSubstr("UTF-8"));
+  EXPECT_THAT(message_of<UsageError>([&] { reader.describe("scan\xff.x", {}); }), HasSubstr("UTF-8"));
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 // Samples of a source: placed in its files, and spooled.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstring>
 #include <random>
 
 #include "io/bytes/little_endian.h"

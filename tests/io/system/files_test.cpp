@@ -1,9 +1,6 @@
 // The files of the system, and those in memory, do the same; and what survives a power cut.
 #include "io/system/files.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <array>
 
 #include "tests/support/memory_files.h"

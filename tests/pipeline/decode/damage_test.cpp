@@ -1,12 +1,8 @@
 // Damaged files are found out: small files bit by bit, and large ones.
-#include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/resource.h>
 
-#include <cstdlib>
-#include <cstring>
 #include <iostream>
-#include <random>
 
 #include "io/errors/errors.h"
 #include "pipeline/decode/graph.h"

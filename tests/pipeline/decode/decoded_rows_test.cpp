@@ -1,14 +1,12 @@
 // Rows of bricks, decoded separately and written to their position, make the volume.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <random>
 
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/decode/graph.h"
+#include "tests/support/rows_of_volume.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -158,6 +156,43 @@ TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   EXPECT_NO_THROW(decode(file, {1, 2, 0, 1}, {1, 1, 1}, nothing));
   EXPECT_THROW(decode(file, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
   EXPECT_NO_THROW(decode(file, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
+}
+
+// Rows of bricks make the same volume whether they are written to their position or through a temporary file.
+
+class RowOutputTest : public TemporaryFolder {
+ protected:
+  RowOutputTest() : samples_(blobs<std::int16_t>(dims_, 1)) {
+    parameters_.dims = dims_;
+    parameters_.type = SampleType::int16;
+    parameters_.cube_size = 4;
+    parameters_.brick_edge = 2;
+  }
+
+  /// The samples of a file, written `together` rows at a time.
+  std::string written(std::int64_t together, const std::string& spool) const {
+    const auto writer = create_volume(format_named("raw"), path("out.raw"), {dims_, SampleType::int16},
+                                      {.files = {.overwrite = true}});
+    RowOutput output(*writer, spool, "out.raw");
+    for_each_rows<std::int16_t>(parameters_, BrickRows::all(parameters_.bricks()), together, samples_,
+                                [&](const DecodedRows& rows) { output.write(rows); });
+    writer->commit();
+    return content("out.raw");
+  }
+
+  static constexpr Index3 dims_{21, 30, 19};
+  std::vector<std::int16_t> samples_;
+  CodingParameters parameters_;
+};
+
+TEST_F(RowOutputTest, AnyNumberOfRowsAtATimeMakesTheVolumeAtItsPlaceAndThroughATemporary) {
+  const std::string expected(reinterpret_cast<const char*>(samples_.data()),
+                             samples_.size() * sizeof(std::int16_t));
+  for (const std::int64_t together : {1, 2, 3, 100}) {
+    EXPECT_TRUE(written(together, "") == expected) << together;
+    EXPECT_TRUE(written(together, folder_.string()) == expected) << together;
+  }
+  EXPECT_EQ(names(), std::vector<std::string>{"out.raw"}) << "the temporary has no name";
 }
 
 }  // namespace

@@ -1,12 +1,8 @@
 // Estimates against the encodings themselves, and bounds that follow from the samples.
 #include "pipeline/estimate/estimate.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <random>
 #include <set>
 
 #include "io/errors/errors.h"

@@ -1,11 +1,7 @@
 // A file that stores no grid has that of its decoded samples, and so has a lossless file. What is made of both is compared
 // with what is made of a file that stores this grid in its bricks, with the exact values of its points: a grid alone.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <array>
 #include <numeric>
-#include <random>
 
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"

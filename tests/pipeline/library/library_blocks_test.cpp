@@ -1,6 +1,4 @@
 // The half of the library that reads a block at a time: the caller fetches the bytes.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstring>
 #include <filesystem>

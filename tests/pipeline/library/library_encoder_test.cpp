@@ -1,8 +1,6 @@
 // Writing with the library: the bytes, and encoders that fail, are cancelled, or are abandoned.
-#include <gtest/gtest.h>
 #include <sys/mman.h>
 
-#include <filesystem>
 #include <thread>
 
 #include "tests/pipeline/library/library_calls.h"

@@ -1,6 +1,4 @@
 // Reading with the library: from files and callbacks, by several threads, and with damage.
-#include <gtest/gtest.h>
-
 #include <sys/stat.h>
 
 #include <set>
@@ -115,31 +113,6 @@ TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
     const std::set<std::pair<std::uint64_t, std::uint64_t>> read(file.reads.begin(), file.reads.end());
     EXPECT_EQ(read, allowed);
     EXPECT_EQ(file.reads.size(), allowed.size()) << "a brick was read twice";
-  }
-}
-
-TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost8Bricks) {
-  const Index3 large = {200, 160, 150};
-  const std::vector<std::uint8_t> samples(static_cast<std::size_t>(Box::of_size(large).count()), 7);
-  tagrid_encode_options options = encode_options(large, SampleType::uint8);
-  options.cube = 32;
-  options.brick = 0;
-  Encoded encoded;
-  encode(options, samples.data(), encoded);
-  ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
-  MemoryFile file{encoded.bytes};
-  const ReaderHandle reader = open_reader(file);
-  std::vector<std::uint8_t> out(64 * 64 * 64);
-  std::mt19937 random(3);
-  for (int i = 0; i < 10; ++i) {
-    tagrid_box box;
-    for (int axis = 0; axis < 3; ++axis) {
-      box.low[axis] = static_cast<std::int64_t>(random() % static_cast<unsigned>(large[axis] - 63));
-      box.high[axis] = box.low[axis] + 64;
-    }
-    file.reads.clear();
-    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
-    EXPECT_LE(file.reads.size(), i == 0 ? 8u + 1 : 8u) << "and once the page of the index";
   }
 }
 

@@ -1,9 +1,4 @@
 // The surface through callbacks: the same as that of the program, whole or in part.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/ply_reader.h"

@@ -1,8 +1,4 @@
 // The promise of a coarsened mesh, checked in the written mesh: every decoded voxel is searched for in its tetrahedra.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <optional>
 #include <set>
 
 #include "io/errors/errors.h"

@@ -1,8 +1,5 @@
 // Ids of points, on edges and in planes.
-#include <gtest/gtest.h>
-
 #include <map>
-#include <random>
 #include <tuple>
 
 #include "pipeline/meshes/id_planes.h"

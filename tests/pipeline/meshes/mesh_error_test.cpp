@@ -1,10 +1,5 @@
 // The promise of a mesh's bound, and the recorded error: checked in the written mesh, by searching for every
 // sample in its tetrahedra.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <optional>
-
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
 #include "io/tag/bricks.h"

@@ -1,6 +1,4 @@
 // Memory that meshes and surfaces take.
-#include <gtest/gtest.h>
-
 #include "io/errors/errors.h"
 #include "io/tag/bricks.h"
 #include "pipeline/memory/plan.h"

@@ -1,7 +1,5 @@
 #include "pipeline/meshes/mesh.h"
 
-#include <gtest/gtest.h>
-
 #include <set>
 
 #include "io/errors/errors.h"
@@ -34,20 +32,11 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
 // Every size with every cube and brick; modes and contents alternate, so that all pairs occur. With sanitizers,
 // each size has one of the cubes and bricks.
 std::vector<Case> all_cases() {
+  const Index3 sizes[] = {{1, 1, 1},    {1, 1, 23},  {17, 1, 10}, {2, 19, 3},  {9, 9, 9}, {10, 11, 12},
+                          {13, 17, 18}, {21, 6, 25}, {33, 12, 7}, {5, 25, 17}, {2, 2, 2}, {14, 15, 30}};
   std::vector<Case> cases;
   int row = 0;
-  for (const Index3 dims : {Index3{1, 1, 1},
-                            {1, 1, 23},
-                            {17, 1, 10},
-                            {2, 19, 3},
-                            {9, 9, 9},
-                            {10, 11, 12},
-                            {13, 17, 18},
-                            {21, 6, 25},
-                            {33, 12, 7},
-                            {5, 25, 17},
-                            {2, 2, 2},
-                            {14, 15, 30}}) {
+  for (const Index3& dims : sizes) {
     int i = row++;
     for (const int cube_size : {4, 8})
       for (const int brick_edge : {1, 2}) {

@@ -2,13 +2,8 @@
 // ones.
 #include "pipeline/raw/likelier_reading.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <random>
 

@@ -1,11 +1,8 @@
 // Slices that are read ahead: the same slices, no more at once than may wait, and the same failures.
 #include "pipeline/slices/slices_ahead.h"
 
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <thread>
 
 #include "io/errors/errors.h"

@@ -1,7 +1,6 @@
 // Grids that OpenVDB's library wrote, read as volumes.
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -1,9 +1,6 @@
 // Volumes written as grids, read by OpenVDB's library and its tools.
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>

@@ -1,10 +1,6 @@
 #include "stages/coarsen/coarsen.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
-#include <random>
 
 #include "stages/criterion/mesh_criterion.h"
 #include "stages/criterion/subdivide.h"

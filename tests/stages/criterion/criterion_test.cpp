@@ -5,12 +5,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <span>
-#include <vector>
 
 #include "stages/criterion/find_edges.h"
 #include "tests/support/oracle.h"

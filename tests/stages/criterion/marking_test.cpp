@@ -1,11 +1,8 @@
 // Marks of volumes, and the edges that are found in fields.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <map>
-#include <random>
 #include <set>
 
 #include "stages/criterion/find_edges.h"

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <random>
-#include <vector>
 
 #include "stages/criterion/subdivide.h"
 #include "stages/grid/lattice.h"

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <vector>
-
 #include "stages/grid/conformity.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/conforming_activity.h"

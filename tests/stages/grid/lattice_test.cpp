@@ -3,9 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
-#include <random>
 #include <string>
-#include <vector>
 
 #include "stages/grid/lattice.h"
 #include "stages/grid/lattice_bits.h"

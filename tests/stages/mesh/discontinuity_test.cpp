@@ -2,9 +2,6 @@
 // root cubes. Claims 7 and 8: neither the size of the root cubes nor the direction of the axes matters.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <string>
-
 #include "stages/grid/conformity.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/phantom/phantom.h"

@@ -5,7 +5,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <vector>
 
 #include "stages/grid/conformity.h"
 #include "stages/mesh/tetrahedra.h"

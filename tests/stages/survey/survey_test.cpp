@@ -1,7 +1,5 @@
 #include "stages/survey/survey.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,8 +1,6 @@
 // Settings that differ in one option: a volume that was encoded with the one is not done, and is not removed,
 // for a list that asks for the other.
 #include <set>
-#include <string>
-#include <vector>
 
 #include "io/errors/errors.h"
 #include "tests/support/conversions.h"

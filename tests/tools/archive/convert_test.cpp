@@ -1,7 +1,5 @@
 // convert: lists of volumes, records, shards, and repeated runs.
 
-#include <sys/stat.h>
-
 #include "io/errors/errors.h"
 #include "tests/support/conversions.h"
 #include "tests/support/tag_in_memory.h"
@@ -52,7 +50,6 @@ TEST_F(Convert, ARecordSaysWhatWasDone) {
   file("list.tsv", "a.nhdr\tmax-error=5");
   expect_ok(convert());
   const Json record = last();
-  const std::string folder = std::filesystem::canonical(folder_).string();
   EXPECT_EQ(record["input"], "../a.nhdr");
   EXPECT_EQ(record["output"], "a.tag");
   EXPECT_EQ(record["status"], "ok");

@@ -1,6 +1,4 @@
 // convert: paths of outputs. output=NAME, --keep-folders, lists without volumes, and the keys of records.
-#include <sys/stat.h>
-
 #include <regex>
 #include <set>
 

@@ -83,11 +83,8 @@ class ForgedFiles : public CommandLine {
   /// Refused by every command, from a file and from a pipe.
   void expect_refused_everywhere(const std::string& bytes, std::size_t most_memory) const {
     file("forged.tag", bytes);
-    for (const Arguments& command : {Arguments{"decode", "-o", "x.raw"},
-                                     {"decode", "-o", "-"},
-                                     {"info"},
-                                     {"verify"},
-                                     {"mesh", "--padded", "-o", "x.vtu"}}) {
+    for (const Arguments& command : {words("decode -o x.raw"), words("decode -o -"), words("info"),
+                                     words("verify"), words("mesh --padded -o x.vtu")}) {
       SCOPED_TRACE(command[0]);
       expect_refused(tagrid(with(command, {"forged.tag"})), most_memory);
       expect_refused(tagrid(with(command, {"-"}), bytes), most_memory);

@@ -1,7 +1,4 @@
 // -M is a promise about the resident memory of the process, whatever the shape of the volume.
-#include <gtest/gtest.h>
-
-#include <filesystem>
 #include <random>
 
 #include "tests/support/command_line.h"
@@ -45,6 +42,12 @@ class MemoryLimit : public CommandLine {
   }
   void write(const std::string& bytes, const std::string& name) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
+  }
+  static std::string noise(std::size_t size) {
+    std::mt19937 random(1);
+    std::string bytes(size, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    return bytes;
   }
 };
 
@@ -105,10 +108,7 @@ TEST_F(MemoryLimit, ChangesNoByte) {
 
 TEST_F(MemoryLimit, IsKeptByParity) {
   // Small bricks of noise: the file is larger than its samples, and parity takes all that the limit leaves.
-  std::string noise(std::size_t{16} << 20, '\0');
-  std::mt19937 random(1);
-  for (char& byte : noise) byte = static_cast<char>(random());
-  write(noise, "a.raw");
+  write(noise(std::size_t{16} << 20), "a.raw");
   const Arguments encode = {"encode",  "a.raw",   "--dims", "64,64,4096", "--type",  "uint8",
                             "--range", "0:255",   "--cube", "8",          "--brick", "2",
                             "--grid",  "derived", "-f",     "--parity",   "5%",      "-o"};
@@ -134,10 +134,7 @@ TEST_F(MemoryLimit, IsKeptWithManySmallBricks) {
 }
 
 TEST_F(MemoryLimit, IsKeptByNoise) {
-  std::mt19937 random(1);
-  std::string noise(std::size_t{70} * 70 * 70 * 2, '\0');
-  for (char& c : noise) c = static_cast<char>(random());
-  write(noise, "a.raw");
+  write(noise(std::size_t{70} * 70 * 70 * 2), "a.raw");
   for (const Arguments& more : {Arguments{}, Arguments{"--effort", "best"}, Arguments{"--grid-only"}}) {
     const Arguments volume = {"--dims", "70,70,70", "--type", "int16", "-f", "--field-scale", usual_scale};
     run_with_smallest(with(with({"encode", "a.raw", "-o", "a.tag"}, volume), more));
@@ -147,14 +144,11 @@ TEST_F(MemoryLimit, IsKeptByNoise) {
 
 // Values are wider than the samples that they are made of.
 TEST_F(MemoryLimit, IsKeptByValues) {
-  std::mt19937 random(1);
-  std::string noise(std::size_t{700} * 500 * 90, '\0');
-  for (char& c : noise) c = static_cast<char>(random());
   write(
       "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 700 500 90\nspace: LPS\n"
       "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: "
       "raw\nrescale_slope:=0.5\nrescale_intercept:=-9\n\n" +
-          noise,
+          noise(std::size_t{700} * 500 * 90),
       "a.nrrd");
   expect_ok(tagrid(
       {"encode", "a.nrrd", "-qo", "a.tag", "--max-error", "100", "--effort", "fast", "--grid", "derived"}));
@@ -165,10 +159,7 @@ TEST_F(MemoryLimit, IsKeptByValues) {
 }
 
 TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
-  std::mt19937 random(1);
-  std::string noise(std::size_t{800} * 600 * 9, '\0');
-  for (char& c : noise) c = static_cast<char>(random());
-  write(noise, "a.raw");
+  write(noise(std::size_t{800} * 600 * 9), "a.raw");
   expect_ok(tagrid({"encode", "a.raw", "--dims", "800,600,9", "--type", "uint8", "-o", "a.tag"}));
   // Without -q it would warn that OpenVDB cannot record an unknown spacing.
   run_with_smallest({"decode", "a.tag", "-q", "-f", "-o", "b.vdb"});
@@ -182,24 +173,18 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
 
 // What is found before the encoding must fit, too.
 TEST_F(MemoryLimit, IsKeptByEstimatesAndBoundsThatFollowFromSamples) {
-  std::mt19937 random(1);
-  std::string noise(std::size_t{400} * 200 * 70 * 2, '\0');
-  for (char& c : noise) c = static_cast<char>(random());
-  write(noise, "a.raw");
+  write(noise(std::size_t{400} * 200 * 70 * 2), "a.raw");
   const Arguments volume = {"--dims", "400,200,70", "--type", "int16", "-f", "--field-scale", usual_scale};
   run_with_smallest(with({"estimate", "a.raw", "-q", "--errors", "0,100"}, volume));
-  for (const Arguments& rule : {Arguments{"--max-error", "noise:0.1"},
-                                {"--max-error", "noise:0.1", "--cube", "16", "--brick", "1"},
-                                {"--psnr", "20"}})
+  for (const Arguments& rule : {words("--max-error noise:0.1"),
+                                words("--max-error noise:0.1 --cube 16 --brick 1"), words("--psnr 20")})
     run_with_smallest(with(with({"encode", "a.raw", "-q", "-o", "a.tag"}, volume), rule));
 }
 
 // A grid that is derived needs whole layers, with all that encoding keeps for a grid.
 TEST_F(MemoryLimit, IsKeptWhereTheGridIsDerived) {
-  std::mt19937 random(1);
-  std::string noise(std::size_t{250} * 230 * 90 * 2, '\0');
-  for (char& c : noise) c = static_cast<char>(random());
-  write(noise, "a.raw");
+  const std::string samples = noise(std::size_t{250} * 230 * 90 * 2);
+  write(samples, "a.raw");
   const Arguments raw = {"--dims", "250,230,90", "--type", "int16"};
   for (const Arguments& grid : {Arguments{}, Arguments{"--cube", "16", "--brick", "1"}}) {
     const Arguments encode =
@@ -207,7 +192,7 @@ TEST_F(MemoryLimit, IsKeptWhereTheGridIsDerived) {
              with(raw, grid));
     run_with_smallest(encode);
     run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw"});
-    EXPECT_TRUE(content("b.raw") == noise);
+    EXPECT_TRUE(content("b.raw") == samples);
     run_with_smallest({"verify", "a.tag", "-q"});
     run_with_smallest(with({"verify", "a.tag", "-q", "-T", "2", "--against", "a.raw"}, raw));
     run_with_smallest({"mesh", "a.tag", "-f", "-o", "a.vtu", "--level", "4"});

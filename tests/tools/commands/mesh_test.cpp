@@ -1,14 +1,9 @@
 // Meshes and the bounds of their errors.
-#include <cstring>
-
 #include "tests/support/command_line.h"
-#include "tests/support/mesh_field.h"
-#include "tests/support/vtu_reader.h"
+#include "tests/support/ply_reader.h"
 
 namespace tagrid {
 namespace {
-
-// tagrid mesh.
 
 class MeshCommand : public CommandLine {
  protected:
@@ -28,50 +23,38 @@ TEST_F(MeshCommand, TakesItsNameFromTheInput) {
   EXPECT_GT(number(mesh, "NumberOfCells"), 1000);
 }
 
-TEST_F(MeshCommand, SameBytesFromPipesAndForAnyThreadCount) {
+TEST_F(MeshCommand, APipeGivesTheBytesOfTheFile) {
   make_tag({"--cube", "8", "--brick", "2"});
-  expect_ok(tagrid({"mesh", "volume.tag", "-T1", "-o", "one.vtu"}));
-  const std::string mesh = content("one.vtu");
-  for (const char* threads : {"2", "3", "7"})
-    EXPECT_TRUE(tagrid({"mesh", "-", "-T", threads}, content("volume.tag")).out == mesh) << threads;
-}
-
-TEST_F(MeshCommand, ALowerLevelHasFewerTetrahedraAndPaddingMore) {
-  make_tag();
-  const auto cells = [&](const Arguments& options) {
+  for (const Arguments& options :
+       {words("-T3"), words("--level 5"), words("--padded"), words("--coarsen=20 -T2"),
+        words("--coarsen=20 -M40M"), words("--region 3:9,:,20: --level 5"),
+        words("--region=3:9,:,20: --coarsen 20")}) {
     expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
-    return number(content("x.vtu"), "NumberOfCells");
-  };
-  const long all = cells({}), some = cells({"--level", "6"}), none = cells({"--level=0"});
-  EXPECT_LT(none, some);
-  EXPECT_LT(some, all);
-  EXPECT_EQ(cells({"--level", "15"}), all);
-  EXPECT_GT(cells({"--padded"}), all);
-  EXPECT_EQ(cells({"--padded", "--level=0"}), 2 * 2 * 2 * 6) << "six tetrahedra a root cube";
-}
-
-TEST_F(MeshCommand, ALargerErrorGivesFewerTetrahedra) {
-  make_tag();
-  const auto cells = [&](const Arguments& options) {
-    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
-    return number(content("x.vtu"), "NumberOfCells");
-  };
-  const long some = cells({"--coarsen=20"});
-  EXPECT_LT(cells({"--coarsen", "100"}), some);
-  EXPECT_GT(cells({"--coarsen", "2"}), some);
-  EXPECT_EQ(cells({"--coarsen=1e9"}), cells({"--level=0"}));
-  EXPECT_EQ(cells({"--coarsen=1e9", "--padded"}), 2 * 2 * 2 * 6);
-}
-
-TEST_F(MeshCommand, ACoarsenedMeshIsTheSameFromPipesAndForAnyThreadsAndMemory) {
-  make_tag({"--cube", "8", "--brick", "2"});
-  expect_ok(tagrid({"mesh", "volume.tag", "--coarsen=20", "-T1", "-o", "one.vtu"}));
-  const std::string mesh = content("one.vtu");
-  for (const char* threads : {"2", "7"})
-    EXPECT_TRUE(tagrid({"mesh", "-", "--coarsen=20", "-T", threads}, content("volume.tag")).out == mesh)
-        << threads;
-  EXPECT_TRUE(tagrid({"mesh", "-", "--coarsen=20", "-M40M"}, content("volume.tag")).out == mesh);
+    EXPECT_GT(number(content("x.vtu"), "NumberOfCells"), 0);
+    EXPECT_TRUE(tagrid(with({"mesh", "-", "-o", "-"}, options), content("volume.tag")).out ==
+                content("x.vtu"))
+        << options[0];
+  }
   expect_error(tagrid({"mesh", "volume.tag", "--coarsen=20", "-M", "1M"}), usage, "-M");
+}
+
+TEST_F(MeshCommand, OptionsSayHowFineAndHowLargeTheMeshIs) {
+  make_tag();
+  const auto cells = [&](const Arguments& options) {
+    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
+    return number(content("x.vtu"), "NumberOfCells");
+  };
+  const long all = cells({}), some = cells({"--level", "6"});
+  EXPECT_LT(some, all);
+  for (const char* whole : {"--level=15", "--region=:,:,:"}) EXPECT_EQ(cells({whole}), all);
+  EXPECT_GT(cells({"--padded"}), all);
+  for (const char* coarse : {"--level=0", "--coarsen=1e9"}) {
+    EXPECT_LT(cells({coarse}), some);
+    EXPECT_EQ(cells({coarse, "--padded"}), 2 * 2 * 2 * 6) << "six tetrahedra a root cube";
+  }
+  const long coarsened = cells({"--coarsen=20"});
+  EXPECT_LT(cells({"--coarsen", "100"}), coarsened);
+  EXPECT_GT(cells({"--coarsen", "2"}), coarsened);
 }
 
 TEST_F(MeshCommand, AnErrorIsInUnitsOfValues) {
@@ -95,21 +78,6 @@ TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
   for (const char* error : {"nan", "inf", "x"})
     expect_error(tagrid({"mesh", "volume.tag", "--coarsen", error}), usage, "--coarsen");
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
-}
-
-TEST_F(MeshCommand, ARegionHasFewerTetrahedraAndIsTheSameFromAPipe) {
-  make_tag({"--cube", "8", "--brick", "2"});
-  expect_ok(tagrid({"mesh", "volume.tag"}));
-  for (const Arguments& more : {Arguments{}, {"--level", "5"}, {"--padded"}, {"--coarsen", "20"}}) {
-    const Arguments options = with({"--region", "3:9,:,20:"}, more);
-    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
-    const std::string mesh = content("x.vtu");
-    EXPECT_LT(number(mesh, "NumberOfCells"), number(content("volume.vtu"), "NumberOfCells"));
-    EXPECT_GT(number(mesh, "NumberOfCells"), 0);
-    EXPECT_TRUE(tagrid(with({"mesh", "-", "-o", "-"}, options), content("volume.tag")).out == mesh);
-  }
-  expect_ok(tagrid({"mesh", "volume.tag", "-fo", "x.vtu", "--region=:,:,:"}));
-  EXPECT_TRUE(content("x.vtu") == content("volume.vtu"));
 }
 
 TEST_F(MeshCommand, EveryFormatHasTheSameFigures) {
@@ -162,120 +130,184 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
   EXPECT_EQ(names(), (std::vector<std::string>{"same.vtu", "volume.nrrd", "volume.tag", "volume.vtu"}));
 }
 
-TEST_F(MeshCommand, ADamagedFileLeavesNoMesh) {
-  make_tag({"--cube", "8", "--brick", "1"});
-  std::string bytes = content("volume.tag");
-  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
-  file("bad.tag", bytes);
-  expect_error(tagrid({"mesh", "bad.tag"}), broken_input, "bad.tag: ");
-  expect_error(tagrid({"mesh", "bad.tag", "--coarsen=5"}), broken_input, "bad.tag: ");
-  EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "volume.nrrd", "volume.tag"}));
-}
+// --mesh-error.
 
-// --mesh-error on the command line: refusals, and the error of the written mesh.
-
-class MeshErrorCommand : public CommandLine {
- protected:
-  MeshErrorCommand() { phantom("volume.raw"); }
-
-  Ending encode(const Arguments& options) const {
-    return tagrid(with(with({"encode", "volume.raw", "-f", "--cube", "8", "--brick", "2"}, raw_), options));
-  }
-
-  // The largest error of the written mesh, found by searching for every sample in its tetrahedra.
-  double error_of_mesh() const {
-    expect_ok(tagrid({"mesh", "volume.tag", "-f"}));
-    Vtu vtu(path("volume.vtu"));
-    const LatticeMesh mesh = read_lattice_mesh(vtu);
-    const std::vector<std::int16_t> values = vtu.array<std::int16_t>("Int16", "value");
-    const std::string bytes = content("volume.raw");
-    std::vector<std::int16_t> samples(bytes.size() / 2);
-    std::memcpy(samples.data(), bytes.data(), bytes.size());
-    const Box box = Box::of_size({52, 40, 36});
-    std::int64_t disagree = 0;
-    const std::vector<Fraction> field = field_of_mesh(mesh, values, box, disagree);
-    EXPECT_EQ(disagree, 0);
-    double worst = 0;
-    for (std::size_t i = 0; i < field.size(); ++i) {
-      EXPECT_GT(field[i].whole, 0) << "a sample is in no tetrahedron";
-      const std::int64_t difference = std::abs(field[i].sum - field[i].whole * samples[i]);
-      worst = std::max(worst, static_cast<double>(difference) / static_cast<double>(field[i].whole));
-    }
-    return worst;
-  }
-
-  void expect_promise(const Arguments& options, double bound) const {
-    SCOPED_TRACE(testing::PrintToString(options));
-    expect_ok(encode(with(options, {"--json", "run.json"})));
-    const double found = error_of_mesh();
-    EXPECT_LE(found, bound);
-    EXPECT_EQ(json_of("run.json")["achieved"]["mesh_error"].get<double>(), found);
-    const auto info = nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out);
-    EXPECT_EQ(info["achieved"]["mesh_error"].get<double>(), found);
-    EXPECT_EQ(info["mesh_error"].get<double>(), bound);
-    EXPECT_EQ(tagrid(with({"verify", "volume.tag", "--against", "volume.raw"}, raw_)).code, 0);
-    EXPECT_EQ(std::remove(path("run.json").c_str()), 0);
-  }
-};
-
-TEST_F(MeshErrorCommand, TheMeshIsWithinItsBoundWhateverElseIsAsked) {
-  expect_promise({"--mesh-error", "5"}, 5);
-  expect_promise({"--max-error", "2", "--mesh-error", "5"}, 5);
-  expect_promise({"--surface-error", "1", "--max-error", "8", "--mesh-error", "4"}, 4);
-  expect_promise({"--grid-only", "--max-error", "4", "--mesh-error", "3"}, 3);
-  expect_promise({"--grid-only", "--mesh-error", "30"}, 30);
-  expect_promise({"--max-error", "9", "--mesh-error", "40", "--effort", "best"}, 40);
-}
-
-TEST_F(MeshErrorCommand, ABoundBelowThatOfTheValuesIsRefusedAndTheAdviceWorks) {
+TEST_F(MeshCommand, ABoundOfTheMeshIsRecordedAndOneThatCannotBeKeptIsRefusedWithAdviceThatWorks) {
+  phantom("volume.nrrd");
+  const auto encode = [&](const Arguments& options) {
+    return tagrid(with({"encode", "volume.nrrd", "-f", "--cube", "8", "--json", "run.json"}, options));
+  };
+  const auto info = [&] { return nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out); };
+  expect_ok(encode({"--max-error", "5"}));
+  EXPECT_TRUE(info()["mesh_error"].is_null() && info()["achieved"]["mesh_error"].is_null());
   const Ending refused = encode({"--max-error", "10", "--mesh-error", "3"});
   expect_error(refused, usage, "--mesh-error 3 cannot be kept with --max-error 10");
   EXPECT_TRUE(
       has(refused.err, "--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"));
-  EXPECT_EQ(names(), std::vector<std::string>{"volume.raw"});
-  expect_promise({"--max-error", "10", "--mesh-error", "10"}, 10);
-  expect_promise({"--max-error", "3", "--mesh-error", "3"}, 3);
-  expect_promise({"--max-error", "10", "--mesh-error", "3", "--surface-error", "3"}, 3);
-}
-
-TEST_F(MeshErrorCommand, WithoutABoundNothingIsRecorded) {
-  for (const Arguments& options : {Arguments{"--max-error", "5"}, {"--grid-only", "--max-error", "5"}}) {
+  for (const Arguments& options :
+       {words("--max-error 10 --mesh-error 10"), words("--max-error 3 --mesh-error 3"),
+        words("--max-error 10 --surface-error 3 --mesh-error 3"), words("--grid-only --mesh-error 30")}) {
     expect_ok(encode(options));
-    const auto info = nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out);
-    EXPECT_TRUE(info["achieved"]["mesh_error"].is_null());
-    EXPECT_TRUE(info["mesh_error"].is_null());
+    const nlohmann::json file = info(), reached = file["achieved"]["mesh_error"];
+    EXPECT_EQ(file["mesh_error"], std::stoi(options.back()));
+    EXPECT_LE(reached, file["mesh_error"]);
+    EXPECT_GT(reached, 0);
+    EXPECT_EQ(json_of("run.json")["achieved"]["mesh_error"], reached);
+    expect_ok(tagrid({"verify", "volume.tag", "-q", "--against", "volume.nrrd"}));
+  }
+  // Separate parts and strips need values of the bricks around them.
+  const Arguments small = {"--max-error", "6", "--mesh-error", "30", "--brick", "1"};
+  expect_ok(encode(with(small, {"-T1"})));
+  const std::string file = content("volume.tag");
+  for (const Arguments& more : {Arguments{"-T5"}, {"--resume", "-T3"}, {"-M", "14M", "-T1"}}) {
+    expect_ok(encode(with(small, more)));
+    EXPECT_TRUE(content("volume.tag") == file) << more[0];
   }
 }
 
-// A part that is encoded separately needs values of the bricks around it.
-TEST_F(MeshErrorCommand, TheRecordIsTheSameInPartsInStripsAndForAnyThreads) {
-  const Arguments options = {"--max-error", "6", "--mesh-error", "30", "--brick", "1"};
-  const auto file_of = [&](const Arguments& more) {
-    const Ending ending =
-        tagrid(with(with(with({"encode", "volume.raw", "-f", "--cube", "8"}, raw_), options), more));
-    EXPECT_EQ(ending.code, 0) << ending.err;
-    return content("volume.tag");
+// tagrid surface.
+
+class SurfaceCommand : public CommandLine {};
+
+TEST_F(SurfaceCommand, TakesItsNameFromTheInput) {
+  make_tag({"--grid-only"});
+  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40"}));
+  EXPECT_GT(read_ply(content("volume.ply")).triangles.size(), 100U);
+}
+
+TEST_F(SurfaceCommand, SameBytesFromPipesAndForAnyThreadCount) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  for (const Arguments& options : {Arguments{}, {"--region", "3:20,:,5:"}, {"--close"}}) {
+    expect_ok(tagrid(with({"surface", "volume.tag", "--iso=40.5", "-T1", "-fo", "one.ply"}, options)));
+    const std::string surface = content("one.ply");
+    EXPECT_GT(read_ply(surface).triangles.size(), 50U);
+    for (const char* threads : {"2", "7"})
+      EXPECT_TRUE(tagrid(with({"surface", "-", "--iso=40.5", "-o", "-", "-T", threads}, options),
+                         content("volume.tag"))
+                      .out == surface)
+          << threads;
+  }
+}
+
+TEST_F(SurfaceCommand, WritesEveryFormatUnderALimitOnMemory) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  for (const char* name : {"x.ply", "x.stl", "x.obj", "x.vtp"})
+    expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "-o", name, "-M", "64M"}));
+  expect_error(tagrid({"surface", "volume.tag", "--iso", "40", "-o", "y.ply", "-M", "1M"}), usage, "-M");
+  EXPECT_EQ(names(),
+            (std::vector<std::string>{"volume.nrrd", "volume.tag", "x.obj", "x.ply", "x.stl", "x.vtp"}));
+}
+
+TEST_F(SurfaceCommand, ReportsItsFigures) {
+  make_tag();
+  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "--json", "x.json"}));
+  auto json = json_of("x.json");
+  const PlySurface surface = read_ply(content("volume.ply"));
+  const SurfaceFindings found = check_surface(surface.vertices.size(), surface.triangles);
+  EXPECT_EQ(json["command"], "surface");
+  EXPECT_EQ(json["bytes_out"], content("volume.ply").size());
+  EXPECT_EQ(json["settings"]["iso"], 40);
+  EXPECT_EQ(json["settings"]["vertices"], surface.vertices.size());
+  EXPECT_EQ(json["settings"]["triangles"], surface.triangles.size());
+  EXPECT_EQ(json["settings"]["boundary_edges"], found.border_edges);
+  EXPECT_GT(json["settings"]["area"], 0);
+  expect_ok(
+      tagrid({"surface", "volume.tag", "--iso", "40", "-fo", "a.ply", "--json=x.json", "--region=:,:,3:9"}));
+  json = json_of("x.json");
+  EXPECT_TRUE(json["settings"]["boundary_edges"].is_null());
+}
+
+/// The triangles without area of a binary STL file.
+int flat_triangles(const std::string& stl) {
+  int flat = 0;
+  for (std::size_t at = 84; at + 50 <= stl.size(); at += 50) {
+    std::array<std::array<float, 3>, 3> corners;
+    std::memcpy(corners.data(), stl.data() + at + 12, sizeof corners);
+    flat += corners[0] == corners[1] || corners[1] == corners[2] || corners[0] == corners[2];
+  }
+  return flat;
+}
+
+// A stage at 2.5 m with steps of 0.5 um.
+TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelps) {
+  phantom("plain.nrrd");
+  const std::string samples = samples_of(content("plain.nrrd"));
+  for (const auto& [name, origin] :
+       {std::pair("near", "(0,0,0)"), {"far", "(2500000.3,2500000.3,2500000.3)"}}) {
+    file(name + std::string(".nrrd"),
+         "NRRD0004\ntype: int16\ndimension: 3\nspace dimension: 3\nsizes: 52 40 36\nendian: "
+         "little\nspace "
+         "directions: "
+         "(0.5,0,0) (0,0.5,0) (0,0,0.5)\nspace origin: " +
+             std::string(origin) + "\nencoding: raw\n\n" + samples);
+    expect_ok(tagrid({"encode", name + std::string(".nrrd")}));
+  }
+  const auto surface = [&](const std::string& tag, const std::string& output) {
+    return tagrid({"surface", tag, "--iso", "40.5", "-fo", output});
   };
-  const std::string file = file_of({"-T1"});
-  for (const Arguments& more :
-       {Arguments{"-T5"}, {"--resume"}, {"--resume", "-T", "3"}, {"-M", "14M", "-T1"}})
-    EXPECT_TRUE(file_of(more) == file) << testing::PrintToString(more);
+  expect_ok(surface("near.tag", "near.stl"));
+  const Ending far = surface("far.tag", "far.stl");
+  EXPECT_EQ(far.code, 0);
+  EXPECT_TRUE(has(far.err, "far.stl: STL has 32-bit numbers"));
+  EXPECT_TRUE(has(far.err, "where samples are 0.5 apart"));
+  EXPECT_GT(flat_triangles(content("far.stl")), flat_triangles(content("near.stl")));
+  // The other formats, which it names, move nothing.
+  for (const char* format : {".ply", ".vtp", ".obj"})
+    expect_ok(surface("far.tag", std::string("far") + format));
+  expect_ok(surface("near.tag", "near.ply"));
+  const PlySurface here = read_ply(content("near.ply")), there = read_ply(content("far.ply"));
+  ASSERT_EQ(here.vertices.size(), there.vertices.size());
+  for (std::size_t i = 0; i < here.vertices.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      ASSERT_NEAR(there.vertices[i][axis] - here.vertices[i][axis], 2500000.3, 1e-8);
+  const std::string obj = content("far.obj"), first = obj.substr(obj.find("v ") + 2);
+  EXPECT_EQ(std::stod(first), there.vertices[0][0]);
+  // A volume of NIfTI has its place in 32 bits, too.
+  const Ending nifti = tagrid({"decode", "far.tag", "-fo", "far.nii"});
+  EXPECT_TRUE(has(nifti.err, "32-bit numbers"));
 }
 
-TEST_F(MeshErrorCommand, ACutMeshOfTheVolumeIsExactlyAsLargeAsTheVolume) {
-  for (const Arguments& options : {Arguments{"--max-error", "4"}, {"--grid-only"}}) {
-    expect_ok(encode(options));
-    for (const char* level : {"0", "5", "9"}) {
-      expect_ok(tagrid({"mesh", "volume.tag", "-f", "--level", level}));
-      Vtu vtu(path("volume.vtu"));
-      const Index3 last{51, 39, 35};
-      const LatticeMesh mesh = read_lattice_mesh(vtu);
-      const MeshFindings found = check_mesh(
-          mesh, [](const auto&) {}, Box::of_size({52, 40, 36}));
-      EXPECT_TRUE(found.good()) << found.text();
-      EXPECT_EQ(found.six_volumes, 6 * last.x * last.y * last.z);
-    }
-  }
+TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
+  make_tag();
+  const auto result = tagrid({"surface", "volume.tag", "--iso", "30000"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_TRUE(has(result.err, "the surface is empty"));
+  EXPECT_TRUE(read_ply(content("volume.ply")).vertices.empty());
+}
+
+TEST_F(SurfaceCommand, ThatTheGridTookNoNoticeOfAMaskIsSaidAndTheAdviceHelps) {
+  std::string samples(std::size_t{30 * 30 * 30}, '\0');
+  for (std::size_t z = 10; z < 20; ++z)
+    for (std::size_t y = 10; y < 20; ++y)
+      for (std::size_t x = 10; x < 20; ++x) samples[(z * 30 + y) * 30 + x] = 1;
+  file("mask.nrrd", "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 30 30 30\nencoding: raw\n\n" + samples);
+  expect_ok(tagrid({"encode", "mask.nrrd"}));
+  const auto result = tagrid({"surface", "mask.tag", "--iso", "0.5"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_TRUE(has(result.err, "--range auto"));
+  expect_ok(tagrid({"encode", "mask.nrrd", "-f", "--range", "auto"}));
+  expect_ok(tagrid({"surface", "mask.tag", "--iso", "0.5", "-f", "--json", "x.json"}));
+  EXPECT_NEAR(json_of("x.json")["settings"]["area"].get<double>(), 600, 60);
+}
+
+TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
+  make_tag();
+  for (const char* level : {"-1", "16", "x"})
+    expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--level", level}), usage, "--level");
+  for (const char* iso : {"nan", "inf", "x", "1e999"})
+    expect_error(tagrid({"surface", "volume.tag", "--iso", iso}), usage, "--iso");
+  expect_error(tagrid({"surface", "volume.tag"}), usage, "--iso is required");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage, "use tagrid mesh");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "needs -o FILE");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.ply", "--region", "0:999,:,:"}), usage,
+               "volume");
+  expect_error(tagrid({"surface", "missing.tag", "--iso=1"}), world, "missing.tag");
+  expect_error(tagrid({"surface", "volume.nrrd", "--iso=1", "-o", "x.ply"}), broken_input, "not a .tag file");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "no/x.ply"}), world, "no/x.ply");
+  file("volume.ply", "precious");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1"}), usage, "volume.ply: already exists");
+  EXPECT_EQ(content("volume.ply"), "precious");
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.ply", "volume.tag"}));
 }
 
 }  // namespace

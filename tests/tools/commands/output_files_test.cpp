@@ -1,8 +1,5 @@
 // Files: names, overwriting, permissions, times, removal, and leftovers after failures.
 
-#include <fcntl.h>
-
-#include <chrono>
 #include <thread>
 
 #include "io/errors/errors.h"
@@ -52,14 +49,6 @@ TEST_F(OutputFiles, AnOutputThatExistsNeedsForce) {
   EXPECT_EQ(content("volume.tag"), before);
   expect_ok(tagrid({"encode", "volume.nrrd", "--max-error=5", "-f"}));
   EXPECT_NE(content("volume.tag"), before);
-}
-
-TEST_F(OutputFiles, BothFilesOfADetachedHeaderNeedForce) {
-  make_tag();
-  file("other.raw", "precious");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "other.nhdr"}), usage, "other.raw: already exists");
-  EXPECT_EQ(content("other.raw"), "precious");
-  EXPECT_EQ(names(), (Names{"other.raw", "volume.nrrd", "volume.tag"}));
 }
 
 TEST_F(OutputFiles, TheInputIsNeverTheOutputByWhateverName) {
@@ -335,15 +324,6 @@ TEST_F(OutputFiles, NamesThatADetachedHeaderCannotSayAreRefused) {
   }
 }
 
-TEST_F(OutputFiles, TheStatisticsAndTheOutputAppearTogether) {
-  make_tag();
-  expect_error(tagrid({"encode", "volume.nrrd", "-o", "x.tag", "--json", "/dev/full"}), world, "/dev/full");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nhdr", "--json", "/dev/full"}), world, "/dev/full");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.vtu", "--json", "/dev/full"}), world, "/dev/full");
-  expect_error(tagrid({"phantom", "--dims=9,9,9", "-o", "x.raw", "--json", "/dev/full"}), world, "/dev/full");
-  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
-}
-
 TEST_F(OutputFiles, AWriteErrorIsReportedWhileTheInputIsIdle) {
   phantom("volume.nrrd", {"--dims", "40,40,100"});
   expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "8", "--brick", "1"}));
@@ -372,29 +352,26 @@ TEST_F(OutputFiles, NothingIsRemovedAfterAFailure) {
   EXPECT_EQ(names(), (Names{"broken.tag", "volume.nrrd", "volume.tag"}));
 }
 
-TEST_F(OutputFiles, AMissingFolderIsAFailureOfTheWorld) {
-  make_tag();
-  expect_error(tagrid({"encode", "volume.nrrd", "-o", "no/x.tag"}), world, "no/x.tag: cannot create");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "no/x.nrrd"}), world, "no/x.nrrd");
-  expect_error(tagrid({"encode", "volume.nrrd", "-o", "x.tag", "--json", "no/x.json"}), world, "no/x.json");
-  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
-}
-
-TEST_F(OutputFiles, AFolderIsNoOutput) {
+TEST_F(OutputFiles, WhatCannotBeWrittenLeavesNothing) {
   make_tag();
   expect_ok(script("mkdir folder.nrrd"));
-  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "folder.nrrd"}), usage, "is a directory");
-  expect_error(tagrid({"decode", "volume.tag", "-fo", "folder.nrrd"}), usage, "is a directory");
-}
-
-TEST_F(OutputFiles, AFullDiskLeavesNothing) {
-  make_tag();
-  expect_error(tagrid({"decode", "volume.tag", "-o", "/dev/full"}), world, "No space left");
-  expect_error(script("\"$TAGRID\" encode volume.nrrd -o - > /dev/full"), world, "No space left");
+  const std::tuple<const char*, int, const char*> cases[] = {
+      {"encode volume.nrrd -o x.tag --json /dev/full", world, "/dev/full"},
+      {"decode volume.tag -o x.nhdr --json /dev/full", world, "/dev/full"},
+      {"mesh volume.tag -o x.vtu --json /dev/full", world, "/dev/full"},
+      {"phantom --dims=9,9,9 -o x.raw --json /dev/full", world, "/dev/full"},
+      {"encode volume.nrrd -o no/x.tag", world, "no/x.tag: cannot create"},
+      {"decode volume.tag -o no/x.nrrd", world, "no/x.nrrd"},
+      {"encode volume.nrrd -o x.tag --json no/x.json", world, "no/x.json"},
+      {"encode volume.nrrd -fo folder.nrrd", usage, "is a directory"},
+      {"decode volume.tag -fo folder.nrrd", usage, "is a directory"},
+      {"decode volume.tag -o /dev/full", world, "No space left"},
+      {"encode volume.nrrd -o - > /dev/full", world, "No space left"}};
+  for (const auto& [words, code, what] : cases)
+    expect_error(script(std::string("$TAGRID ") + words), code, what);
   // A limit on the size of files ends a write like a full disk.
-  expect_error(script("ulimit -f 16; \"$TAGRID\" decode volume.tag -o x.nrrd"), world,
-               "x.nrrd: cannot write");
-  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+  expect_error(script("ulimit -f 16; $TAGRID decode volume.tag -o x.nrrd"), world, "x.nrrd: cannot write");
+  EXPECT_EQ(names(), (Names{"folder.nrrd", "volume.nrrd", "volume.tag"}));
 }
 
 TEST_F(OutputFiles, PermissionDeniedIsAFailureOfTheWorld) {

@@ -9,7 +9,6 @@
 #include "tests/support/command_line.h"
 #include "tests/support/png_reader.h"
 #include "tests/support/points.h"
-#include "tests/support/tag_in_memory.h"
 #include "tools/preview/sheet.h"
 
 namespace tagrid {
@@ -246,16 +245,7 @@ TEST_F(PreviewCommand, ARegularFileOnStandardInputIsRead) {
   EXPECT_EQ(png_of(content("b.png")).height, png_of(content("a.png")).height);
 }
 
-TEST_F(PreviewCommand, ADamagedBrickThatIsShownLeavesNoPicture) {
-  make_tag({"--cube", "8", "--brick", "1", "--strip"});
-  const std::string good = content("volume.tag");
-  std::string bad = good;
-  const auto bricks = frames(good);
-  for (const auto& [start, size] : bricks) bad[start + 10] = static_cast<char>(bad[start + 10] ^ 1);
-  file("bad.tag", bad);
-  const auto before = names();
-  expect_error(tagrid({"preview", "bad.tag", "-o", "a.png"}), broken_input, "bad.tag");
-  EXPECT_EQ(names(), before);
+TEST_F(PreviewCommand, WhatIsNoTagFileIsNamed) {
   file("no.tag", "no .tag file at all, but a text");
   expect_error(tagrid({"preview", "no.tag"}), broken_input, "no.tag");
   expect_error(tagrid({"preview", "missing.tag"}), world, "missing.tag");

@@ -1,6 +1,4 @@
 // decode --region and --step on the command line.
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <random>
 
@@ -149,18 +147,6 @@ TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
     EXPECT_LT(piped.peak_bytes, std::size_t{20} << 20);
     EXPECT_EQ(content("part.raw"), content("piped.raw"));
   }
-}
-
-// Damage elsewhere does not matter, as those bricks are not read.
-TEST_F(RegionOptions, DamageInOtherBricksDoesNotMatter) {
-  make_tag({"--cube", "8", "--brick", "1"});
-  const std::string samples = whole();
-  std::string bytes = content("volume.tag");
-  bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
-  file("volume.tag", bytes);
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "low.raw", "--region", ":,:,0:9"}));
-  EXPECT_EQ(content("low.raw"), part_of(samples, {0, 0, 0}, {52, 40, 9}));
-  expect_error(tagrid({"decode", "volume.tag", "-o", "all.raw"}), broken_input, "checksum");
 }
 
 }  // namespace

@@ -1,10 +1,5 @@
 // protect and repair, as a user runs them.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cstring>
-#include <filesystem>
-#include <string>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
@@ -36,21 +31,6 @@ class RepairCommands : public CommandLine {
   std::string plain_;
 };
 
-TEST_F(RepairCommands, BringBackAFileThatEncodeProtected) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
-  const std::string whole = content("b.tag");
-  EXPECT_TRUE(whole.starts_with(plain_)) << "parity follows the file";
-  expect_ok(tagrid({"verify", "b.tag", "-q"}));
-  for (const std::size_t begin : {std::size_t{0}, plain_.size() / 2, plain_.size() - 30, whole.size() - 40}) {
-    file("c.tag", damaged(whole, begin, 30));
-    expect_repaired("c.tag", whole);
-  }
-  file("c.tag", damaged(whole, 100, plain_.size() / 5));
-  EXPECT_FALSE(std::filesystem::exists(path("lost.tag")));
-  EXPECT_EQ(tagrid({"repair", "c.tag", "-o", "lost.tag"}).code, broken_input);
-  EXPECT_FALSE(std::filesystem::exists(path("lost.tag"))) << "the damage exceeds what the parity can repair";
-}
-
 // Parity brings bytes back, whatever they are.
 TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
   auto* const bytes = reinterpret_cast<std::byte*>(plain_.data());
@@ -81,23 +61,6 @@ TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
       EXPECT_TRUE(content("whole.tag") == whole);
     }
   }
-}
-
-TEST_F(RepairCommands, ProtectAddsWhatEncodeAdds) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
-  EXPECT_TRUE(content("a.tag") == content("b.tag"));
-  expect_error(tagrid({"protect", "a.tag", "--parity", "5%"}), usage, "already has parity");
-  file("a.tag", damaged(plain_, plain_.size() / 3, 1));
-  EXPECT_EQ(tagrid({"protect", "a.tag", "--parity", "5%"}).code, broken_input) << "a damaged file";
-}
-
-TEST_F(RepairCommands, ParityMayLieBesideTheFile) {
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
-  EXPECT_TRUE(content("a.tag") == plain_);
-  file("a.tag", damaged(plain_, 20, 50));
-  expect_repaired("a.tag", plain_);
-  EXPECT_TRUE(content("a.tag") == damaged(plain_, 20, 50)) << "the input stays as it is";
 }
 
 // Another file has taken the place of the one that was protected, and differs in a few bytes.
@@ -194,9 +157,8 @@ TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
   expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
   file("c.tag", damaged(content("a.tag"), plain_.size() / 2, 30));
   const std::string advice = "; tagrid repair c.tag -o OUT rebuilds what is damaged";
-  for (const Arguments& command :
-       {Arguments{"decode", "c.tag"}, Arguments{"mesh", "c.tag"}, Arguments{"surface", "c.tag", "--iso", "9"},
-        Arguments{"restore", "c.tag", "-o", "files"}, Arguments{"verify", "c.tag"}})
+  for (const Arguments& command : {words("decode c.tag"), words("mesh c.tag"), words("surface c.tag --iso 9"),
+                                   words("restore c.tag -o files"), words("verify c.tag")})
     expect_error(tagrid(command), broken_input, advice);
   const std::string message = tagrid({"decode", "c.tag"}).err;
   EXPECT_LT(message.find(advice), message.find("; --salvage decodes the intact bricks")) << message;

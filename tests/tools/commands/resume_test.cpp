@@ -1,6 +1,5 @@
 // encode --resume: the leftovers of an interruption are enough to continue, and nothing else is continued.
 // TAGRID_KILLS sets how many random moments are tried for each signal, and TAGRID_SEED selects them.
-#include <fcntl.h>
 #include <sys/file.h>
 
 #include "tests/support/resumed_runs.h"

@@ -6,10 +6,11 @@
 import gzip
 import json
 import struct
-import subprocess
 import unittest
 
 from program import ProgramTest, decoder, numpy
+
+from forged import Forged
 
 CODES = {"uint8": 2, "int16": 4, "float32": 16, "uint16": 512}
 
@@ -45,41 +46,6 @@ def moments(type, shape, seed=1):
         volumes = volumes * 0.37 - 5
         volumes[random.random(shape) < 0.01] = numpy.nan
     return volumes.astype(type)
-
-
-def members(data):
-    """The members of a file: offsets and (kind, factor, length)."""
-    start = struct.unpack_from("<Q", data, len(data) - 24)[0]
-    size, packed = struct.unpack_from("<QQ", data, start + 4)
-    sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
-    at = 0
-    while True:
-        kind, length = struct.unpack_from("<IQ", sections, at)
-        if kind == 3:
-            break
-        at += 12 + length
-    return [struct.unpack_from("<IIQQ", sections, at + 12 + i) for i in range(0, length, 24)]
-
-
-def forged(data, parts):
-    """A file with other members: [(kind, factor, content)]. All checksums are right."""
-    first = members(data)[0][2]
-    start = struct.unpack_from("<Q", data, len(data) - 24)[0]
-    body = bytearray(data[:first])
-    at, table, before = first, b"", struct.unpack_from("<Q", data, first - 8)[0]
-    for kind, factor, content in parts:
-        member = struct.pack("<IIIQ", decoder.MEMBER, kind, factor, len(content)) + content
-        before = decoder.chained(member, before)
-        table += struct.pack("<IIQQ", kind, factor, len(body), len(content))
-        body += member + struct.pack("<Q", before)
-    size, packed = struct.unpack_from("<QQ", data, start + 4)
-    sections = decoder.unpack(data[start + 20:start + 20 + packed], size)
-    sections = sections[:-24 * len(members(data)) - 12] + (struct.pack("<IQ", 3, len(table)) + table if table else b"")
-    frame = subprocess.run(["zstd", "-c", "-q", f"--stream-size={len(sections)}"], input=sections, capture_output=True,
-                           check=True).stdout
-    directory = struct.pack("<IQQ", 0, len(sections), len(frame)) + frame
-    directory += struct.pack("<Q", decoder.chained(directory, before))
-    return bytes(body) + directory + struct.pack("<Q", len(body)) + data[-16:]
 
 
 class Volumes(ProgramTest):
@@ -243,8 +209,8 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(volumes))
         self.tagrid("encode", "scan.nii", "-q")
         data = bytearray((self.folder / "scan.tag").read_bytes())
-        _, _, offset, length = members(data)[0]
-        data[offset + length // 2] ^= 1
+        content = Forged(data).members()[0][2]
+        data[data.index(content) + len(content) // 2] ^= 1
         (self.folder / "scan.tag").write_bytes(data)
         for number in (0, 2):
             numpy.testing.assert_array_equal(self.decoded("scan.tag", number, "int16", (70, 70, 70)), volumes[number])
@@ -267,8 +233,9 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(moments("int16", (4, 70, 70, 70))))
         self.tagrid("encode", "scan.nii", "-q", "--strip")
         data = bytearray((self.folder / "scan.tag").read_bytes())
-        data[members(data)[0][2] // 2] ^= 1
-        data[members(data)[1][2] + 20 + 30] ^= 1  # in the header of volume 2
+        first, second, _ = (data.index(content) for _, _, content in Forged(data).members())
+        data[first // 2] ^= 1
+        data[second + 30] ^= 1  # in the header of volume 2
         (self.folder / "scan.tag").write_bytes(data)
         verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
         lines = verified.stdout.decode().splitlines()
@@ -386,10 +353,9 @@ class Volumes(ProgramTest):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         self.tagrid("encode", "scan.nii", "-q")
         data = (self.folder / "scan.tag").read_bytes()
-        contents = [(kind, factor, data[offset + 20:offset + 20 + length])
-                    for kind, factor, offset, length in members(data)]
+        contents = Forged(data).members()
         self.assertEqual([c[:2] for c in contents], [(2, 1), (2, 2)])
-        (self.folder / "same.tag").write_bytes(forged(data, contents))
+        (self.folder / "same.tag").write_bytes(Forged(data).with_members(contents).data())
         self.tagrid("verify", "same.tag", "--against", "scan.nii")
         self.tagrid("encode", "scan.nii", "--series", 1, "--max-error", 2, "-q", "-o", "loose.tag")
         self.write("small.nii", nifti(moments("int16", (1, 4, 6, 70))))
@@ -404,7 +370,7 @@ class Volumes(ProgramTest):
                 ([contents[0], (2, 2, loose)], b"volume 2: the volume has another size"),
                 ([contents[0], (2, 2, data)], b"volume 2: the volume has another size"),
                 ([contents[0], (2, 2, b"x" * 100)], b"volume 2")):
-            (self.folder / "forged.tag").write_bytes(forged(data, parts))
+            (self.folder / "forged.tag").write_bytes(Forged(data).with_members(parts).data())
             self.assertIn(words, self.tagrid("verify", "forged.tag", code=65).stderr)
             self.tagrid("decode", "forged.tag", "-o", "a.nii", "-f", code=65)
             self.tagrid("verify", "-", code=65, input=(self.folder / "forged.tag").read_bytes())

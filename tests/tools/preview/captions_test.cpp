@@ -3,7 +3,6 @@
 #include "io/metadata/text.h"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include "io/files/open_source.h"
 #include "tests/support/command_line.h"

@@ -1,6 +1,4 @@
 // What the program says while it runs and where it fails: advice, progress, printable output.
-#include <gtest/gtest.h>
-
 #include <cstdio>
 #include <thread>
 

@@ -68,10 +68,8 @@ TEST_F(Reports, ARatioIsThatOfTheSizesBesideIt) {
   EXPECT_TRUE(has(all, fmt::format("-> 150 kB, ratio {:.2f}, largest error 0", 2 * 52 * 40 * 36 / in)))
       << all;
   // A part, values that are twice as large, and samples that are compressed.
-  for (const Arguments& more : {Arguments{"--region", ":,:,20:21", "-o", "a.nrrd"},
-                                {"--values", "-o", "a.nrrd"},
-                                {"--step", "2", "-o", "a.nrrd"},
-                                {"--samples", "-o", "a.nii.gz"}}) {
+  for (const Arguments& more : {words("--region :,:,20:21 -o a.nrrd"), words("--values -o a.nrrd"),
+                                words("--step 2 -o a.nrrd"), words("--samples -o a.nii.gz")}) {
     const std::string line = said(more);
     EXPECT_TRUE(has(line, "B -> ")) << line;
     EXPECT_FALSE(has(line, "ratio")) << line;

@@ -1,13 +1,13 @@
-#include "io/formats/nrrd/header.h"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <fmt/format.h>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 #include "io/errors/errors.h"
+#include "io/formats/nrrd/header.h"
+#include "io/metadata/rescale.h"
 #include "io/metadata/text.h"
 #include "tests/support/temporary_folder.h"
 
@@ -52,41 +52,23 @@ TEST(NrrdHeader, GeometryHasDirectionsAndOrigin) {
 }
 
 TEST(NrrdHeader, EverySpellingOfATypeIsKnown) {
-  const std::map<std::string, SampleType> spellings = {{"signed char", SampleType::int8},
-                                                       {"int8", SampleType::int8},
-                                                       {"int8_t", SampleType::int8},
-                                                       {"uchar", SampleType::uint8},
-                                                       {"unsigned char", SampleType::uint8},
-                                                       {"uint8", SampleType::uint8},
-                                                       {"uint8_t", SampleType::uint8},
-                                                       {"short", SampleType::int16},
-                                                       {"short int", SampleType::int16},
-                                                       {"signed short", SampleType::int16},
-                                                       {"signed short int", SampleType::int16},
-                                                       {"int16", SampleType::int16},
-                                                       {"int16_t", SampleType::int16},
-                                                       {"ushort", SampleType::uint16},
-                                                       {"unsigned short", SampleType::uint16},
-                                                       {"unsigned short int", SampleType::uint16},
-                                                       {"uint16", SampleType::uint16},
-                                                       {"uint16_t", SampleType::uint16},
-                                                       {"int", SampleType::int32},
-                                                       {"signed int", SampleType::int32},
-                                                       {"int32", SampleType::int32},
-                                                       {"int32_t", SampleType::int32},
-                                                       {"uint", SampleType::uint32},
-                                                       {"unsigned int", SampleType::uint32},
-                                                       {"uint32", SampleType::uint32},
-                                                       {"uint32_t", SampleType::uint32},
-                                                       {"float", SampleType::float32},
-                                                       {"double", SampleType::float64},
-                                                       {"UNSIGNED  Short", SampleType::uint16}};
-  for (const auto& [spelling, type] : spellings)
-    EXPECT_EQ(parse_nrrd_header("NRRD0001\ntype: " + spelling +
-                                "\ndimension: 3\nsizes: 1 1 1\nencoding: raw\nendian: big\n")
-                  .info.type,
-              type)
-        << spelling;
+  const std::pair<SampleType, std::vector<std::string>> spellings[] = {
+      {SampleType::int8, {"signed char", "int8", "int8_t"}},
+      {SampleType::uint8, {"uchar", "unsigned char", "uint8", "uint8_t"}},
+      {SampleType::int16, {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
+      {SampleType::uint16,
+       {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t", "UNSIGNED  Short"}},
+      {SampleType::int32, {"int", "signed int", "int32", "int32_t"}},
+      {SampleType::uint32, {"uint", "unsigned int", "uint32", "uint32_t"}},
+      {SampleType::float32, {"float"}},
+      {SampleType::float64, {"double"}}};
+  for (const auto& [type, names] : spellings)
+    for (const std::string& name : names)
+      EXPECT_EQ(parse_nrrd_header("NRRD0001\ntype: " + name +
+                                  "\ndimension: 3\nsizes: 1 1 1\nencoding: raw\nendian: big\n")
+                    .info.type,
+                type)
+          << name;
 }
 
 TEST(NrrdHeader, EveryTypeThatIsWrittenReadsBack) {
@@ -283,45 +265,14 @@ TEST(NrrdHeader, SampleBytesNeverOverflow) {
 }
 
 RC_GTEST_PROP(NrrdHeader, AnyBytesAreReadOrRefused, ()) {
-  const std::vector<std::string> pieces = {"type: ",
-                                           "short",
-                                           "uint8",
-                                           "dimension: 3",
-                                           "dimension: 4",
-                                           "dimension: 2",
-                                           "1 3 4 5",
-                                           "units: \"mm\" ",
-                                           "sizes: ",
-                                           "3 4 5",
-                                           "\n",
-                                           "\n",
-                                           "\n",
-                                           ":",
-                                           ":=",
-                                           "(1,0,0)",
-                                           "none",
-                                           "encoding: raw",
-                                           "encoding: gzip",
-                                           "endian: little",
-                                           "space directions: ",
-                                           "space origin: ",
-                                           "spacings: ",
-                                           "nan",
-                                           "-",
-                                           "99999999999999999999",
-                                           "data file: ",
-                                           "%d",
-                                           " ",
-                                           "(",
-                                           ")",
-                                           ",",
-                                           "axis mins: 0 0 0",
-                                           "#",
-                                           "\r",
-                                           std::string(1, '\0'),
-                                           "byte skip: ",
-                                           "\xff\xfe",
-                                           "centers: "};
+  const std::string all =
+      "type: |short|uint8|dimension: 3|dimension: 4|dimension: 2|1 3 4 5|units: \"mm\" |sizes: |"
+      "3 4 5|\n|\n|\n|:|:=|(1,0,0)|none|encoding: raw|encoding: gzip|endian: little|"
+      "space directions: |space origin: |spacings: |nan|-|99999999999999999999|data file: |%d| |(|"
+      ")|,|axis mins: 0 0 0|#|\r|byte skip: |\xff\xfe|centers: ";
+  std::vector<std::string> pieces = {std::string(1, '\0')};
+  std::istringstream in(all);
+  for (std::string piece; std::getline(in, piece, '|');) pieces.push_back(piece);
   std::string text = *rc::gen::element<std::string>("", "NRRD0004\n", plain);
   const auto parts = *rc::gen::container<std::vector<std::string>>(rc::gen::elementOf(pieces));
   for (const auto& part : parts) text += part;
@@ -332,6 +283,62 @@ RC_GTEST_PROP(NrrdHeader, AnyBytesAreReadOrRefused, ()) {
     RC_ASSERT(again.info.metadata == header.info.metadata);
   } catch (const BrokenInput&) {
   }
+}
+
+// NRRD: headers of others.
+
+const std::string plain_header =
+    "NRRD0005\ntype: short\ndimension: 3\nsizes: 3 4 5\nencoding: raw\nendian: little\n";
+
+TEST(ForeignNrrdHeader, WhatCanBeReadStaysByteForByte) {
+  for (const std::string fields :
+       {"spacings: 0.5 nan 2\r\n", "space: LPS\nspace directions: (1,0,0) (0, 1 ,0) (0,0,-2)\n",
+        "# spacings: x\nrescale_slope:=2\nwho:=nobody, 2,5\n", "space origin: (nan,nan,nan)\n",
+        "data file: LIST\nspacings: x\n", "space directions: (1,0,0) (0,1,0) none\n"}) {
+    const ForeignNrrdHeader header = foreign_nrrd_header(plain_header + fields);
+    EXPECT_EQ(header.text, plain_header + fields);
+    EXPECT_TRUE(header.warnings.empty() && header.not_understood.empty()) << fields;
+  }
+}
+
+TEST(ForeignNrrdHeader, WhatCannotBeReadIsUnknownAndSaid) {
+  const std::map<std::string, std::string> changed = {
+      {"spacings: 0.5 inf 2\n", "spacings: 0.5 nan 2\n"},
+      {"spacings: 0,5 0 2,25\n", "spacings: 0.5 nan 2.25\n"},
+      {"spacings: 1 1\n", "# spacings: 1 1\n"},
+      {"thicknesses: x 1 1\n", "thicknesses: nan 1 1\n"},
+      {"axis mins: 0 1,5 x\n", "axis mins: 0 1.5 nan\n"},
+      {"space directions: (2,0,0) (4,0,0) (0,0,0)\n", "spacings: 2 4 nan\n"},
+      {"spacings: 1 2 3\nspace directions: (2,0,0) (4,0,0) (0,0,1)\n",
+       "spacings: 1 2 3\n# space directions: (2,0,0) (4,0,0) (0,0,1)\n"},
+      {"space directions: (1,0,0) (0,inf,0) (0,0,1)\n", "# space directions: (1,0,0) (0,inf,0) (0,0,1)\n"},
+      {"space directions: (1,0,0) (0,1,0)\n", "# space directions: (1,0,0) (0,1,0)\n"},
+      {"space directions: (1,0,0) (0,1,0\n", "# space directions: (1,0,0) (0,1,0\n"},
+      {"space origin: (1,nan,3)\n", "# space origin: (1,nan,3)\n"},
+      {"space origin: (1,2)\n", "# space origin: (1,2)\n"},
+      {"block size: 4\n", "# block size: 4\n"},
+      {"rescale_slope:=2,50\nrescale_intercept:=-1\n", "rescale_slope:=2.5\nrescale_intercept:=-1\n"}};
+  for (const auto& [fields, wanted] : changed) {
+    const ForeignNrrdHeader header = foreign_nrrd_header(plain_header + fields);
+    EXPECT_EQ(header.text, plain_header + wanted);
+    EXPECT_FALSE(header.warnings.empty()) << fields;
+    EXPECT_NO_THROW(parse_nrrd_header(header.text)) << header.text;
+    // Nothing is unusual about what was made of it.
+    EXPECT_EQ(foreign_nrrd_header(header.text).text, header.text);
+  }
+}
+
+TEST(ForeignNrrdHeader, AScaleThatCannotBeReadStaysInDoubt) {
+  for (const std::string fields : {"rescale_slope:=\n", "rescale_slope:=1,024\n", "rescale_intercept:=nan\n"})
+    EXPECT_NE(
+        doubt_of_rescale(parse_nrrd_header(foreign_nrrd_header(plain_header + fields).text).info.metadata, 5),
+        "")
+        << fields;
+  EXPECT_EQ(foreign_nrrd_header(plain_header + "slice_positions:=0 0 1; 0 x 2\n").warnings.size(), 1U);
+  const ForeignNrrdHeader half =
+      foreign_nrrd_header(plain_header + "rescale_slope:=2\nrescale_intercept:=x\n");
+  EXPECT_EQ(parse_nrrd_header(half.text).info.metadata.rescale(), Rescale{});
+  EXPECT_EQ(foreign_nrrd_header(plain_header + "old min: 0\nold max: 5\n").not_understood.size(), 2U);
 }
 
 }  // namespace

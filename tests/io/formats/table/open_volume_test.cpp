@@ -1,7 +1,6 @@
 #include "io/formats/table/open_volume.h"
 #include "io/metadata/text.h"
 
-#include <fcntl.h>
 #include <rapidcheck.h>
 
 #include <cstring>

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -22,19 +23,9 @@ namespace tagrid {
 namespace {
 
 constexpr std::array<Split, 4> splits = {Split::dyadic, Split::z1, Split::z2, Split::z4};
-constexpr std::array<Index3, 13> sizes = {{{1, 1, 1},
-                                           {2, 3, 1},
-                                           {4, 1, 1},
-                                           {1, 1, 9},
-                                           {3, 4, 5},
-                                           {7, 6, 4},
-                                           {16, 16, 16},
-                                           {17, 33, 2},
-                                           {5, 64, 30},
-                                           {129, 3, 8},
-                                           {65, 10, 63},
-                                           {512, 2, 5},
-                                           {longest_line, 3, 2}}};
+constexpr Index3 sizes[] = {{1, 1, 1},    {2, 3, 1},    {4, 1, 1},           {1, 1, 9},   {3, 4, 5},
+                            {7, 6, 4},    {16, 16, 16}, {17, 33, 2},         {5, 64, 30}, {129, 3, 8},
+                            {65, 10, 63}, {512, 2, 5},  {longest_line, 3, 2}};
 
 std::size_t count_of(Index3 size) { return static_cast<std::size_t>(size.x * size.y * size.z); }
 
@@ -177,7 +168,7 @@ std::vector<T> any_samples(Index3 size, std::mt19937& random) {
 template <class T>
 void comes_back() {
   std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
-  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(sizes.begin(), sizes.end() - 1));
+  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(std::begin(sizes), std::end(sizes) - 1));
   const auto samples = any_samples<T>(size, random);
   VoxelBrick brick{Box::of_size(size), nullptr, {*rc::gen::element<std::int64_t>(0, 1, 7, 100, 65535), -1}};
   brick.transform_step =
@@ -218,7 +209,7 @@ constexpr Index3 body_size{48, 45, 32};
 template <class T>
 void wide_comes_back() {
   std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
-  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(sizes.begin(), sizes.end() - 1));
+  const Index3 size = *rc::gen::elementOf(std::vector<Index3>(std::begin(sizes), std::end(sizes) - 1));
   const double scale = *rc::gen::element(1.0, 3e4, std::is_integral_v<T> ? 17.0 : 1e-3);
   const int special = *rc::gen::inRange(0, 20);
   std::vector<T> samples;

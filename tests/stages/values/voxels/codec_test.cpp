@@ -1,6 +1,5 @@
 #include "stages/values/voxels/codec.h"
 
-#include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
