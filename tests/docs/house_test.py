@@ -13,11 +13,11 @@ NRRD_FIELDS = {"io/formats/vdb/placement.h"}
 MOST = {
     "functions that only pass a brick on, in": 37,
     "functions that only pass a brick on, out": 22,
-    "std::function in the product": 140,
+    "std::function in the product": 114,
     "files that name nrrd_fields": 1,
-    "C++ files of the product": 718,
+    "C++ files of the product": 720,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 92900,
+    "lines of the product in C++": 93100,
 }
 
 
@@ -47,7 +47,7 @@ def counts():
         "files that name nrrd_fields": sum("nrrd_fields" in text for text in files.values()),
         "C++ files of the product": len(files),
         "C++ files longer than 600 lines": sum(count > 600 for count in lines.values()),
-        "lines of the product in C++": sum(lines.values()),
+        "lines of the product in C++": 93100sum(lines.values()),
     }
 
 
