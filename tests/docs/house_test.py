@@ -47,7 +47,7 @@ def counts():
         "files that name nrrd_fields": sum("nrrd_fields" in text for text in files.values()),
         "C++ files of the product": len(files),
         "C++ files longer than 600 lines": sum(count > 600 for count in lines.values()),
-        "lines of the product in C++": 93100sum(lines.values()),
+        "lines of the product in C++": sum(lines.values()),
     }
 
 
