@@ -417,8 +417,8 @@ typedef enum tagrid_grid TAGRID_INT {
 } tagrid_grid;
 
 /* Reads `count` samples of the volume to encode, from number `first` on, x fastest. Returns 0, or any other value
- * if it fails; the call then fails with TAGRID_IO_ERROR. Called by one thread at a time, and only while
- * tagrid_encoder_open() works. */
+ * if it fails; the call then fails with TAGRID_IO_ERROR. Called by one thread at a time, perhaps one of the
+ * library, and only while tagrid_encoder_open() works. */
 typedef int (*tagrid_read_samples)(void* user, int64_t first, int64_t count, void* samples);
 
 /* The volume to encode, and the settings. dims and type must be set; the rest has defaults. */

@@ -197,26 +197,33 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
   return all;
 }
 
-void encode(const EncodeJob& job, const BrickRows& rows, SliceSource& slices, BrickSink& bricks, Watch& watch,
-            SumsSink* sums) {
+void encode(const EncodeJob& job, std::span<const BrickRows> stretches, SliceSource& slices,
+            BrickSink& bricks, Watch& watch, SumsSink* sums) {
   const CodingParameters& parameters = job.parameters();
   Run run{slices, &bricks, nullptr, nullptr, watch};
+  const auto encode_strip = [&](const BrickRows& strip) {
+    std::optional<StripSums> of_strip;
+    if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
+    std::optional<ClosedSamples> closed;
+    if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
+    Run below{slices, nullptr, nullptr, run.closed, watch};
+    for (const BrickRows& encoded : rows_to_encode(parameters, strip))
+      build_and_run(parameters, encoded, job.plan.budget, encoded == strip ? run : below);
+  };
   Threads threads(job.plan.budget.threads);
   try {
     threads.run([&] {
-      for (const BrickRows& strip : job.plan.strips(parameters.bricks(), rows)) {
-        std::optional<StripSums> of_strip;
-        if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
-        std::optional<ClosedSamples> closed;
-        if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
-        Run below{slices, nullptr, nullptr, run.closed, watch};
-        for (const BrickRows& encoded : rows_to_encode(parameters, strip))
-          build_and_run(parameters, encoded, job.plan.budget, encoded == strip ? run : below);
-      }
+      for (const BrickRows& rows : stretches)
+        for (const BrickRows& strip : job.plan.strips(parameters.bricks(), rows)) encode_strip(strip);
     });
   } catch (...) {
     run.failure.rethrow();
   }
+}
+
+void encode(const EncodeJob& job, const BrickRows& rows, SliceSource& slices, BrickSink& bricks, Watch& watch,
+            SumsSink* sums) {
+  encode(job, std::span(&rows, 1), slices, bricks, watch, sums);
 }
 
 std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,

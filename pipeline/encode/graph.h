@@ -1,6 +1,7 @@
 // Encodes rows of bricks: the flow graph that turns slices into bricks.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "io/tag/blocks.h"
@@ -30,6 +31,9 @@ GridSchedule schedule_of_encoding(const CodingParameters& parameters, const Bric
 /// exceptions of `slices`, `bricks`, `watch` and `sums`; that of `bricks` if several fail.
 void encode(const EncodeJob& job, const BrickRows& rows, SliceSource& slices, BrickSink& bricks, Watch& watch,
             SumsSink* sums = nullptr);
+/// The same for stretches of rows, one after the other.
+void encode(const EncodeJob& job, std::span<const BrickRows> stretches, SliceSource& slices,
+            BrickSink& bricks, Watch& watch, SumsSink* sums = nullptr);
 
 /// The samples that are read to encode `rows`, box after box; of each box, slice after slice.
 std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,

@@ -213,27 +213,31 @@ struct Original {
   }
 };
 
-/// Settles the job of a run. `reading`: how the bricks will be read. Begins the result.
-EncodeJob settled(const EncodeRun& run, const Resources& resources, const Reading& reading,
-                  const EarlierFindings& earlier, Original& original, EncodeResult& result) {
-  const VolumeInfo& info = original.volume->info();
-  const std::uint64_t parity_memory =
-      run.options.parity ? least_memory_of_parity(*sample_bytes(info.dims, info.type), *run.options.parity)
-                         : 0;
-  EncodeJob job = settle_any(run.options, original.volume,
-                             {.resources = resources,
-                              .any_rows = reading.any_rows,
-                              .needs = {.besides = reading.memory + memory_of_files(run, *original.volume),
-                                        .verified = original_access(run, *original.volume),
-                                        .afterwards = parity_memory},
-                              .earlier = earlier,
-                              .searching = run.searching,
-                              .before_copy = run.before_copy});
+std::uint64_t memory_of_parity(const EncodeRun& run, const VolumeInfo& info) {
+  return run.options.parity ? least_memory_of_parity(*sample_bytes(info.dims, info.type), *run.options.parity)
+                            : 0;
+}
+
+/// What the job of a run is settled for. `reading`: how the bricks will be read.
+Settling settling_of(const EncodeRun& run, const Resources& resources, const Reading& reading,
+                     const VolumeSource& volume) {
+  return {.resources = resources,
+          .any_rows = reading.any_rows,
+          .needs = {.besides = reading.memory + memory_of_files(run, volume),
+                    .verified = original_access(run, volume),
+                    .afterwards = memory_of_parity(run, volume.info())},
+          .searching = run.searching,
+          .before_copy = run.before_copy};
+}
+
+/// Settles the job of a run, and begins its result.
+EncodeJob settled(const EncodeRun& run, const Settling& settling, Original& original, EncodeResult& result) {
+  EncodeJob job = settle_any(run.options, original.volume, settling);
   const VolumeSource& volume = *original.volume;
   result.memory = job.memory;
   if (run.options.parity)
-    result.memory = std::max(
-        result.memory, std::min(parity_memory + usual_parity_memory, resources.memory.value_or(UINT64_MAX)));
+    result.memory = std::max(result.memory, std::min(settling.needs.afterwards + usual_parity_memory,
+                                                     settling.resources.memory.value_or(UINT64_MAX)));
   result.header = job.header;
   result.reason_of_bound = job.reason_of_bound;
   result.times_read = job.times_read;
@@ -283,7 +287,8 @@ FinishedEncode encode_to_stream(const EncodeRun& run, const Resources& resources
   Original original(run);
   EncodeResult result;
   const SourceTraits& traits = original.volume->traits();
-  const EncodeJob job = settled(run, resources, {traits.any_rows, traits.memory}, {}, original, result);
+  const Settling settling = settling_of(run, resources, {traits.any_rows, traits.memory}, *original.volume);
+  const EncodeJob job = settled(run, settling, original, result);
   const auto stream = std::make_shared<EncodingToStream>(run, resources);
   stream->encode(job, original.volume, result);
   keep_source_files(run, job, *original.volume, *stream, result);
@@ -296,9 +301,13 @@ FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run) {
   const Resources resources = of_this_rank(ranks, run.resources);
   Original original(run);
   EncodeResult result;
+  Settling settling =
+      settling_of(run, resources, {true, memory_besides_parts(*original.volume)}, *original.volume);
+  // A request that is refused leaves an earlier run alone.
+  plan_of(in_samples(run.options, original.volume->facts()), settling);
   const auto parts = std::make_shared<EncodingInParts>(ranks, run, *original.volume);
-  const EncodeJob job = settled(run, resources, {true, memory_besides_parts(*original.volume)},
-                                parts->earlier_findings(), original, result);
+  settling.earlier = parts->earlier_findings();
+  const EncodeJob job = settled(run, settling, original, result);
   const Made made = parts->take(job);
   if (made == Made::no) {
     parts->encode(job, *original.volume, result);

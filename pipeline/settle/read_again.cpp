@@ -66,8 +66,8 @@ EncodeJob settle_any(const EncodeOptions& given, std::unique_ptr<VolumeSource>& 
   std::int64_t kept = 0;
   std::unique_ptr<VolumeSource> view;
   if (look >= Look::a_few_rows && !volume->traits().any_rows) {
-    // With all slices of a layer of bricks, none is decoded twice in one pass.
-    const std::int64_t layer = std::min(options.parameters.bricks().length(), options.parameters.dims.z);
+    // With all slices that a layer of bricks needs, none is decoded twice in one pass.
+    const std::int64_t layer = std::min(options.parameters.bricks().length() + 1, options.parameters.dims.z);
     if (look == Look::all_rows_often)
       kept = slices_beside(options.parameters, plan, settling.resources, layer);
     view = rows_of_slices(std::shared_ptr<VolumeSource>(std::shared_ptr<void>(), volume.get()), kept);

@@ -28,7 +28,8 @@ bool is_sampled(const Index3& dims);
 /// - for a size, what has the largest PSNR in it. A size includes header, index and overviews, but not parity and the
 ///   envelope. Throws UsageError if that is too little for any file.
 /// A sample of the volume is coded some ten times and, unless `sampled`, all of it three times or a few more; then the
-/// source is rewound. `plan`: for bricks of the parameters of `options`. REQUIRES: options.options.error_rule->is_tried(), source.traits().any_rows.
+/// source is rewound. `plan`: for bricks of the parameters of `options`. REQUIRES:
+/// options.options.error_rule->is_tried(), source.traits().any_rows.
 FoundBound bound_by_trials(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
                            bool sampled, const Progress& progress);
 

@@ -69,7 +69,7 @@ void require_known_range(const ResolvedOptions& options) {
 EncodePlan plan_of(const CodingParameters& parameters, const ResolvedOptions& options,
                    const Settling& settling) {
   EncodeNeeds needs = settling.needs;
-  needs.sums = !options.overviews.empty();
+  needs.sums = settling.encodes && !options.overviews.empty();
   return plan_encoding(parameters, settling.resources, settling.any_rows, needs);
 }
 

@@ -27,6 +27,7 @@ struct EarlierFindings {
 struct Settling {
   Resources resources;     ///< of this process
   bool any_rows = true;    ///< the encoder can read rows of slices in any order
+  bool encodes = true;     ///< false: the job is for a comparison; nothing is summed for overviews
   EncodeNeeds needs = {};  ///< besides bricks; whether blocks are summed follows from the options
   EarlierFindings earlier = {};
   Progress searching = {};  ///< told of each try of a bound

@@ -57,41 +57,39 @@ const Tried& Trials::of(double max_error, double step, bool sampled) {
   return at->second = encode(parameters, sampled);
 }
 
-std::vector<Trials::Stretch> Trials::stretches(const BrickGrid& bricks, bool sampled) const {
+std::vector<std::vector<BrickRows>> Trials::rows_of_volumes(const BrickGrid& bricks, bool sampled) const {
   constexpr std::int64_t least_rows = 8;
   const std::int64_t volumes = source_.info().volumes, ny = bricks.bricks(1), rows = ny * bricks.bricks(2),
                      all_rows = rows * volumes,
                      per_row = std::max<std::int64_t>(bricks.domain.volume().count() / rows, 1);
-  std::vector<Stretch> chosen;
-  if (!sampled)
-    for (std::int64_t volume = 0; volume < volumes; ++volume)
-      chosen.push_back({volume, BrickRows::all(bricks)});
-  const std::int64_t wanted = sampled ? std::min(std::max(most_sampled_ / per_row, least_rows), all_rows) : 0;
+  if (!sampled) return {static_cast<std::size_t>(volumes), {BrickRows::all(bricks)}};
+  std::vector<std::vector<BrickRows>> chosen(static_cast<std::size_t>(volumes));
+  const std::int64_t wanted = std::min(std::max(most_sampled_ / per_row, least_rows), all_rows);
   for (std::int64_t i = 0; i < wanted; ++i) {
     const std::int64_t row = spread_row(i, wanted, all_rows), y = row % rows % ny, z = row % rows / ny;
-    chosen.push_back({row / rows, {y, y + 1, z, z + 1}});
+    chosen[static_cast<std::size_t>(row / rows)].push_back({y, y + 1, z, z + 1});
   }
   return chosen;
 }
 
 Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
-  const EncodeJob job{.header = {parameters, {}}, .plan = plan_};
   const BrickGrid bricks = parameters.bricks();
-  const std::vector<Stretch> chosen = stretches(bricks, sampled);
+  EncodeJob job{.header = {parameters, {}}, .plan = plan_};
+  // The plan counts rows of larger bricks.
+  job.plan.rows *= std::max(parameters_.brick_edge / parameters.brick_edge, 1);
+  const std::vector<std::vector<BrickRows>> chosen = rows_of_volumes(bricks, sampled);
   std::uint64_t samples = 0;
-  for (const Stretch& stretch : chosen)
-    samples += static_cast<std::uint64_t>(stretch.rows.owned(bricks).count());
+  for (const std::vector<BrickRows>& of_volume : chosen)
+    for (const BrickRows& rows : of_volume) samples += static_cast<std::uint64_t>(rows.owned(bricks).count());
   ProgressWatch watch(progress_, samples * size_of(parameters.type));
   BrickCounter counter;
-  for (const Stretch& stretch : chosen) {
-    const auto volume = one_of_volumes(source_, stretch.volume);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const auto volume = one_of_volumes(source_, static_cast<std::int64_t>(i));
     SlicesAhead slices(*volume, 0);
-    tagrid::encode(job, stretch.rows, slices, counter, watch);
+    tagrid::encode(job, chosen[i], slices, counter, watch);
+    times_read_ += tagrid::times_read(parameters, job.plan, chosen[i]) / static_cast<double>(chosen.size());
   }
   const Statistics& all = counter.all;
-  times_read_ +=
-      static_cast<double>(all.samples) / (static_cast<double>(parameters.domain().volume().count()) *
-                                          static_cast<double>(source_.info().volumes));
   Tried tried{INFINITY, 0, all.max_error,
               8 * static_cast<double>(counter.bytes) / static_cast<double>(all.samples)};
   if (all.finite == 0 || all.max_error == 0) return tried;

@@ -20,13 +20,13 @@ struct Tried {
   double bits = 0;  ///< of a sample, in the blocks of bricks without the grid
 };
 
-/// Encodes the voxels of a volume, or of a part of its rows of bricks that is spread over it, and counts what that takes.
-/// Each encoding is made once.
+/// Encodes the voxels of a volume, or of a part of its rows of bricks that is spread over it, and counts what that
+/// takes. Each encoding is made once.
 class Trials {
  public:
-  /// `plan`: for bricks that are as large, or larger. `peak`: of the PSNR. `most_sampled`: about how many samples a part has. `usual_edge`: of bricks that are not
-  /// transformed, and of those of a part, which has more rows of small bricks. REQUIRES: source.traits().any_rows,
-  /// and it outlives this object.
+  /// `plan`: for bricks of `parameters`. `usual_edge`: of bricks that are not transformed, and of those of a
+  /// part, which has more rows of small bricks; not larger. `peak`: of the PSNR. `most_sampled`: about how many
+  /// samples a part has. REQUIRES: source.traits().any_rows, and it outlives this object.
   Trials(VolumeSource& source, CodingParameters parameters, const EncodePlan& plan, int usual_edge,
          double peak, std::int64_t most_sampled, const Progress& progress);
 
@@ -37,12 +37,8 @@ class Trials {
   double times_read() const { return times_read_; }
 
  private:
-  struct Stretch {
-    std::int64_t volume;  ///< its number
-    BrickRows rows;
-  };
-  /// All of each volume, or rows spread over them.
-  std::vector<Stretch> stretches(const BrickGrid& bricks, bool sampled) const;
+  /// All rows of each volume, or rows spread over them all.
+  std::vector<std::vector<BrickRows>> rows_of_volumes(const BrickGrid& bricks, bool sampled) const;
   Tried encode(const CodingParameters& parameters, bool sampled);
 
   VolumeSource& source_;

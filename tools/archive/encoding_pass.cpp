@@ -18,7 +18,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
-#include "pipeline/settle/settle.h"
+#include "pipeline/settle/read_again.h"
 #include "tools/archive/input_removal.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/removal_table.h"
@@ -240,11 +240,13 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
   const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
-    const auto original = open_volume(volume.input, source);
-    const EncodeJob job = settle(volume.asked.options, *original,
-                                 {.resources = pass.resources,
-                                  .any_rows = original->traits().any_rows,
-                                  .needs = {.besides = original->traits().memory}});
+    std::unique_ptr<VolumeSource> original = open_volume(volume.input, source);
+    const SourceTraits& traits = original->traits();
+    const EncodeJob job = settle_any(volume.asked.options, original,
+                                     {.resources = pass.resources,
+                                      .any_rows = traits.any_rows,
+                                      .encodes = false,
+                                      .needs = {.besides = traits.memory}});
     const VerifyResult found = require_result({.input = volume.input,
                                                .source = source,
                                                .output = volume.output,
