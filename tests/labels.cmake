@@ -37,7 +37,7 @@ label(slow
 # With TAGRID_LONG, these try more.
 label(longer
       OF SecondDecoder RealVolumes RealRates Fault EveryCall VdbReader readers/ MemoryLimit InstalledPrefix ReadingOnly
-         packages/Static web/Fuzz "python/(installed|wheel)")
+         MemoryPlans packages/Static web/Fuzz "python/(installed|wheel)")
 
 # ---- sanitizers, in every run of .ci/run
 
@@ -46,23 +46,25 @@ set(numbers "Real(Volumes|Rates)" OfTheLobster "SurfaceOfMesh.*/(2x2x2|9x9x9|13x
 # Readers and decoders, on damaged input and on calls of the library.
 label(asan
       OF "^(io|pipeline)/" "^readers/(dicom|tiff|hdf5|jp2|zarr)$"
-      BUT ${numbers} LargeDamage LargePreview "pipeline/.*<int>" pipeline/Sizes/ TheSameBytes OfAnySizeIsOpened)
+      BUT ${numbers} LargeDamage "pipeline/.*<int>" pipeline/Sizes/ TheSameBytes OfAnySizeIsOpened)
 # Commands that take what people write and send, broken or not. Their program is that of the build with sanitizers.
 label(commands-asan
-      OF "^tools/(BrokenFiles|Options|Numbers|NamesInJson|Printable|RoundTrip|RegionOptions)"
+      OF "^tools/(BrokenFiles|Options|Numbers|Printable|RoundTrip|RegionOptions)"
          "^tools/(SurfaceCommand|SalvageCommand|PhantomCommand)")
-# Threads meet in the same code for every type, number and geometry.
+# Threads meet in the same code for every type, number and geometry, and not at all in some tests of the same files.
 label(tsan
       OF "^(pipeline|tsan)/"
       BUT ${numbers} "14x15x30 S 8" "<(short|int|double)>" "EveryMode<float>" DerivedGridOfType AreThoseOfTheOracle
           AwkwardVolumesHave AnyBoxHas EveryGeometry OneSpike EveryStretchOfRows HoldsOnAwkward ARunThatGoesOn DamagedFilesGive
-          BoundsThatFollow ADamagedBrickIs AnAlignedChunk EveryTypeAndMode "21x6x25 S 4")
+          BoundsThatFollow ADamagedBrickIs AnAlignedChunk EveryTypeAndMode "21x6x25 S 4" SurfaceInWorld OrderFields
+          RowOutputTest)
 
 # ---- sanitizers, in tools/test.sh --long
 
 label(every-asan OF "^(stages|io|pipeline|readers)/" BUT "Real(Volumes|Rates)" LargeDamage)
-# Not forged files, whose memory sanitizers change, nor commands that are killed, which report nothing.
+# Not forged files and plans, whose memory sanitizers change, nor commands that are killed, which report nothing.
 label(every-command-asan
       OF "^tools/"
-      BUT "tools/(Benchmark|Scale|Paper|Streams|Slurm|Documentation|Advice|ForgedFiles)" "/Kill\\." WideOpenVdbVolumes)
+      BUT "tools/(Benchmark|Scale|Paper|Streams|Slurm|Documentation|Advice|ForgedFiles|MemoryPlans)" "/Kill\\."
+          WideOpenVdbVolumes)
 label(every-tsan OF "^(pipeline|tsan)/" BUT "Real(Volumes|Rates)" LargeDamage)

@@ -1,4 +1,5 @@
 """Files named in documents and comments exist: every path between backticks, every path and file name in a comment.
+So do tests named in documents.
 
 Links of documents that are installed lead to files that are installed, too.
 """
@@ -16,6 +17,8 @@ BACKTICKS = re.compile(r"`([^`\n]+)`")
 COMMENT = re.compile(r"(?://|#(?!include|pragma|if|el|en|de|un))(.*)")
 PATH = re.compile(rf"(?<![\w./~-])((?:{'|'.join(FOLDERS)})/[\w./*<>-]*[\w*>/])")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+TEST_NAME = re.compile(r"readers/[\w*{},]+|[A-Z]\w+\.[A-Z]\w+…?")
+CAMEL_CASE = re.compile(r"[A-Z]\w*[a-z]\w*")
 FILE_NAME = re.compile(r"(?<![\w./<-])([a-z]\w*\.(?:h|cpp))\b")
 
 
@@ -38,6 +41,20 @@ def wrong_names(text):
     """The names in `text` of files that do not exist."""
     wrong = [path for path in PATH.findall(text) if not exists(path)]
     return wrong + [name for name in FILE_NAME.findall(text) if name not in NAMES]
+
+
+def sources_of_tests():
+    files = [path for path in (ROOT / "tests").rglob("*") if path.suffix in (".cpp", ".py") or path.name == "CMakeLists.txt"]
+    return " ".join(word for path in files for word in path.read_text().split())
+
+
+def is_test(name, sources):
+    """True for readers/<test>, also with {several,tests} and with *, for <suite>.<case>, and for any word of the tests."""
+    if name.startswith("readers/"):
+        tests = name.removeprefix("readers/").strip("{}").split(",")
+        return all(any(True for _ in ROOT.glob(f"tests/readers/{test}_test.py")) for test in tests)
+    suite, dot, case = name.rstrip("…").partition(".")
+    return (f"({suite}, {case}" if dot else suite) in sources
 
 
 def installed_documents():
@@ -72,6 +89,24 @@ class Paths(unittest.TestCase):
             for number, text in names_in(path):
                 wrong += [f"{path.relative_to(ROOT)}:{number}: there is no {name}" for name in wrong_names(text)]
         self.assertEqual(wrong, [], "\n" + "\n".join(wrong))
+
+    def test_tests_that_documents_name_are_there(self):
+        sources = sources_of_tests()
+        wrong = []
+        for path in all_files():
+            if path.suffix == ".md":
+                # Words alone are names of tests in one document.
+                names = re.compile(f"{TEST_NAME.pattern}|{CAMEL_CASE.pattern}") if path.name == "reliability.md" else TEST_NAME
+                wrong += [f"{path.relative_to(ROOT)}: there is no {name}" for name in BACKTICKS.findall(path.read_text())
+                          if names.fullmatch(name) and not is_test(name, sources)]
+        self.assertEqual(wrong, [], "\n" + "\n".join(wrong))
+
+    def test_a_wrong_name_of_a_test_is_found(self):
+        sources = sources_of_tests()
+        for name in ("readers/zarr", "readers/{zarr,nrrd}", "readers/*_odd", "RoundTrip.GzipInput", "RoundTrip.Gzip…"):
+            self.assertTrue(is_test(name, sources), name)
+        for name in ("readers/nothing", "readers/{zarr,nothing}", "RoundTrip.Nothing"):
+            self.assertFalse(is_test(name, sources), name)
 
     def test_links_of_installed_documents_lead_to_installed_files(self):
         installed = installed_documents()

@@ -85,7 +85,7 @@ class Parity(unittest.TestCase):
         self.run_it("protect", "b.tag", "--parity=20%", code=65)  # it is damaged
         self.run_it("protect", "c.tag", "--parity", "20")
         self.assertEqual(self.read("c.tag"), self.whole)
-        self.run_it("protect", "c.tag", "--parity", "20", code=64)  # it has parity
+        self.assertIn("already has parity of 20 %", self.run_it("protect", "c.tag", "--parity", "20", code=64))
         self.run_it("encode", "a.nrrd", "-o", "d.tag", "--parity=20%", "--resume", "-T1")
         self.assertEqual(self.read("d.tag"), self.whole)
 

@@ -71,6 +71,15 @@ class Meshes(unittest.TestCase):
             self.assertRaises(tagrid.ArgumentError, self.volume.surface, 600, level=level)
         self.assertRaises(tagrid.ArgumentError, self.volume.mesh, region=((0, 19), (0, 1), (0, 1)))
 
+    def test_a_surface_has_a_border_unless_it_is_closed(self):
+        for surface, borders in ((self.surface, True), (self.volume.surface(600, close=True), False)):
+            points, triangles = surface
+            self.assertEqual((points.dtype, triangles.dtype, points.shape[1], triangles.shape[1]),
+                             (np.float64, np.int64, 3, 3))
+            np.testing.assert_array_equal(np.unique(triangles), np.arange(len(points)))
+            edges = np.sort(np.r_[triangles[:, :2], triangles[:, 1:], triangles[:, ::2]], axis=1)
+            self.assertEqual(set(np.unique(edges, axis=0, return_counts=True)[1]), {1, 2} if borders else {2})
+
     def test_inside_is_where_samples_are_high(self):
         z, y, x = np.meshgrid(*map(np.arange, SHAPE), indexing="ij")
         distance = np.sqrt((z - 9) ** 2 + (y - 10) ** 2 + (x - 12) ** 2)

@@ -165,13 +165,17 @@ TEST_F(Run, AFailingWriterStopsASourceThatWaits) {
 
 TEST_F(Run, MetadataComesBackAsItWentIn) {
   const std::vector<std::uint8_t> samples(2 * 3 * 4, 7);
-  const std::string fields =
+  const std::string of_space =
       "content: a thing\nspace: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,2)\n"
       "space origin: (1,2,3)\nspace units: \"mm\" \"mm\" \"mm\"\nkey one:=value, with = signs\n# a comment\n";
-  write_nrrd(in_, {2, 3, 4}, samples, fields);
-  encode({});
-  decode<std::uint8_t>();
-  EXPECT_EQ(text_of(open_volume(out_)->info().metadata), fields);
+  const std::string of_axes = "spacings: 0.1 NaN 2.5\nunits: \"mm\" \"mm\" \"um\"\n";
+  for (const std::string& fields : {of_space, of_axes}) {
+    write_nrrd(in_, {2, 3, 4}, samples, fields);
+    encode({});
+    decode<std::uint8_t>();
+    EXPECT_EQ(text_of(open_volume(out_)->info().metadata), fields);
+    EXPECT_NE(content("out.nrrd").find(fields), std::string::npos) << fields;
+  }
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ TEST_F(BrokenFiles, VolumesThatEndTooSoonOrTooLate) {
   expect_only({"long.nrrd", "long.tag", "short.nrrd", "volume.nrrd"});
 }
 
-TEST_F(BrokenFiles, EveryTruncationOfATagIsFound) {
+TEST_F(BrokenFiles, EveryTruncationOfATagIsFoundAndAByteMore) {
   make_tag({"--cube", "8", "--max-error", "9"});
   const std::string bytes = content("volume.tag");
   for (const std::size_t size : {std::size_t{1}, std::size_t{15}, std::size_t{40}, std::size_t{160},
@@ -119,7 +119,21 @@ TEST_F(BrokenFiles, EveryTruncationOfATagIsFound) {
       expect_error(tagrid({command, "-"}, bytes.substr(0, size)), broken_input, "standard input: ");
     }
   }
+  for (const char* command : {"decode", "info", "verify"})
+    EXPECT_EQ(tagrid({command, "-"}, bytes + "x").code, broken_input);
   expect_only({"short.tag", "volume.nrrd", "volume.tag"});
+}
+
+TEST_F(BrokenFiles, APipeGetsVerifiedBricksOnly) {
+  make_tag({"--cube", "8", "--brick", "1"});
+  std::string bytes = content("volume.tag");
+  phantom("volume.raw");
+  const std::size_t middle = bytes.size() / 2;
+  bytes[middle] = static_cast<char>(bytes[middle] ^ 1);
+  const Ending ending = tagrid({"decode", "-"}, bytes);
+  expect_error(ending, broken_input, "brick");
+  EXPECT_GT(ending.out.size(), 0U);
+  EXPECT_EQ(ending.out, content("volume.raw").substr(0, ending.out.size()));
 }
 
 TEST_F(BrokenFiles, APipeForWhichThereIsTooLittleMemoryIsRefusedAtOnce) {

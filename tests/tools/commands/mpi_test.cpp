@@ -60,6 +60,13 @@ TEST_F(Mpi, AnyNumberOfProcessesWritesTheSameOverviews) {
   }
 }
 
+TEST_F(Mpi, AlsoOverTcp) {
+  make_volume("23,19,21");
+  expect_result(
+      by(4, with({"encode", "volume.nhdr", "-o", "new.tag"}, settings_), {"--mca", "btl", "tcp,self"}));
+  expect_ok(by(3, {"decode", "new.tag", "-o", "back.raw", "-q"}, {"--mca", "btl", "tcp,self"}));
+}
+
 TEST_F(Mpi, DecodesAsOneProcess) {
   make_volume("50,41,45");
   expect_ok(tagrid(with({"encode", "volume.nhdr", "-o", "new.tag"}, settings_)));

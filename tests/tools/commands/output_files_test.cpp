@@ -148,8 +148,12 @@ TEST_F(OutputFiles, FromAPipeAFileIsLikeAnyNewOne) {
 TEST_F(OutputFiles, TheInputIsKeptUnlessItIsToBeRemoved) {
   make_tag({"-k"});
   EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
-  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--rm", "--max-error", "2"}));
+  const Arguments encode = words("encode volume.nrrd -f --max-error 2 --grid derived --cube 8 --brick 1");
+  expect_ok(tagrid(encode));
+  const std::string kept = content("volume.tag");
+  expect_ok(tagrid(with(encode, {"--rm"})));
   EXPECT_EQ(names(), Names{"volume.tag"});
+  EXPECT_TRUE(content("volume.tag") == kept);
   expect_ok(tagrid({"decode", "volume.tag", "-o", "copy.nrrd"}));
   expect_ok(tagrid({"encode", "copy.nrrd", "-fo", "volume.tag", "--strip"}));
   std::filesystem::remove(path("copy.nrrd"));

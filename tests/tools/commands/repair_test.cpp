@@ -157,9 +157,12 @@ TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
   expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
   file("c.tag", damaged(content("a.tag"), plain_.size() / 2, 30));
   const std::string advice = "; tagrid repair c.tag -o OUT rebuilds what is damaged";
-  for (const Arguments& command : {words("decode c.tag"), words("mesh c.tag"), words("surface c.tag --iso 9"),
-                                   words("restore c.tag -o files"), words("verify c.tag")})
+  const auto before = names();
+  for (const Arguments& command :
+       {words("decode c.tag"), words("mesh c.tag"), words("mesh c.tag --coarsen 5"),
+        words("surface c.tag --iso 9"), words("restore c.tag -o files"), words("verify c.tag")})
     expect_error(tagrid(command), broken_input, advice);
+  EXPECT_EQ(names(), before);
   const std::string message = tagrid({"decode", "c.tag"}).err;
   EXPECT_LT(message.find(advice), message.find("; --salvage decodes the intact bricks")) << message;
   file("c.tag", damaged(plain_, plain_.size() / 2, 30));

@@ -12,13 +12,16 @@ class Streams : public CommandLine {};
 TEST_F(Streams, EncodeOfAPipeWritesToThePipe) {
   phantom("volume.nrrd");
   phantom("volume.raw");
-  expect_ok(tagrid({"encode", "volume.nrrd"}));
-  EXPECT_EQ(header_and_bricks(tagrid({"encode", "-"}, content("volume.nrrd")).out),
-            header_and_bricks(content("volume.tag")));
-  expect_ok(tagrid(with({"encode", "volume.raw", "-o", "raw.tag"}, raw_)));
-  EXPECT_EQ(header_and_bricks(tagrid(with({"encode", "-"}, raw_), content("volume.raw")).out),
-            header_and_bricks(content("raw.tag")));
-  EXPECT_EQ(tagrid({"encode", "volume.nrrd", "-o", "-"}).out, content("volume.tag"));
+  for (const Arguments& options : {Arguments{}, words("--grid derived --max-error 3 --cube 8 --brick 1")}) {
+    const Arguments encode = with({"encode", "-f"}, options);
+    expect_ok(tagrid(with(encode, {"volume.nrrd"})));
+    EXPECT_EQ(header_and_bricks(tagrid(with(encode, {"-"}), content("volume.nrrd")).out),
+              header_and_bricks(content("volume.tag")));
+    expect_ok(tagrid(with(with(encode, {"volume.raw", "-o", "raw.tag"}), raw_)));
+    EXPECT_EQ(header_and_bricks(tagrid(with(with(encode, {"-"}), raw_), content("volume.raw")).out),
+              header_and_bricks(content("raw.tag")));
+    EXPECT_EQ(tagrid(with(encode, {"volume.nrrd", "-o", "-"})).out, content("volume.tag"));
+  }
 }
 
 TEST_F(Streams, APipeThatStartsAsNrrdIsReadAsNrrd) {
