@@ -77,7 +77,7 @@ constexpr std::array<std::string_view, bands * text_height> art = {
     "#....",};
 // clang-format on
 
-constexpr int box = 95, micro = 96;
+constexpr int glyph_of_box = 95, glyph_of_micro = 96;
 
 constexpr bool is_set(int glyph, int x, int y) {
   const auto& line = art[static_cast<std::size_t>(glyph / glyphs_in_band * text_height + y)];
@@ -93,7 +93,7 @@ void for_each_glyph(std::string_view text, Use use) {
     if ((byte & 0xc0) == 0x80) continue;  // the rest of a character of UTF-8
     const std::string_view pair = text.substr(i, 2);
     const bool is_micro = pair == "\xc2\xb5" || pair == "\xce\xbc";  // the sign, and the Greek letter
-    use(number++, is_micro ? micro : byte >= ' ' && byte < 0x7f ? byte - ' ' : box);
+    use(number++, is_micro ? glyph_of_micro : byte >= ' ' && byte < 0x7f ? byte - ' ' : glyph_of_box);
   }
 }
 
