@@ -5,7 +5,6 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/parity/reed_solomon.h"
 
 namespace tagrid {
 namespace {

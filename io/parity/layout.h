@@ -22,6 +22,9 @@ inline constexpr ParityShare least_share = 100, whole_share = 100'000;
 /// A share as text: "5 %".
 std::string text_of_share(ParityShare share);
 
+/// Data and parity blocks that a stripe has at most: the elements of GF(2^8) but one.
+inline constexpr int largest_stripe = 255;
+
 /// Bytes of a description without a payload: the head and the foot of the parity.
 inline constexpr std::size_t parity_head_size = 48;
 

@@ -13,9 +13,6 @@
 
 namespace tagrid {
 
-/// Data and parity blocks that a stripe has at most.
-inline constexpr int largest_stripe = 255;
-
 /// Makes the parity blocks of stripes with `data` data blocks and `parity` parity blocks. The matrix is that
 /// of Cauchy, 1 / (row xor column), whose square parts are all invertible: any `parity` lost blocks come
 /// back.
