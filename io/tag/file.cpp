@@ -52,6 +52,12 @@ class EndsOfMember : public ByteSource {
 
 }  // namespace
 
+void write_member(const Member& member, SpoolFile& content, std::uint64_t& checksum, ByteSink& out) {
+  MemberWriter writer(member, out);
+  content.read_back([&](std::span<const std::byte> bytes) { writer.write(bytes); });
+  writer.finish(checksum);
+}
+
 TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
     : out_(&out),
       envelope_out_(&out_),
@@ -75,9 +81,7 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
 void TagWriter::write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) {
   envelope_.finish();
   const Member member = {kind, factor, out_.position, content.size()};
-  MemberWriter writer(member, out_);
-  content.read_back([&](std::span<const std::byte> bytes) { writer.write(bytes); });
-  writer.finish(last_checksum_);
+  tagrid::write_member(member, content, last_checksum_, out_);
   pages_.add(member);
 }
 

@@ -29,6 +29,10 @@ class MemberSink {
   virtual void write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) = 0;
 };
 
+/// Writes the block of a member whose content is that of a temporary file. `checksum` is that of the block before, and
+/// becomes that of this one.
+void write_member(const Member& member, SpoolFile& content, std::uint64_t& checksum, ByteSink& out);
+
 class TagWriter : public BrickSink, public MemberSink {
  public:
   /// Writes the header. `out` must outlive the writer.

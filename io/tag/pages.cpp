@@ -79,6 +79,11 @@ constexpr std::uint64_t bytes_of_sizes = sizeof(std::uint64_t) + sizeof(std::uin
 
 }  // namespace
 
+double bricks_of_page(double bricks) {
+  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
+  return std::min(bricks, static_cast<double>(layout.per_page()));
+}
+
 std::string name_of_page(const PageLayout& layout, std::int64_t page) {
   const std::int64_t first = layout.first(page), last = first + layout.bricks_in(page) - 1;
   return "page " + std::to_string(page) + " of the index (bricks " + std::to_string(first) + " to " +
@@ -125,9 +130,7 @@ void PageBlocks::finish_page() {
 // Entries, their bytes and the packed ones, as they grow by copying; for zstd ten times as much, but at most its
 // window; and the directory, thrice.
 double PageBlocks::memory(double bricks) {
-  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
-  const double page =
-      std::min(bricks, static_cast<double>(layout.per_page())) * static_cast<double>(sizeof(IndexEntry));
+  const double page = bricks_of_page(bricks) * static_cast<double>(sizeof(IndexEntry));
   return 5 * page + std::min(10 * page, 40e6) + 3 * static_cast<double>(largest_directory);
 }
 
@@ -169,8 +172,7 @@ TagPages::TagPages(std::shared_ptr<const ByteSource> source, std::uint64_t heade
 // The directory packed, unpacked, and in memory with what follows from it; the pages that are kept; and one
 // of each part that is being read.
 double TagPages::memory(double bricks) {
-  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
-  const auto per_page = static_cast<double>(std::min(layout.per_page(), layout.bricks()));
+  const double per_page = bricks_of_page(bricks);
   const double directory = 3.0 * (1 << 18);
   const double kept = std::min(bricks, std::max(2 * per_page, 64 * 4096.0)) *
                       static_cast<double>(bytes_of_sizes + sizeof(IndexEntry));

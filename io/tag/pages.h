@@ -20,6 +20,8 @@ inline constexpr std::uint32_t sizes_marker = 2, statistics_marker = 3;
 
 /// A page, for messages: "page 1 of the index (bricks 4096 to 8191)".
 std::string name_of_page(const PageLayout& layout, std::int64_t page);
+/// The most bricks of a page if a file claims `bricks`: a double, as a damaged one may claim more than 2^63.
+double bricks_of_page(double bricks);
 
 /// Makes the index of a file while its bricks are written. Holds the entries of one page.
 class PageBlocks {

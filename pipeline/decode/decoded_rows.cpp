@@ -27,7 +27,7 @@ double DecodedRows::memory(const CodingParameters& p, std::int64_t together, std
 
 void DecodedRows::begin(std::int64_t y, std::int64_t z) {
   rows_ = {y, std::min(y + together_, all_.y_end), z, z + 1};
-  box_ = {owned(0).low, bricks_.owned_box({bricks_.bricks(0) - 1, rows_.y_end - 1, z}).high};
+  box_ = rows_.owned(bricks_);
 }
 
 void DecodedRows::begin_next() {

@@ -8,7 +8,6 @@
 #include "pipeline/grid/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "stages/brick/codec.h"
-#include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
 namespace {
@@ -19,12 +18,11 @@ struct LargestBrick {
   explicit LargestBrick(const CodingParameters& p)
       : code(static_cast<double>(most_bytes_of_code(p, {0, 0, 0}))),
         owned(static_cast<double>(p.bricks().owned_box({0, 0, 0}).count())),
-        sample(static_cast<double>(size_of(p.type))) {
-    const Box closed = p.bricks().closed_box({0, 0, 0});
-    bits = static_cast<double>(LatticeBits::working_bytes(closed.size()) + bytes_of_object);
-    if (p.mode == FileMode::grid) points = static_cast<double>(closed.count()) * sample;
+        sample(static_cast<double>(size_of(p.type))),
+        bits(memory_of_activity(p)) {
+    if (p.mode == FileMode::grid)
+      points = static_cast<double>(p.bricks().closed_box({0, 0, 0}).count()) * sample;
   }
-  static constexpr std::uint64_t bytes_of_object = 128;  // and of what shares it
   double code, owned, sample, bits, points = 0;
 };
 

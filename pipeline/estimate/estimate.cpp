@@ -465,8 +465,8 @@ std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threa
                         std::min(rows, static_cast<double>(p.dims.z)) * sample;
   const double marking = rows * rows * rows * sample +
                          static_cast<double>(working_bytes_of_marking(p, {region, region, region}));
-  const auto owned = static_cast<double>(bricks.owned_box(largest).count()) * sample,
-             bits = static_cast<double>(LatticeBits::working_bytes(bricks.closed_box(largest).size()) + 128);
+  const double owned = static_cast<double>(bricks.owned_box(largest).count()) * sample,
+               bits = memory_of_activity(p);
   const double encoding = static_cast<double>(samples_to_encode(p, largest).count()) * sample + bits +
                           static_cast<double>(working_bytes_of_encoding(p, largest));
   const double coding =

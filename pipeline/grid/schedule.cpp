@@ -204,6 +204,11 @@ SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameter
   return {job.brick, job.slices, subdivide(std::move(marks), box, domain)};
 }
 
+double memory_of_activity(const CodingParameters& p) {
+  constexpr double of_object = 128;
+  return static_cast<double>(LatticeBits::working_bytes(p.bricks().closed_box({0, 0, 0}).size())) + of_object;
+}
+
 double memory_of_marking(const CodingParameters& p) {
   Index3 tile = p.bricks().closed_box({0, 0, 0}).size();
   tile.z = p.cube_size + 1;
@@ -245,9 +250,8 @@ void DerivedGrid::add_slice(SliceSamples slice) {
 constexpr int bricks_of_thread = 4;
 
 double DerivedGrid::memory(const CodingParameters& p, std::int64_t threads) {
-  const auto bits =
-      static_cast<double>(LatticeBits::working_bytes(p.bricks().closed_box({0, 0, 0}).size()) + 128);
-  const double work = std::max(memory_of_marking(p), memory_of_subdividing(p)) + bricks_of_thread * bits;
+  const double work =
+      std::max(memory_of_marking(p), memory_of_subdividing(p)) + bricks_of_thread * memory_of_activity(p);
   return GridSchedule::memory(p, p.bricks().bricks(1), mark_halo(p), 0) + static_cast<double>(threads) * work;
 }
 

@@ -112,6 +112,8 @@ struct SubdividedBrick {
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule);
 /// Without marks around the brick: no grid, and an empty activity.
 SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
+/// The most memory of the activity of a brick that is handed on, with its object and what shares it.
+double memory_of_activity(const CodingParameters& parameters);
 /// The most memory that a thread takes for these two, with the samples and marks that they gather.
 double memory_of_marking(const CodingParameters& parameters);
 double memory_of_subdividing(const CodingParameters& parameters);

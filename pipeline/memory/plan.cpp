@@ -11,7 +11,6 @@
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/criterion/marking.h"
-#include "stages/grid/lattice_bits.h"
 #include "stages/mesh/mesh_error.h"
 #include "stages/overview/block_sums.h"
 
@@ -80,10 +79,10 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   constexpr Index3 largest{0, 0, 0};
   const BrickGrid bricks = p.bricks();
   const bool marks = p.counts_points(), strips = load.rows < bricks.bricks(1);
-  const std::uint64_t sample = size_of(p.type), of_object = 128;
+  const std::uint64_t sample = size_of(p.type);
   const Index3 closed = bricks.closed_box(largest).size();
   const std::uint64_t points = static_cast<std::uint64_t>(closed.x * closed.y * closed.z) * sample,
-                      bits = LatticeBits::working_bytes(closed) + of_object;
+                      bits = static_cast<std::uint64_t>(memory_of_activity(p));
   // A brick that waits for measuring has its grid, and the values of its closed box twice.
   const bool measures = p.mesh_error >= 0;
   const std::uint64_t of_measuring = measures ? points + working_bytes_of_mesh_error(p.type, closed) : 0,

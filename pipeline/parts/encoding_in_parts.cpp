@@ -162,9 +162,7 @@ void EncodingInParts::write_overviews(const TagHeader& header) {
 
 void EncodingInParts::write_member(std::uint32_t kind, std::uint32_t factor, SpoolFile& content) {
   const Member member = {kind, factor, end_.position, content.size()};
-  MemberWriter writer(member, end_);
-  content.read_back([&](std::span<const std::byte> bytes) { writer.write(bytes); });
-  writer.finish(end_.checksum);
+  tagrid::write_member(member, content, end_.checksum, end_);
   pages_->add(member);
 }
 

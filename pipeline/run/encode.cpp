@@ -87,7 +87,6 @@ class EncodingToStream {
     watch_.emplace(run_.progress, sample_bytes(info.dims, info.type).value());
     const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
     overviews_.emplace(encode_bricks(job, first ? *first : *source, *writer_, result));
-    result.bytes_in = source->bytes_read();
     result.times_read +=
         times_read(job.parameters(), job.plan, {BrickRows::all(job.parameters().bricks())}) + spools;
   }

@@ -174,9 +174,8 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run) {
   run.options.validate();
   refuse_same_file(run.input, run.output);
-  const Resources resources = of_this_rank(ranks, run.resources);
   const bool in_parts = run.resume || (ranks.count() > 1 && parts_are_possible(run.input, run.output));
-  return in_parts ? encode_in_parts(ranks, run) : encode_to_stream(run, resources);
+  return in_parts ? encode_in_parts(ranks, run) : encode_to_stream(run, of_this_rank(ranks, run.resources));
 }
 
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {

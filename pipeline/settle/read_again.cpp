@@ -59,20 +59,20 @@ EncodeJob settle_any(const EncodeOptions& given, std::unique_ptr<VolumeSource>& 
   // A view of rows has a slice.
   if (look_of(options, {}) >= Look::a_few_rows && volume->traits().whole_slices)
     with_view.needs.besides += volume->slice_bytes();
-  const EncodePlan plan = plan_of(options, with_view);
+  EncodeJob job = planned(options, with_view);
   const Look look = look_of(options, settling.earlier);
   const bool has_copy = needs_copy(volume->traits(), look, settling.resources);
-  if (has_copy) volume = copied(std::move(volume), settling.resources, plan.memory, settling.before_copy);
+  if (has_copy) volume = copied(std::move(volume), settling.resources, job.memory, settling.before_copy);
   std::int64_t kept = 0;
   std::unique_ptr<VolumeSource> view;
   if (look >= Look::a_few_rows && !volume->traits().any_rows) {
     // With all slices that a layer of bricks needs, none is decoded twice in one pass.
     const std::int64_t layer = std::min(options.parameters.bricks().length() + 1, options.parameters.dims.z);
     if (look == Look::all_rows_often)
-      kept = slices_beside(options.parameters, plan, settling.resources, layer);
+      kept = slices_beside(options.parameters, job.plan, settling.resources, layer);
     view = rows_of_slices(std::shared_ptr<VolumeSource>(std::shared_ptr<void>(), volume.get()), kept);
   }
-  EncodeJob job = settle(given, view ? *view : *volume, with_view);
+  find_in_samples(job, options, view ? *view : *volume, with_view);
   job.times_read += has_copy;
   job.memory += static_cast<std::uint64_t>(kept) * volume->slice_bytes();
   return job;

@@ -73,15 +73,6 @@ EncodePlan plan_of(const CodingParameters& parameters, const ResolvedOptions& op
   return plan_encoding(parameters, settling.resources, settling.any_rows, needs);
 }
 
-EncodeJob planned(const ResolvedOptions& options, const Settling& settling) {
-  EncodeJob job{{options.parameters, options.metadata, options.volumes}};
-  job.plan = plan_of(options, settling);
-  job.memory = job.plan.memory;
-  job.overviews = options.overviews;
-  job.reason_of_bound = options.reason_of_bound;
-  return job;
-}
-
 }  // namespace
 
 EncodePlan plan_of(const ResolvedOptions& options, const Settling& settling) {
@@ -99,10 +90,18 @@ Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier) {
   return finds_range ? Look::again : Look::once;
 }
 
-EncodeJob settle(const EncodeOptions& given, VolumeSource& volume, const Settling& settling) {
-  const ResolvedOptions options = in_samples(given, volume.facts());
+EncodeJob planned(const ResolvedOptions& options, const Settling& settling) {
+  EncodeJob job{{options.parameters, options.metadata, options.volumes}};
+  job.plan = plan_of(options, settling);
+  job.memory = job.plan.memory;
+  job.overviews = options.overviews;
+  job.reason_of_bound = options.reason_of_bound;
+  return job;
+}
+
+void find_in_samples(EncodeJob& job, const ResolvedOptions& options, VolumeSource& volume,
+                     const Settling& settling) {
   const EarlierFindings& earlier = settling.earlier;
-  EncodeJob job = planned(options, settling);
   ResolvedOptions settled = options;
   if (options.options.error_rule) {
     FoundBound found = {earlier.max_error.value_or(0), earlier.reason_of_bound, {}, earlier.transform_step};
@@ -119,6 +118,12 @@ EncodeJob settle(const EncodeOptions& given, VolumeSource& volume, const Settlin
   // A bound that was found has smaller bricks than a transform would have.
   if (job.parameters().brick_edge != options.parameters.brick_edge)
     job.plan = plan_of(job.parameters(), options, settling);
+}
+
+EncodeJob settle(const EncodeOptions& given, VolumeSource& volume, const Settling& settling) {
+  const ResolvedOptions options = in_samples(given, volume.facts());
+  EncodeJob job = planned(options, settling);
+  find_in_samples(job, options, volume, settling);
   return job;
 }
 

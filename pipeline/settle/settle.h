@@ -49,6 +49,13 @@ Look look_of(const ResolvedOptions& options, const EarlierFindings& earlier);
 /// The plan with which settle() begins. Throws MemoryLimit.
 EncodePlan plan_of(const ResolvedOptions& options, const Settling& settling);
 
+/// The first step of settle(): what follows from the options alone. Throws MemoryLimit.
+EncodeJob planned(const ResolvedOptions& options, const Settling& settling);
+
+/// The second step: what follows from the samples. `job` is that of the first.
+void find_in_samples(EncodeJob& job, const ResolvedOptions& options, VolumeSource& volume,
+                     const Settling& settling);
+
 /// Settles the job of encoding a volume. Reads the samples as far as the options need it, and rewinds the volume.
 /// Throws UsageError if the volume does not allow the options, and MemoryLimit before a sample is read. REQUIRES: the
 /// volume can be read as look_of() says; any other is for settle_any() in read_again.h.

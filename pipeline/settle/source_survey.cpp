@@ -81,14 +81,12 @@ SliceRange slices_of_box(VolumeSource& source, const Box& volume, const Box& box
 
 void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,
                            const std::function<void(std::int64_t, const BrickSamples&)>& work) {
-  const std::int64_t nx = bricks.bricks(0), ny = bricks.bricks(1);
-  const Index3 first = {0, row % ny, row / ny};
-  const Box box = {bricks.owned_box(first).low, bricks.owned_box({nx - 1, first.y, first.z}).high};
+  const std::int64_t y = row % bricks.bricks(1), z = row / bricks.bricks(1);
   const Box volume = bricks.domain.volume();
-  const SliceRange slices = slices_of_box(source, volume, box);
+  const SliceRange slices = slices_of_box(source, volume, BrickRows{y, y + 1, z, z + 1}.owned(bricks));
   const SampleType type = source.info().type;
-  oneapi::tbb::parallel_for(std::int64_t{0}, nx, [&](std::int64_t x) {
-    const Index3 position = {x, first.y, first.z};
+  oneapi::tbb::parallel_for(std::int64_t{0}, bricks.bricks(0), [&](std::int64_t x) {
+    const Index3 position = {x, y, z};
     work(bricks.id(position), gather(slices, volume, type, bricks.owned_box(position)));
   });
 }

@@ -62,8 +62,11 @@ std::vector<std::vector<BrickRows>> Trials::rows_of_volumes(const BrickGrid& bri
   const std::int64_t volumes = source_.info().volumes, ny = bricks.bricks(1), rows = ny * bricks.bricks(2),
                      all_rows = rows * volumes,
                      per_row = std::max<std::int64_t>(bricks.domain.volume().count() / rows, 1);
-  if (!sampled) return {static_cast<std::size_t>(volumes), {BrickRows::all(bricks)}};
   std::vector<std::vector<BrickRows>> chosen(static_cast<std::size_t>(volumes));
+  if (!sampled) {
+    for (std::vector<BrickRows>& of_volume : chosen) of_volume = {BrickRows::all(bricks)};
+    return chosen;
+  }
   const std::int64_t wanted = std::min(std::max(most_sampled_ / per_row, least_rows), all_rows);
   for (std::int64_t i = 0; i < wanted; ++i) {
     const std::int64_t row = spread_row(i, wanted, all_rows), y = row % rows % ny, z = row % rows / ny;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/mesh/mesh_error.h"
 
@@ -30,8 +31,7 @@ double AgainstOriginal::memory(const CodingParameters& p, std::int64_t row_count
   const auto edge = static_cast<double>(grid.length()), sample = static_cast<double>(size_of(p.type)),
              bricks = static_cast<double>(row_count) * static_cast<double>(grid.bricks(0));
   const Box closed = grid.closed_box({0, 0, 0});
-  const double points = static_cast<double>(closed.count()) * sample,
-               bits = static_cast<double>(LatticeBits::working_bytes(closed.size()) + 128);
+  const double points = static_cast<double>(closed.count()) * sample, bits = memory_of_activity(p);
   const double slice = static_cast<double>(p.dims.x) *
                        std::min(static_cast<double>(p.dims.y), static_cast<double>(row_count) * edge + 1) *
                        sample;

@@ -55,8 +55,7 @@ double SharedFaces::memory(const CodingParameters& p) {
   const BrickGrid bricks = p.bricks();
   // Each brick of a layer leaves three faces. Rows of bits are whole words, so faces along x have more.
   const auto edge = static_cast<double>(bricks.length());
-  const double bits =
-      2 * static_cast<double>(LatticeBits::working_bytes(bricks.closed_box({0, 0, 0}).size()) + 128) / edge;
+  const double bits = 2 * memory_of_activity(p) / edge;
   const double points =
       p.mode == FileMode::grid ? (edge + 1) * (edge + 1) * static_cast<double>(size_of(p.type)) : 0;
   return static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) * 3 *
@@ -119,9 +118,7 @@ std::optional<Disagreement> OpenFacePairs::first_difference() const {
 
 double RangesAndIndex::memory(double bricks, std::int64_t bricks_in_flight) {
   constexpr double of_range = 128;  // values that wait for the index, and an entry, in lists that grow
-  const PageLayout layout(static_cast<std::int64_t>(std::min(bricks, 4e18)));
-  return (std::min(bricks, static_cast<double>(layout.per_page())) + static_cast<double>(bricks_in_flight)) *
-         of_range;
+  return (bricks_of_page(bricks) + static_cast<double>(bricks_in_flight)) * of_range;
 }
 
 namespace {
