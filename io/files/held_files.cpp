@@ -121,7 +121,16 @@ void LineFile::cut_half_line() {
 
 void LineFile::append(std::string_view line) {
   assert(line.find('\n') == line.npos);
-  const std::string whole = std::string(line) + "\n";
+  write(std::string(line) + "\n");
+}
+
+void LineFile::append(std::span<const std::string> lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  write(text);
+}
+
+void LineFile::write(const std::string& whole) {
   if (!files().write_at(descriptor_, size_, bytes_of(whole)) || !files().sync(descriptor_)) {
     const int error = errno;
     cut(size_);

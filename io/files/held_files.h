@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -46,11 +47,14 @@ class LineFile {
 
   /// Appends `line` and '\n': all of it, or nothing on failure. REQUIRES: no '\n' in `line`.
   void append(std::string_view line);
+  /// The same for many lines, which become durable together.
+  void append(std::span<const std::string> lines);
   const std::string& name() const { return name_; }
 
  private:
   void cut_half_line();
   void cut(std::uint64_t size);
+  void write(const std::string& text);
 
   std::string name_;
   Descriptor descriptor_;

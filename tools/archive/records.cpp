@@ -20,56 +20,12 @@
 #include "io/parity/layout.h"
 #include "io/system/files.h"
 #include "io/text/text.h"
-#include "tools/report/failure.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-constexpr std::size_t longest_record = std::size_t{1} << 24;
-/// A forged record must not make the next one the first. Programs that read JSON as doubles know it exactly.
-constexpr std::uint64_t last_sequence = (std::uint64_t{1} << 53) - 1;
-
-std::optional<archive::Record> state_of(const std::string& status) {
-  if (status == "ok") return archive::Record::ok;
-  if (status == "damaged") return archive::Record::damaged;
-  if (status == "removed") return archive::Record::removed;
-  return std::nullopt;  // failed, exists, skipped, kept: these say nothing about the output
-}
-
-/// Throws nlohmann::json::exception if there is none.
-std::string name_in(const ordered_json& object, const char* key) {
-  return name_of_text(object.at(key).get<std::string>());
-}
-
-/// Throws nlohmann::json::exception if `record` does not say.
-RecordTime time_of(const ordered_json& record) {
-  RecordTime time{0, record.at("finished").get<double>()};
-  // Earlier versions did not count.
-  if (const auto sequence = record.find("sequence");
-      sequence != record.end() && sequence->is_number_unsigned())
-    time.sequence = std::min(sequence->get<std::uint64_t>(), last_sequence);
-  return time;
-}
-
-/// Whether `record` describes the output instead of `newest`. In one file, the later line is the newer one.
-/// Of two simultaneous runs, one that removed an original counts: its output may be the only copy.
-bool replaces(const KnownOutput& record, const KnownOutput& newest) {
-  const auto is_removal = [](const KnownOutput& known) { return known.state == archive::Record::removed; };
-  if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&
-      record.time.sequence > 0)
-    return is_removal(record);
-  return record.time >= newest.time;
-}
-
-std::string canonical_folder(const std::string& folder) {
-  std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(folder), error);
-  const std::string path = error ? fs::absolute(folder).string() : canonical.string();
-  return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
-}
 
 /// True if files of the volume whose original was removed are there again. `input` exists.
 bool is_there_again(const KnownOutput& known, const std::string& input, const RunOptions& run) {
@@ -126,19 +82,6 @@ std::string base_of_records(const std::string& folder, const ManifestLine& line)
   return name.empty() || std::ranges::count(name, "..") >= steps(base) ? "" : base;
 }
 
-std::string name_in_records(const std::string& path, const std::string& base) {
-  if (base.empty()) return path;
-  const std::string name = fs::path(path).lexically_relative(base).string();
-  return name.empty() ? path : name;
-}
-
-std::string path_in_records(const std::string& name, const std::string& base) {
-  if (name.empty() || fs::path(name).is_absolute()) return name;
-  std::string path = (fs::path(base) / name).lexically_normal().string();
-  if (path.size() > 1 && path.ends_with('/')) path.pop_back();  // "." and ".." are directories
-  return path;
-}
-
 ordered_json json_of(const std::vector<InputFile>& files, const std::string& base) {
   ordered_json json = ordered_json::array();
   for (const InputFile& file : files)
@@ -185,78 +128,35 @@ void KnownOutputs::read_more() {
 }
 
 void KnownOutputs::read(const std::string& path) {
-  // Opening a pipe would block, and a pipe has no lines of an earlier run.
-  if (const auto status = status_of(path); status && !status->is_file())
-    throw UsageError(path +
-                     ": has the name of a file of records and is not a regular file; move it elsewhere");
-  End& end = files_[path];
-  const auto status = status_of(path);
-  if (status && status->size == end.bytes) return;
-  if (status && status->size < end.bytes) end = {};  // another file
-  FileBytes file(path);
-  file.skip(end.bytes);
+  NewLines lines(path, files_[path]);
   const std::size_t first = unreadable_.size();
-  for (std::string line;; line.clear()) {
-    // A line that is too long for a record is not a record. It is read in pieces, to find where it ends.
-    bool is_too_long = false;
-    std::uint64_t bytes = 0;
-    for (; !file.read_line(line, longest_record); line.clear()) {
-      is_too_long = true;
-      bytes += line.size();
-    }
-    // Half a last line is all that a killed run wrote of a record.
-    if (!line.ends_with('\n')) break;
-    end = {end.bytes + bytes + line.size(), end.lines + 1};
-    const ordered_json record = is_too_long ? ordered_json() : ordered_json::parse(line, nullptr, false);
+  for (std::string line; lines.next(line);) {
     try {
-      const std::string output = note(record, line);
+      RecordLine record = parse_record_line(line, folder_);
       // Only what rests on a comparison with the volume shows that a line before it does not matter: a refusal
       // that is recorded must not end the doubt that it follows from.
-      const auto said = record.at("status").get<std::string>();
-      if (first < unreadable_.size() && (said == "ok" || said == "removed"))
-        older_[output][first] = unreadable_.size();
+      if (first < unreadable_.size() && (record.status == "ok" || record.status == "removed"))
+        older_[record.output][first] = unreadable_.size();
+      note(std::move(record));
     } catch (const nlohmann::json::exception&) {
-      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, end.lines));
+      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, files_[path].lines));
     }
   }
 }
 
-/// Nothing if the record describes no output. Throws nlohmann::json::exception if it is not a valid record.
-std::optional<KnownOutput> KnownOutputs::known_output(const ordered_json& record) const {
-  const auto state = state_of(record.at("status").get<std::string>());
-  if (!state) return std::nullopt;
-  KnownOutput known;
-  known.state = *state;
-  known.input = path_in_records(name_in(record, "input"), folder_);
-  known.options = record.at("options").get<OptionTexts>();
-  for (auto& [name, value] : known.options) value = name_of_text(value);
-  for (const auto& file : record.at("input_files"))
-    known.input_files.push_back({path_in_records(name_in(file, "path"), folder_),
-                                 file.at("bytes").get<std::uint64_t>(),
-                                 file.at("modified_ns").get<std::int64_t>()});
-  known.headerless = record.at("headerless").get<bool>();
-  known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
-  known.input_checksum = record.at("input_xxh3").get<std::string>();
-  known.output_checksum = record.at("output_xxh3").get<std::string>();
-  return known;
-}
-
-std::string KnownOutputs::note(const ordered_json& record, const std::string& line) {
-  std::string output = name_in(record, "output");
-  const RecordTime time = time_of(record);
-  std::uint64_t& highest = sequences_[output];
-  highest = std::max(highest, time.sequence);
-  note_failure(record, output, time);
-  auto known = known_output(record);
-  if (!known) return output;
-  known->time = time;
-  known->record = line;
-  const auto newest = outputs_.find(output);
+void KnownOutputs::note(RecordLine record) {
+  std::uint64_t& highest = sequences_[record.output];
+  highest = std::max(highest, record.time.sequence);
+  if (record.is_attempt) {
+    const auto [last, is_first] = last_runs_.try_emplace(record.output);
+    if (is_first || record.time >= last->second.time) last->second = {record.time, record.failure()};
+  }
+  if (!record.known) return;
+  const auto newest = outputs_.find(record.output);
   if (newest == outputs_.end())
-    outputs_.emplace(output, std::move(*known));
-  else if (replaces(*known, newest->second))
-    newest->second = std::move(*known);
-  return output;
+    outputs_.emplace(record.output, std::move(*record.known));
+  else if (replaces(record.known->state, record.time, newest->second.state, newest->second.time))
+    newest->second = std::move(*record.known);
 }
 
 std::string KnownOutputs::possibly_newer(const std::string& output) const {
@@ -265,23 +165,6 @@ std::string KnownOutputs::possibly_newer(const std::string& output) const {
     for (const auto& [first, end] : found->second)
       if (first == next) next = end;
   return next < unreadable_.size() ? unreadable_[next] : "";
-}
-
-void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
-                                const RecordTime& time) {
-  // With any other status, nothing was to be encoded, or nothing was tried. Nothing was tried
-  // either if the command was refused, or if another run held a file.
-  const auto status = record.at("status").get<std::string>();
-  const ordered_json code = record.value("code", ordered_json());
-  if (status != "failed" && status != "skipped" && status != "ok") return;
-  if (status == "failed" && (code == exit_usage || code == exit_resumable)) return;
-  const auto [last, is_first] = last_runs_.try_emplace(output);
-  if (!is_first && time < last->second.time) return;
-  const auto error = record.find("error");
-  const bool has_reason = error != record.end() && error->is_string();
-  last->second = {time, status != "failed" ? ""
-                        : has_reason       ? error->get<std::string>()
-                                           : "the reason is not recorded"};
 }
 
 std::uint64_t KnownOutputs::next_sequence(const std::string& output) const {

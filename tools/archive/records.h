@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,19 +11,11 @@
 
 #include "io/errors/errors.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/record_line.h"
 #include "tools/archive/removal_table.h"
 #include "tools/options/encoding_options.h"
 
 namespace tagrid {
-
-/// A file of a volume, as it was when it was encoded.
-struct InputFile {
-  std::string path;
-  std::uint64_t bytes = 0;
-  std::int64_t modified = 0;  ///< nanoseconds since 1970
-
-  bool operator==(const InputFile&) const = default;
-};
 
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
@@ -36,35 +27,9 @@ void require_file_or_folder(const std::string& path);
 /// originals can move together: `folder`, that of the outputs. Returns "" if these paths are
 /// absolute, because the list has an absolute path or because the two have only the root in common.
 std::string base_of_records(const std::string& folder, const ManifestLine& line);
-/// The name of a file in such records, and the path for such a name.
-std::string name_in_records(const std::string& path, const std::string& base);
-std::string path_in_records(const std::string& name, const std::string& base);
-
 /// Names in records are those of text_of_name(); in memory they are the names themselves. `base`: see above.
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files, const std::string& base);
 nlohmann::ordered_json json_of(const OptionTexts& options);
-
-/// When a record was written. Clocks of different machines disagree, so it is first compared how many records
-/// of the same output were known then, one after the other: what a record rests on is never later than it.
-struct RecordTime {
-  std::uint64_t sequence = 0;  ///< 1 more than that of any record of the output that its run had read
-  double finished = 0;         ///< seconds since 1970
-
-  auto operator<=>(const RecordTime&) const = default;
-};
-
-/// An output that was encoded and verified, and its state: the newest record that describes it.
-struct KnownOutput {
-  archive::Record state = archive::Record::ok;
-  std::string input;
-  OptionTexts options;
-  std::vector<InputFile> input_files;
-  bool headerless = false;  ///< the options described the layout of its samples
-  std::uint64_t bytes_out = 0;
-  std::string input_checksum, output_checksum;
-  RecordTime time;
-  std::string record;  ///< the entire record, as its line
-};
 
 /// The keys of a record that describe the output; null if unknown.
 inline constexpr std::array output_keys = {"dims",         "type",        "settings",   "achieved",
@@ -122,19 +87,12 @@ class KnownOutputs {
     RecordTime time;
     std::string failure;
   };
-  /// How far a file was read: to the end of its last complete line.
-  struct End {
-    std::uint64_t bytes = 0, lines = 0;
-  };
   void read(const std::string& path);
-  std::optional<KnownOutput> known_output(const nlohmann::ordered_json& record) const;
-  /// Returns the name of the output.
-  std::string note(const nlohmann::ordered_json& record, const std::string& line);
-  void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
+  void note(RecordLine record);
 
-  std::string given_;                 ///< the directory as the caller names it
-  std::string folder_;                ///< absolute
-  std::map<std::string, End> files_;  ///< by path
+  std::string given_;                       ///< the directory as the caller names it
+  std::string folder_;                      ///< absolute
+  std::map<std::string, LinesRead> files_;  ///< by path
   std::vector<std::string> unreadable_;
   /// By output: the parts of unreadable_ that come before its last record in a file; one part for
   /// each time that a file was read.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line.h"
 
@@ -77,6 +79,36 @@ const std::vector<Row>& rows() {
        {{{"List the volumes below a directory", "tagrid convert --find scans > list.tsv"},
          {"Encode those that are not done yet",
           "tagrid convert --manifest list.tsv --output-dir tags --skip-done"}}}},
+      {"archive list",
+       add_archive_list_command,
+       {{{"What is in an archive", "tagrid archive list tags"},
+         {"For scripts", "tagrid archive list tags --json"}}}},
+      {"archive find",
+       add_archive_find_command,
+       {{{"The scans of a patient since 2020", "tagrid archive find tags patient=Smith* study_date>=2020"},
+         {"Volumes that could not be encoded, with the reasons", "tagrid archive find tags status=failed"}}}},
+      {"archive check",
+       add_archive_check_command,
+       {{{"All volumes", "tagrid archive check tags"},
+         {"Every night: those that were not checked for the longest time",
+          "tagrid archive check tags --older-than 90d --budget 2h"}}}},
+      {"archive repair",
+       add_archive_repair_command,
+       {{{"What the last check found damaged", "tagrid archive repair tags"},
+         {"One volume", "tagrid archive repair tags 2019/knee.tag"}}}},
+      {"archive restore",
+       add_archive_restore_command,
+       {{{"The originals of a patient", "tagrid archive restore tags patient=Smith* -o originals"},
+         {"Of one volume", "tagrid archive restore tags 2019/knee.tag -o originals"}}}},
+      {"archive forget",
+       add_archive_forget_command,
+       {{{"All scans of a patient", "tagrid archive forget tags patient_id=4711"},
+         {"Records of outputs that are gone, in a script",
+          "tagrid archive forget tags status=missing --yes"}}}},
+      {"archive move",
+       add_archive_move_command,
+       {{{"Originals are on another disk now", "tagrid archive move tags --from /scans --to /mnt/scans"},
+         {"They were renamed", "tagrid archive move tags --from /data/2019 --to /data/old"}}}},
       {"estimate",
        add_estimate_command,
        {{{"Sizes for bounds around the noise", "tagrid estimate scan.nhdr"},
@@ -128,8 +160,11 @@ std::vector<std::pair<CLI::App*, Action>> add_commands(CLI::App& app, const std:
       continue;
     }
     Action action = row.add(app);
-    CLI::App* command = app.get_subcommand(row.name);
+    CLI::App* command = &app;
+    for (const std::string_view word : words_of(row.name))
+      command = command->get_subcommand(std::string(word));
     command->group("Commands");
+    if (command->get_parent() != &app) command->get_parent()->group("Commands");
     command->footer(in_help(row.examples));
     commands.emplace_back(command, std::move(action));
   }

@@ -4,12 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <functional>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "io/parity/parity.h"
 #include "pipeline/ranks/ranks.h"
 #include "tools/options/shared_options.h"
 
@@ -35,6 +33,13 @@ Action add_formats_command(CLI::App& app);
 Action add_phantom_command(CLI::App& app);
 Action add_repair_command(CLI::App& app);
 Action add_protect_command(CLI::App& app);
+Action add_archive_list_command(CLI::App& app);
+Action add_archive_find_command(CLI::App& app);
+Action add_archive_check_command(CLI::App& app);
+Action add_archive_repair_command(CLI::App& app);
+Action add_archive_restore_command(CLI::App& app);
+Action add_archive_forget_command(CLI::App& app);
+Action add_archive_move_command(CLI::App& app);
 
 /// Sets up the command line: `app` with its help, and all commands in the order of the help. `version` is what
 /// --version prints. Returns each command with its work.
@@ -47,25 +52,12 @@ struct Example {
 /// The examples of the command with this name; those of the program itself for "".
 std::array<Example, 2> examples_of(const std::string& command);
 
-/// A file with parity, and what is damaged of both.
-struct SurveyedParity {
-  ProtectedFile file;
-  ParityCondition condition;
-};
-/// Looks at the parity of a file: that which helps, if it has parity in it and beside it. Nothing if there is none.
-/// `work` is for an error of the limit on memory. Throws WorldError and MemoryLimit.
-std::optional<SurveyedParity> survey_parity(const std::string& path, const RunOptions& run,
-                                            const std::string& work);
+/// Restores the source files of a .tag file into a directory. Throws as restore_files() does.
+void restore_files_of(const std::string& input, const std::string& folder, bool overwrite,
+                      const RunOptions& run, Ranks& ranks);
 
 /// Throws UsageError for pipes and devices, which cannot be read in any order. `what` the file is: "the file to
 /// repair".
 void require_input_file(const std::string& path, const char* what);
-
-/// True if nearly nothing of a file is what parity beside it protects.
-bool is_of_another_file(const SurveyedParity& parity);
-/// What of a file with parity is damaged: "3 damaged blocks". REQUIRES: something is.
-std::string damage_text(const ParityCondition& condition);
-/// REQUIRES: !parity.condition.is_repairable().
-std::string why_not_repairable(const SurveyedParity& parity, const std::string& path);
 
 }  // namespace tagrid

@@ -146,6 +146,15 @@ struct RestoreCommand {
 
 }  // namespace
 
+void restore_files_of(const std::string& input, const std::string& folder, bool overwrite,
+                      const RunOptions& run, Ranks& ranks) {
+  RestoreCommand one;
+  one.input = input;
+  one.output = {.path = folder, .overwrite = overwrite};
+  one.run = run;
+  with_repair_advice(input, [&] { one.execute(ranks); });
+}
+
 Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
   CLI::App* command = app.add_subcommand("restore", "Restore the source files of a .tag file, byte for byte");

@@ -20,6 +20,7 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
+#include "tools/repair/survey.h"
 #include "tools/report/damage.h"
 #include "tools/report/info.h"
 #include "tools/report/report.h"

@@ -81,9 +81,13 @@ Command command_of(const CLI::App& app, const std::string& name) {
       command.options.push_back(option_of(*option));
       continue;
     }
+    // Of several, the first one tells how files are completed.
+    if (command.has_input) continue;
     command.has_input = true;
     command.has_several_inputs = option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
-    command.input.kind = option->get_description().starts_with(".tag") ? Kind::tag_files : Kind::files;
+    command.input.kind = option->get_description().starts_with(".tag")        ? Kind::tag_files
+                         : option->get_description().starts_with("Directory") ? Kind::directories
+                                                                              : Kind::files;
   }
   return command;
 }
@@ -94,7 +98,11 @@ std::vector<Command> command_line_table() {
   CLI::App app("", "tagrid");
   const auto commands = add_commands(app, "");
   std::vector<Command> table = {command_of(app, "")};
-  for (const auto& [command, action] : commands) table.push_back(command_of(*command, command->get_name()));
+  for (const auto& [command, action] : commands) {
+    const bool is_in_group = command->get_parent() != &app;
+    table.push_back(command_of(
+        *command, (is_in_group ? command->get_parent()->get_name() + " " : "") + command->get_name()));
+  }
   return table;
 }
 

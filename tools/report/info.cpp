@@ -230,6 +230,18 @@ ordered_json achieved_json(const TagHeader& header, const Statistics& total) {
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
 }
 
+ordered_json contents_json(const TagHeader& header, const Statistics& total) {
+  const CodingParameters& p = header.parameters;
+  return {{"dims", {p.dims.x, p.dims.y, p.dims.z}},
+          {"volumes", header.volumes},
+          {"type", name_of(p.type)},
+          {"geometry", geometry_json(header)},
+          {"max_error", bound_or_null(p.max_error)},
+          {"mode", p.mode == FileMode::voxels ? "voxels" : "grid"},
+          {"achieved", achieved_json(header, total)},
+          {"pairs", source_json(header)["pairs"]}};
+}
+
 /// The errors of all volumes, or of volume 0 if the others are not known.
 const Statistics& errors_of(const TagSummary& file) {
   return file.statistics ? *file.statistics : file.index.total;

@@ -1,0 +1,28 @@
+// What the index of an archive keeps of a .tag file.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+namespace tagrid {
+
+/// What people search for, and all else that `tagrid archive list --json` shows of the content of a file.
+struct FileFacts {
+  std::string patient, patient_id, study, study_description, study_date, modality,
+      series;  ///< of DICOM; "" if unknown
+  std::string type;
+  double bound = 0;             ///< the largest error of samples that is allowed; negative: none
+  std::uint64_t voxels = 0;     ///< of all volumes
+  std::uint64_t raw_bytes = 0;  ///< of their samples
+  nlohmann::ordered_json more;  ///< dims, type, geometry, errors, and key-value pairs
+};
+
+/// Reads the header and the end of a file. Throws BrokenInput and WorldError.
+FileFacts facts_of(const std::string& path);
+
+/// A date of DICOM, "20200131", as "2020-01-31"; other texts as they are.
+std::string iso_date(const std::string& text);
+
+}  // namespace tagrid

@@ -1,0 +1,28 @@
+// What the commands on an archive have in common.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/catalogue/catalogue.h"
+#include "tools/options/shared_options.h"
+
+namespace tagrid {
+
+struct ArchiveCommand {
+  std::string folder;
+  std::vector<std::string> wanted;  ///< conditions and names
+  RunOptions run;
+
+  /// The catalogue, after warnings on what is not in order. Throws WorldError.
+  Catalogue opened() const;
+  /// The volumes that are wanted. Throws UsageError if `wanted` is empty. `command` is for its message.
+  std::vector<CatalogueEntry> named(const Catalogue& catalogue, const char* command) const;
+};
+
+/// Adds `tagrid archive NAME`, with the directory and, if it `takes_wanted`, conditions and names.
+CLI::App* add_archive_action(CLI::App& app, ArchiveCommand& state, const std::string& name,
+                             const std::string& help, bool takes_wanted = true);
+
+}  // namespace tagrid
