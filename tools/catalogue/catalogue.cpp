@@ -138,12 +138,12 @@ Statement Catalogue::selected(const Query& query) const {
     for (const std::string& name : query.names) add.run(name);
     where += " AND name IN (SELECT name FROM wanted)";
   }
-  Statement rows = database_->prepare(
-      fmt::format("SELECT name, status, state, bytes, modified, problem, failure, patient, patient_id, "
-                  "study_date, modality, type, "
-                  "bound, raw_bytes, checked, check_status{} FROM entries{} WHERE 1{} ORDER BY name",
-                  query.wants_json ? ", facts, record" : "",
-                  needs_details ? " LEFT JOIN details USING (name)" : "", where));
+  Statement rows = database_->prepare(fmt::format(
+      "SELECT name, status, state, bytes, modified, problem, failure, patient, patient_id, "
+      "study_date, modality, type, "
+      "bound, raw_bytes, checked, check_status, input, finished, written, checksum{} FROM entries{} WHERE "
+      "1{} ORDER BY name",
+      query.wants_json ? ", facts" : "", needs_details ? " LEFT JOIN details USING (name)" : "", where));
   rows.begin();
   int at = 0;
   for (const std::string& value : values) rows.set(++at, value);
@@ -167,10 +167,11 @@ CatalogueEntry Catalogue::entry_in(const Statement& row, bool has_json) {
   entry.raw_bytes = static_cast<std::uint64_t>(row.integer(13));
   entry.checked = row.number_if_any(14);
   entry.check = row.text(15);
-  if (has_json) {
-    entry.facts = row.text(16);
-    entry.record = row.text(17);
-  }
+  entry.input = row.text(16);
+  entry.encoded = row.number_if_any(17);
+  entry.written = static_cast<std::uint64_t>(row.integer(18));
+  entry.checksum = row.text(19);
+  if (has_json) entry.facts = row.text(20);
   return entry;
 }
 

@@ -28,7 +28,11 @@ struct CatalogueEntry {
   std::uint64_t raw_bytes = 0;
   std::optional<double> checked;  ///< seconds since 1970
   std::string check;              ///< the result of the last check: "ok", "damaged"
-  std::string facts, record;      ///< JSON; "" unless the query wants them
+  std::string input;              ///< path of the original; "" without a record
+  std::optional<double> encoded;  ///< seconds since 1970
+  std::uint64_t written = 0;      ///< bytes of the output without parity that was added, by its record
+  std::string checksum;           ///< of these; "" without a record
+  std::string facts;              ///< JSON; "" unless the query wants it, or if nothing is known
 };
 
 class Catalogue {

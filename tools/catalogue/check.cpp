@@ -20,12 +20,13 @@ namespace tagrid {
 namespace {
 
 /// Throws BrokenInput if the file is not what its record says. An original that was removed may have no other copy.
-void require_written(const std::string& path, const std::string& record) {
-  if (record.empty()) return;
-  const auto known = parse_record_line(record, "").known;
-  if (!known) return;
-  if (!has_written_size(*known, path)) throw BrokenInput("has another size than was written");
-  if (!is_as_written(*known, path))
+void require_written(const std::string& path, const CatalogueEntry& entry) {
+  if (entry.checksum.empty()) return;
+  KnownOutput known;
+  known.bytes_out = entry.written;
+  known.output_checksum = entry.checksum;
+  if (!has_written_size(known, path)) throw BrokenInput("has another size than was written");
+  if (!is_as_written(known, path))
     throw BrokenInput("is intact, but not what was written: its checksum is not that of its record");
 }
 
@@ -48,7 +49,7 @@ void check(const std::string& path, const CatalogueEntry& entry, bool decodes, c
   } else {
     TagReader(path).read_to_end();
   }
-  require_written(path, entry.record);
+  require_written(path, entry);
   if (const auto parity = parity_of(path, run)) require_intact(*parity);
 }
 

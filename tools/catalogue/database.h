@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "io/errors/errors.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -15,9 +16,9 @@ struct sqlite3_stmt;
 namespace tagrid {
 
 /// A file is not a database, is damaged, is held by another process, or cannot be read or written.
-class DatabaseError : public std::runtime_error {
+class DatabaseError : public WorldError {
  public:
-  DatabaseError(const std::string& message, bool is_broken) : runtime_error(message), is_broken_(is_broken) {}
+  DatabaseError(const std::string& message, bool is_broken) : WorldError(message), is_broken_(is_broken) {}
   /// True if another file must take its place: it is not a database, or a damaged one.
   bool is_broken() const { return is_broken_; }
 

@@ -70,10 +70,10 @@ bool all_grew(const std::string& folder, const std::vector<LineFileName>& names,
 constexpr const char* forget_lines = R"(
 DELETE FROM sources;
 DELETE FROM unreadable;
-UPDATE volumes SET sequence = NULL, finished = NULL, state = NULL, written = NULL, input = NULL, as_written = NULL,
+UPDATE volumes SET sequence = NULL, finished = NULL, state = NULL, written = NULL, checksum = NULL, input = NULL,
+  as_written = NULL,
   tried_sequence = NULL, tried = NULL, failure = NULL,
   checked = NULL, check_status = NULL, check_error = NULL, checked_bytes = NULL, checked_modified = NULL;
-UPDATE details SET record = NULL;
 )";
 
 class LineNotes {
@@ -83,12 +83,10 @@ class LineNotes {
         base_(canonical_folder(folder)),
         newest_(index.prepare("SELECT sequence, finished, state FROM volumes WHERE name = ?")),
         record_(index.prepare(
-            "INSERT INTO volumes (name, sequence, finished, state, written, input, is_new) VALUES (?, ?, ?, "
-            "?, ?, ?, 1) "
-            "ON CONFLICT (name) DO UPDATE SET sequence = excluded.sequence, finished = excluded.finished, "
-            "state = excluded.state, written = excluded.written, input = excluded.input, is_new = 1")),
-        text_(index.prepare("INSERT INTO details (name, record) VALUES (?, ?) "
-                            "ON CONFLICT (name) DO UPDATE SET record = excluded.record")),
+            "INSERT INTO volumes (name, sequence, finished, state, written, checksum, input, is_new) "
+            "VALUES (?, ?, ?, ?, ?, ?, ?, 1) ON CONFLICT (name) DO UPDATE SET sequence = excluded.sequence, "
+            "finished = excluded.finished, state = excluded.state, written = excluded.written, "
+            "checksum = excluded.checksum, input = excluded.input, is_new = 1")),
         attempt_(
             index.prepare("INSERT INTO volumes (name, tried_sequence, tried, failure) VALUES (?, ?, ?, ?) "
                           "ON CONFLICT (name) DO UPDATE SET tried_sequence = excluded.tried_sequence, tried "
@@ -132,8 +130,7 @@ class LineNotes {
       if (!replaces(known.state, time, record_named(newest_.text(2)), newest)) return;
     }
     record_.run(record.output, time.sequence, time.finished, name_of(known.state), known.bytes_out,
-                known.input);
-    text_.run(record.output, line);
+                known.output_checksum, known.input);
   }
 
   void note_event(const std::string& line) {
@@ -142,7 +139,7 @@ class LineNotes {
   }
 
   std::string folder_, base_;
-  Statement newest_, record_, text_, attempt_, check_, unreadable_, source_;
+  Statement newest_, record_, attempt_, check_, unreadable_, source_;
 };
 
 }  // namespace

@@ -17,12 +17,12 @@ CREATE TABLE volumes (
   bytes INTEGER, modified INTEGER, as_written INTEGER, problem TEXT,
   patient TEXT, patient_id TEXT, study TEXT, study_description TEXT, study_date TEXT, series TEXT, modality TEXT,
   type TEXT, bound REAL, voxels INTEGER, raw_bytes INTEGER,
-  sequence INTEGER, finished REAL, state TEXT, written INTEGER, input TEXT,
+  sequence INTEGER, finished REAL, state TEXT, written INTEGER, checksum TEXT, input TEXT,
   tried_sequence INTEGER, tried REAL, failure TEXT,
   checked REAL, check_status TEXT, check_error TEXT, checked_bytes INTEGER, checked_modified INTEGER,
   is_new INTEGER
 );
-CREATE TABLE details (name TEXT PRIMARY KEY, facts TEXT, record TEXT);
+CREATE TABLE details (name TEXT PRIMARY KEY, facts TEXT);
 CREATE TABLE sources (name TEXT PRIMARY KEY, bytes INTEGER, lines INTEGER, modified INTEGER, tail INTEGER);
 CREATE TABLE unreadable (source TEXT, line INTEGER);
 CREATE VIEW entries AS SELECT *, CASE

@@ -38,22 +38,18 @@ ordered_json time_or_null(const std::optional<double>& seconds) {
 }
 
 ordered_json json_of(const Catalogue& catalogue, const CatalogueEntry& entry) {
-  ordered_json json = {{"name", text_of_name(entry.name)},
-                       {"path", text_of_name(catalogue.path_of(entry.name))},
-                       {"status", entry.status},
-                       {"problem", json_text_or_null(entry.problem)},
-                       {"bytes", entry.bytes ? ordered_json(*entry.bytes) : ordered_json(nullptr)},
-                       {"original", nullptr},
-                       {"input", nullptr},
-                       {"encoded", nullptr},
-                       {"checked", time_or_null(entry.checked)},
-                       {"check", json_text_or_null(entry.check)}};
-  if (!entry.record.empty()) {
-    const ordered_json record = ordered_json::parse(entry.record);
-    json["original"] = entry.is_only_copy ? "removed" : "kept";
-    json["input"] = record.at("input");
-    json["encoded"] = record.at("finished");
-  }
+  ordered_json json = {
+      {"name", text_of_name(entry.name)},
+      {"path", text_of_name(catalogue.path_of(entry.name))},
+      {"status", entry.status},
+      {"problem", json_text_or_null(entry.problem)},
+      {"bytes", entry.bytes ? ordered_json(*entry.bytes) : ordered_json(nullptr)},
+      {"original",
+       entry.encoded ? ordered_json(entry.is_only_copy ? "removed" : "kept") : ordered_json(nullptr)},
+      {"input", entry.input.empty() ? ordered_json(nullptr) : ordered_json(text_of_name(entry.input))},
+      {"encoded", time_or_null(entry.encoded)},
+      {"checked", time_or_null(entry.checked)},
+      {"check", json_text_or_null(entry.check)}};
   if (!entry.facts.empty()) json.update(ordered_json::parse(entry.facts));
   return json;
 }

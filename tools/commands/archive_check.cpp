@@ -103,9 +103,7 @@ struct CheckCommand : ArchiveCommand {
     if (!budget.empty()) choice.budget = duration("--budget", budget);
     const Catalogue catalogue = opened();
     RunReport report(run.json, run.thread_count(), overwrite, "archive check", folder, "");
-    Query query = catalogue.query_of(wanted);
-    query.wants_json = true;
-    const std::vector<CatalogueEntry> all = catalogue.entries(query);
+    const std::vector<CatalogueEntry> all = catalogue.entries(catalogue.query_of(wanted));
     const std::vector<CatalogueEntry> entries = chosen(all, choice, seconds_since_1970());
     CheckRun checks(catalogue, run);
     ListMeter meter(run.progress, run.quiet, entries.size());
@@ -185,7 +183,6 @@ struct ArchiveRepairCommand : ArchiveCommand {
     const Catalogue catalogue = opened();
     Query query = catalogue.query_of(wanted);
     if (wanted.empty()) query.conditions = {{"status", "=", "damaged"}};
-    query.wants_json = true;
     CheckRun checks(catalogue, run);
     std::size_t repaired = 0, intact = 0, failed = 0;
     for (const CatalogueEntry& entry : catalogue.entries(query)) {
