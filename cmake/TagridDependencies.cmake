@@ -71,7 +71,11 @@ tagrid_require_library(xxhash::xxhash xxhash.h xxhash libxxhash-dev)
 tagrid_require_header(tagrid_hwy hwy/highway.h libhwy-dev)
 tagrid_require_header(tagrid_cli11 CLI/CLI.hpp libcli11-dev)
 tagrid_require_header(tagrid_json nlohmann/json.hpp nlohmann-json3-dev)
-# For the index of an archive.
+# For the index of an archive; static as libpng is.
+find_library(TAGRID_STATIC_SQLITE libsqlite3.a)
+if(TAGRID_STATIC_SQLITE)
+  set(SQLite3_LIBRARY ${TAGRID_STATIC_SQLITE} CACHE FILEPATH "SQLite")
+endif()
 tagrid_require(SQLite3 libsqlite3-dev)
 # For the programs that read formats. The program itself has the rooms that they use, and does not need it.
 tagrid_require_library(seccomp::seccomp seccomp.h seccomp libseccomp-dev)

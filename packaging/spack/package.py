@@ -23,6 +23,7 @@ class Tagrid(CMakePackage):
     generator("ninja")
 
     depends_on("tbb")
+    depends_on("sqlite")
     depends_on("zstd")
     depends_on("xxhash")
     depends_on("isa-l")

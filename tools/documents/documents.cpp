@@ -196,11 +196,26 @@ namespace {
 
 using Kind = Completion::Kind;
 
+/// "archive" of "archive list"; the name itself for a command that is in no group.
+std::string first_word(const std::string& name) { return name.substr(0, name.find(' ')); }
+
+/// The first words of all commands, each once.
 std::string names_of(const std::vector<Command>& commands) {
   std::vector<std::string> names;
   for (const Command& command : commands)
-    if (!command.name.empty()) names.push_back(command.name);
+    if (!command.name.empty() && (names.empty() || names.back() != first_word(command.name)))
+      names.push_back(first_word(command.name));
   return fmt::format("{}", fmt::join(names, " "));
+}
+
+/// The groups of commands, each with the second words of its commands and their help.
+std::map<std::string, std::vector<std::pair<std::string, std::string>>> groups_of(
+    const std::vector<Command>& commands) {
+  std::map<std::string, std::vector<std::pair<std::string, std::string>>> groups;
+  for (const Command& command : commands)
+    if (const std::string group = first_word(command.name); group != command.name)
+      groups[group].emplace_back(command.name.substr(group.size() + 1), command.help);
+  return groups;
 }
 
 /// What the function for bash does with a completion: words, or the word for one of its cases.
@@ -247,6 +262,8 @@ constexpr const char* bash_frame =
 # tagrid_documents made this file from the command line of the program.
 
 _tagrid_commands='{commands}'
+# Commands of two words.
+_tagrid_groups='{groups}'
 
 _tagrid_options() {{
   case $1 in
@@ -267,7 +284,9 @@ _tagrid_input() {{
 _tagrid() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} command='' word how=''
   for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
-    [[ $word != -* ]] && command=$word && break
+    [[ $word == -* ]] && continue
+    command+=${{command:+ }}$word
+    [[ " $_tagrid_groups " == *" $command "* ]] || break
   done
   # --option=value comes as three words.
   [[ $current == = ]] && current=''
@@ -361,8 +380,28 @@ std::string zsh_function(const Command& command) {
   if (command.has_input)
     arguments += " \\\n    " + single_quoted((command.has_several_inputs ? "*:input:" : "1:input:") +
                                              in_zsh(command.input));
-  return fmt::format("_tagrid_{}() {{\n  _arguments -s{}\n}}\n\n", command.name, arguments);
+  std::string name = command.name;
+  std::ranges::replace(name, ' ', '_');
+  return fmt::format("_tagrid_{}() {{\n  _arguments -s{}\n}}\n\n", name, arguments);
 }
+
+/// A command and its help, as an argument of _describe.
+std::string zsh_described(const std::string& name, const std::string& help) {
+  return fmt::format("    {}\n", single_quoted(name + ":" + escaped(help, ":")));
+}
+
+constexpr const char* zsh_group = R"(_tagrid_{group}() {{
+  local state line
+  local -a commands=(
+{described}  )
+  _arguments -C '1:command:->command' '*::argument:->argument'
+  case $state in
+    command) _describe command commands ;;
+    argument) (( $+functions[_tagrid_{group}_$line[1]] )) && _tagrid_{group}_$line[1] ;;
+  esac
+}}
+
+)";
 
 constexpr const char* zsh_frame = R"(#compdef tagrid tagrid-mpi
 # Completion of tagrid for zsh; to be installed in a directory of $fpath.
@@ -396,16 +435,25 @@ std::string bash_completion(const std::vector<Command>& commands) {
     std::vector<std::string> names;
     for (const CommandOption& option : command.options)
       names.insert(names.end(), option.names.begin(), option.names.end());
-    const std::string line = fmt::format("    {}) echo '{}' ;;\n", command.name.empty() ? "*" : command.name,
-                                         fmt::join(names, " "));
+    const std::string line =
+        fmt::format("    {}) echo '{}' ;;\n", command.name.empty() ? "*" : single_quoted(command.name),
+                    fmt::join(names, " "));
     (command.name.empty() ? of_the_program : options) += line;
-    if (command.has_input) commands_by_input[in_bash(command.input)].push_back(command.name);
+    if (command.has_input) commands_by_input[in_bash(command.input)].push_back(single_quoted(command.name));
+  }
+  std::vector<std::string> groups;
+  for (const auto& [group, of_group] : groups_of(commands)) {
+    groups.push_back(group);
+    std::vector<std::string> words;
+    for (const auto& [word, help] : of_group) words.push_back(word);
+    inputs += fmt::format("    {}) echo '{}' ;;\n", group, fmt::join(words, " "));
   }
   for (const auto& [completion, names] : commands_by_input)
     inputs += fmt::format("    {}) echo '{}' ;;\n", fmt::join(names, " | "), completion);
   for (const auto& [completion, patterns] : patterns_by_completion(commands))
     values += fmt::format("    {}) echo '{}' ;;\n", fmt::join(patterns, " | "), completion);
   return fmt::format(fmt::runtime(bash_frame), fmt::arg("commands", names_of(commands)),
+                     fmt::arg("groups", fmt::format("{}", fmt::join(groups, " "))),
                      fmt::arg("options", options + of_the_program), fmt::arg("values", values),
                      fmt::arg("inputs", inputs + "    *) echo '@nothing' ;;\n"));
 }
@@ -418,7 +466,17 @@ std::string zsh_completion(const std::vector<Command>& commands) {
       continue;
     }
     functions += zsh_function(command);
-    described += fmt::format("    {}\n", single_quoted(command.name + ":" + escaped(command.help, ":")));
+    if (first_word(command.name) == command.name) described += zsh_described(command.name, command.help);
+  }
+  for (const auto& [group, of_group] : groups_of(commands)) {
+    std::string of_words, words;
+    for (const auto& [word, help] : of_group) {
+      of_words += zsh_described(word, help);
+      words += (words.empty() ? "" : ", ") + word;
+    }
+    functions +=
+        fmt::format(fmt::runtime(zsh_group), fmt::arg("group", group), fmt::arg("described", of_words));
+    described += zsh_described(group, "Archives: " + words);
   }
   return fmt::format(fmt::runtime(zsh_frame), fmt::arg("functions", functions),
                      fmt::arg("commands", names_of(commands)), fmt::arg("described", described),
