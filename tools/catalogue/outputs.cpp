@@ -58,8 +58,8 @@ struct Changes {
 /// `found` is sorted by name.
 Changes changes_since(const Database& index, const std::vector<FoundFile>& found) {
   Changes changes;
-  Statement known =
-      index.prepare("SELECT name, bytes, modified FROM volumes WHERE bytes IS NOT NULL ORDER BY name");
+  Statement known = index.prepare(
+      "SELECT name, bytes, modified, problem FROM volumes WHERE bytes IS NOT NULL ORDER BY name");
   auto file = found.begin();
   while (known.next()) {
     const std::string name = known.text(0);
@@ -68,7 +68,9 @@ Changes changes_since(const Database& index, const std::vector<FoundFile>& found
       changes.gone.push_back(name);
       continue;
     }
-    if (known.integer(1) != static_cast<std::int64_t>(file->bytes) || known.integer(2) != file->modified)
+    // What could not be read may have been repaired, which changes neither its size nor its time.
+    if (known.integer(1) != static_cast<std::int64_t>(file->bytes) || known.integer(2) != file->modified ||
+        !known.is_null(3))
       changes.changed.push_back(*file);
     ++file;
   }

@@ -174,7 +174,10 @@ Action add_check(CLI::App& app) {
   add_text_option(*command, "--budget", state->budget, "TIME",
                   "Begin no other volume after this time: 2h, 30m");
   command->add_flag("--decode", state->decodes, "Also decode every brick, as verify does");
-  add_report_options(*command, state->run, state->overwrite);
+  add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_json_option(*command, state->run);
+  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
   return [state](Ranks&) { state->execute(); };
 }
 
