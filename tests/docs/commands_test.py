@@ -44,8 +44,14 @@ def examples():
         return text, re.findall(r"^    (tagrid .*)$", text.partition("\nExamples:\n")[2], re.MULTILINE)
 
     text, found = ending()
-    for command in re.findall(r"^  ([a-z]+) ", text.partition("\nCommands:\n")[2], re.MULTILINE):
-        found += ending(command)[1]
+    def words_of(text):
+        return re.findall(r"^  ([a-z]+) ", text.partition("\nCommands:\n")[2], re.MULTILINE)
+
+    for command in words_of(text):
+        of_command, its_examples = ending(command)
+        found += its_examples
+        for second in words_of(of_command):
+            found += ending(command, second)[1]
     return found
 
 
@@ -91,6 +97,9 @@ class Commands(unittest.TestCase):
         self.assertEqual(run.returncode, 0, command + "\n" + run.stdout)
 
     def test_the_sessions_print_what_documents_say(self):
+        def originals(folder):
+            return {path.name for path in folder.rglob("*.raw") if "work" not in path.parts}
+
         count = 0
         for document in ("README.md", "docs/archives.md"):
             folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
@@ -102,10 +111,10 @@ class Commands(unittest.TestCase):
                     if command.startswith("jq") and not shutil.which("jq"):
                         print(f"not run, as there is no jq on this machine: {command}", file=sys.stderr)
                         continue
-                    before = {path.name for path in folder.rglob("*.raw")}
+                    before = originals(folder)
                     run = self.run_in(folder, command)
                     self.assertEqual(run.returncode, 0, command + "\n" + run.stdout)
-                    after = {path.name for path in folder.rglob("*.raw")}
+                    after = originals(folder)
                     if "--remove-verified" in command:
                         self.assertEqual((before, after), ({"chest.raw", "knee.raw", "skull.raw"}, set()))
                     elif "tagrid restore" in command and "jq" in command:
@@ -134,7 +143,7 @@ class Commands(unittest.TestCase):
             for command in commands(document.read_text()):
                 if command in self.examples:
                     continue  # docs/options.md has those of the help.
-                if command.startswith("tagrid convert"):
+                if command.startswith(("tagrid convert", "tagrid archive")):
                     continue  # They need records of earlier runs, which the session above has.
                 if any(name in command for name in ("series/", "perfusion/", "DICOMDIR")):
                     continue  # tests/readers/dicom_test.py and series_names_test.py have series.
@@ -164,7 +173,7 @@ class Commands(unittest.TestCase):
                 if command.startswith(("tagrid view", "tagrid serve")):
                     # They serve until they are ended. That the file is missing is found after the options are understood.
                     self.assertEqual(self.run_in(self.folder, command).returncode, 74)
-                elif "tagrid convert" not in command and "--records" not in command:
+                elif not re.match("tagrid (convert|archive)", command) and "--records" not in command:
                     self.run_on_phantoms(volumes, command)
 
     def test_the_examples_of_archives_work_one_after_the_other(self):
@@ -176,6 +185,19 @@ class Commands(unittest.TestCase):
         self.assertEqual(list((self.folder / "scans").iterdir()), [])
         self.make(self.folder, restore)
         self.assertEqual({path.name for path in (self.folder / "scans").iterdir()}, {"a.nhdr", "a.raw"})
+
+    def test_the_examples_of_archives_work_on_one(self):
+        on_archives = [command for command in self.examples if command.startswith("tagrid archive")]
+        self.assertEqual(len(on_archives), 16)
+        self.make(self.folder, "tagrid phantom --dims 40,30,20 -o knee.nrrd && printf 'knee.nrrd\toutput=2019/knee' > list.tsv"
+                               " && tagrid convert --manifest list.tsv --output-dir tags --parity 5%")
+        records = self.folder / "tags" / "results.jsonl"
+        for command in on_archives:
+            with self.subTest(command):
+                moved = re.search("--from (\\S+)", command)
+                if moved:
+                    records.write_text(re.sub('"input":"[^"]*"', f'"input":"{moved[1]}/knee.nrrd"', records.read_text()))
+                self.make(self.folder, command)
 
     def provide(self, volumes, folder, command):
         """The files that a command reads: a phantom under every name of a volume."""

@@ -19,7 +19,6 @@
 #include "tools/catalogue/move.h"
 #include "tools/commands/archive_command.h"
 #include "tools/commands/commands.h"
-#include "tools/options/output_options.h"
 #include "tools/report/failure.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
@@ -102,48 +101,6 @@ Action add_list(CLI::App& app, const std::string& name, const std::string& help,
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks&) { state->execute(); };
-}
-
-// restore
-
-struct ArchiveRestoreCommand : ArchiveCommand {
-  OutputOptions output;
-
-  void execute(Ranks& ranks) const {
-    if (output.path.empty() || output.path == "-")
-      throw UsageError(
-          "give -o TARGET, the directory for the originals; restore --records brings all back to their "
-          "places");
-    const Catalogue catalogue = opened();
-    std::size_t restored = 0, failed = 0;
-    for (const CatalogueEntry& entry : named(catalogue, "archive restore")) {
-      const fs::path below = fs::path(entry.name).replace_extension();
-      try {
-        if (!entry.bytes) throw BrokenInput(catalogue.path_of(entry.name) + ": is gone");
-        restore_files_of(catalogue.path_of(entry.name), (fs::path(output.path) / below).string(),
-                         output.overwrite, run, ranks);
-        ++restored;
-      } catch (const std::exception&) {
-        ++failed;
-        say("tagrid: {}: {}", entry.name, current_failure().message);
-      }
-    }
-    if (run.is_watched() || failed > 0) say("volumes: {} restored, {} failed", restored, failed);
-    if (failed > 0)
-      throw broken_input_error("{}: {} could not be restored", folder, counted(failed, "volume"));
-  }
-};
-
-Action add_restore(CLI::App& app) {
-  auto state = std::make_shared<ArchiveRestoreCommand>();
-  CLI::App* command =
-      add_archive_action(app, *state, "restore", "Restore the source files of volumes below a directory");
-  add_text_option(*command, "-o,--output", state->output.path, "TARGET",
-                  "Directory for the originals, each in a directory with the name of its output");
-  command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
-  add_run_options(*command, state->run);
-  add_memory_option(*command, state->run);
-  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 // forget
@@ -272,7 +229,6 @@ Action add_archive_list_command(CLI::App& app) {
 Action add_archive_find_command(CLI::App& app) {
   return add_list(app, "find", "List the volumes that meet conditions", true);
 }
-Action add_archive_restore_command(CLI::App& app) { return add_restore(app); }
 Action add_archive_forget_command(CLI::App& app) { return add_forget(app); }
 Action add_archive_move_command(CLI::App& app) { return add_move(app); }
 

@@ -85,7 +85,8 @@ const std::vector<Row>& rows() {
          {"For scripts", "tagrid archive list tags --json"}}}},
       {"archive find",
        add_archive_find_command,
-       {{{"The scans of a patient since 2020", "tagrid archive find tags patient=Smith* study_date>=2020"},
+       {{{"The scans of a patient since 2020",
+          "tagrid archive find tags 'patient=Smith*' 'study_date>=2020'"},
          {"Volumes that could not be encoded, with the reasons", "tagrid archive find tags status=failed"}}}},
       {"archive check",
        add_archive_check_command,
@@ -98,8 +99,13 @@ const std::vector<Row>& rows() {
          {"One volume", "tagrid archive repair tags 2019/knee.tag"}}}},
       {"archive restore",
        add_archive_restore_command,
-       {{{"The originals of a patient", "tagrid archive restore tags patient=Smith* -o originals"},
+       {{{"The originals of a patient", "tagrid archive restore tags 'patient=Smith*' -o originals"},
          {"Of one volume", "tagrid archive restore tags 2019/knee.tag -o originals"}}}},
+      {"archive export",
+       add_archive_export_command,
+       {{{"CT scans as NIfTI", "tagrid archive export tags modality=CT --format nifti -o exported"},
+         {"Small overviews of all volumes, as NRRD",
+          "tagrid archive export tags 'name=*' --step 4 --format nrrd -o small"}}}},
       {"archive forget",
        add_archive_forget_command,
        {{{"All scans of a patient", "tagrid archive forget tags patient_id=4711"},
@@ -164,7 +170,7 @@ std::vector<std::pair<CLI::App*, Action>> add_commands(CLI::App& app, const std:
     for (const std::string_view word : words_of(row.name))
       command = command->get_subcommand(std::string(word));
     command->group("Commands");
-    if (command->get_parent() != &app) command->get_parent()->group("Commands");
+    if (command->get_parent() != &app) command->get_parent()->group("Commands")->footer("");
     command->footer(in_help(row.examples));
     commands.emplace_back(command, std::move(action));
   }

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -38,6 +39,7 @@ Action add_archive_find_command(CLI::App& app);
 Action add_archive_check_command(CLI::App& app);
 Action add_archive_repair_command(CLI::App& app);
 Action add_archive_restore_command(CLI::App& app);
+Action add_archive_export_command(CLI::App& app);
 Action add_archive_forget_command(CLI::App& app);
 Action add_archive_move_command(CLI::App& app);
 
@@ -55,6 +57,15 @@ std::array<Example, 2> examples_of(const std::string& command);
 /// Restores the source files of a .tag file into a directory. Throws as restore_files() does.
 void restore_files_of(const std::string& input, const std::string& folder, bool overwrite,
                       const RunOptions& run, Ranks& ranks);
+
+/// How a volume leaves an archive.
+struct ExportedVolume {
+  std::string input, output, format, region;
+  std::int64_t step = 1, overview = 0;
+  bool values = false, overwrite = false;
+};
+/// Decodes a .tag file, as `tagrid decode` does with these options.
+void decode_as(const ExportedVolume& volume, const RunOptions& run, Ranks& ranks);
 
 /// Throws UsageError for pipes and devices, which cannot be read in any order. `what` the file is: "the file to
 /// repair".

@@ -236,6 +236,19 @@ struct DecodeCommand {
 
 }  // namespace
 
+void decode_as(const ExportedVolume& volume, const RunOptions& run, Ranks& ranks) {
+  DecodeCommand one;
+  one.input = volume.input;
+  one.output = {.path = volume.output, .overwrite = volume.overwrite};
+  one.format = volume.format;
+  one.region = volume.region;
+  one.step = volume.step;
+  one.overview = volume.overview;
+  one.values = volume.values;
+  one.run = run;
+  one.execute(ranks);
+}
+
 Action add_decode_command(CLI::App& app) {
   auto state = std::make_shared<DecodeCommand>();
   CLI::App* command = app.add_subcommand("decode", "Decode a .tag file into a volume");

@@ -174,11 +174,16 @@ std::string memory_advice(const CLI::App& command) {
 }
 
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<CLI::App*> given = app.get_subcommands();
-  const CLI::App& command = given.empty() ? app : *given.front();
-  const std::string where = given.empty() ? "" : command.get_name() + ": ";
-  const std::string help =
-      given.empty() ? "tagrid --help" : fmt::format("tagrid {} --help", command.get_name());
+  const CLI::App* inner = &app;
+  std::string name;
+  while (!inner->get_subcommands().empty()) {
+    inner = inner->get_subcommands().front();
+    name += (name.empty() ? "" : " ") + inner->get_name();
+  }
+  const CLI::App& command = *inner;
+  const bool needs_command = command.get_require_subcommand_min() > 0;
+  const std::string where = name.empty() ? "" : name + ": ";
+  const std::string help = name.empty() ? "tagrid --help" : fmt::format("tagrid {} --help", name);
   // A word that was not understood explains all errors that followed from it.
   const std::vector<std::string> words = app.remaining(true);
   if (const auto misplaced = before_the_command(app)) return *misplaced;
@@ -193,10 +198,12 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     return where + "unknown option --max-error; did you mean --errors?";
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
-  if (given.empty() && !words.empty()) return unknown("command", words.front(), help, subcommands_of(app));
+  if (needs_command && !words.empty())
+    return where + unknown("command", words.front(), help, subcommands_of(command));
   if (!words.empty()) return too_many(command, words.front(), help);
-  if (given.empty() && error.get_name() == "RequiredError")
-    return "give a command, such as: tagrid encode VOLUME; see " + help;
+  if (needs_command && error.get_name() == "RequiredError")
+    return fmt::format("{}give a command, such as: {}; see {}", where,
+                       name.empty() ? "tagrid encode VOLUME" : "tagrid archive list DIR", help);
   return fmt::format("{}{}; see {}", where, wrong_use(command, error), help);
 }
 

@@ -23,9 +23,12 @@ using Words = std::vector<std::string>;
 Failure run(const Words& words) {
   CLI::App app("", "tagrid");
   std::vector<std::pair<CLI::App*, Action>> commands;
-  for (auto* add : {add_encode_command, add_convert_command, add_repair_command, add_protect_command}) {
+  for (auto* add : {add_encode_command, add_convert_command, add_repair_command, add_protect_command,
+                    add_archive_repair_command, add_archive_forget_command, add_archive_move_command}) {
     Action action = add(app);
-    commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
+    CLI::App* last = app.get_subcommands({}).back();
+    if (!last->get_subcommands({}).empty()) last = last->get_subcommands({}).back();
+    commands.emplace_back(last, std::move(action));
   }
   app.parse(Words(words.rbegin(), words.rend()));
   try {
@@ -253,6 +256,26 @@ std::vector<Case> cases() {
                  .outputs = {"/memory/out/b.tag"},
                  .before = {encode, {"protect", tag, "--parity", "20%", "-q"}},
                  .damaged = tag});
+  // The index of an archive is not in memory, and so a temporary one each time.
+  const std::string archive = "/memory/out/new", records = archive + "/results.jsonl";
+  all.push_back({.name = "ArchiveRepair",
+                 .command = {"archive", "repair", archive, "a.tag", "-q", "-T1"},
+                 .files = {{a, volume(1)}, {b, volume(2, false)}, {"/memory/in/list", list}},
+                 .outputs = {archive + "/a.tag"},
+                 .before = {with(convert, {"--parity=20%"})},
+                 .damaged = archive + "/a.tag"});
+  all.push_back({.name = "ArchiveForget",
+                 .command = {"archive", "forget", archive, "a.tag", "--yes", "-q", "-T1"},
+                 .files = {{a, volume(1)}, {b, volume(2, false)}, {"/memory/in/list", list}},
+                 .outputs = {records},
+                 .replaced = {{archive + "/a.tag", a}},
+                 .before = {convert}});
+  all.push_back(
+      {.name = "ArchiveMove",
+       .command = {"archive", "move", archive, "--from", "/memory/in", "--to", "/memory/elsewhere", "-q"},
+       .files = {{a, volume(1)}, {b, volume(2, false)}, {"/memory/in/list", list}},
+       .outputs = {records},
+       .before = {convert}});
   return all;
 }
 

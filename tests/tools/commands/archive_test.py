@@ -317,6 +317,35 @@ class Archive(ProgramTest):
             self.tagrid("archive", "move", "tags", "--from", self.scans, "--to", self.folder, code=75)
         self.assertEqual({k: v for k, v in contents(self.tags).items() if k != INDEX}, before)
 
+    # Volumes leave the archive.
+
+    def test_exported_volumes_are_the_originals_to_other_readers(self):
+        names = [name for name in self.outputs() if "/v" in name]
+        self.tagrid("archive", "export", "tags", "name=*/v*", "--format", "nifti", "-o", "out")
+        self.tagrid("archive", "export", "tags", "name=*/v*", "--format", "raw", "--region", "1:4,:,2:", "-o", "part")
+        for i, name in enumerate(sorted(names)):
+            original = (self.scans / "plain" / f"v{i}.nrrd").read_bytes().partition(b"\n\n")[2]
+            original = numpy.frombuffer(original, "u1").reshape(5, 6, 7 + i)
+            part = (self.folder / "part" / name.replace(".tag", ".raw")).read_bytes()
+            self.assertEqual(part, original[2:, :, 1:4].tobytes())
+            try:
+                import nibabel
+            except ImportError as missing:
+                print(f"NIfTI is not compared: {missing}")
+                continue
+            read = nibabel.load(self.folder / "out" / name.replace(".tag", ".nii"))
+            self.assertTrue(numpy.array_equal(numpy.asarray(read.dataobj), original.T))
+        self.tagrid("archive", "export", "tags", "name=*/v*", "--format", "nifti", "-o", "out", code=65)  # they exist
+        self.tagrid("archive", "export", "tags", "name=*", "-o", "out", code=64)
+        self.tagrid("archive", "export", "tags", "--format", "nrrd", "-o", "out", code=64)
+
+    def test_one_that_fails_does_not_stop_the_others(self):
+        lost = self.outputs()[0]
+        self.listed()
+        (self.tags / lost).unlink()
+        run = self.tagrid("archive", "restore", "tags", "name=*", "-o", "out", code=65)
+        self.assertIn(f"{len(self.outputs())} restored, 1 failed", run.stderr.decode())
+
     # Archives that are moved, merged and split go on.
 
     def test_originals_that_moved_are_known(self):

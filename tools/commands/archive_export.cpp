@@ -1,0 +1,111 @@
+// tagrid archive restore and export: volumes leave an archive, as the files that they were or in another format.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "io/errors/errors.h"
+#include "io/text/text.h"
+#include "tools/archive/manifest.h"
+#include "tools/commands/archive_command.h"
+#include "tools/commands/commands.h"
+#include "tools/options/output_options.h"
+#include "tools/report/failure.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Calls take(path of the output, its name without .tag) for volumes that are wanted. One that fails is reported, and the
+/// next one follows. Throws BrokenInput if one failed. `done`: "restored".
+template <class Take>
+void take_out(const ArchiveCommand& command, const char* name, const char* done, const Take& take) {
+  const Catalogue catalogue = command.opened();
+  std::size_t taken = 0, failed = 0;
+  for (const CatalogueEntry& entry : command.named(catalogue, name)) {
+    const std::string path = catalogue.path_of(entry.name);
+    try {
+      if (!entry.bytes) throw BrokenInput(path + ": is gone");
+      take(path, fs::path(entry.name).replace_extension().string());
+      ++taken;
+    } catch (const std::exception&) {
+      ++failed;
+      say("tagrid: {}: {}", entry.name, current_failure().message);
+    }
+  }
+  if (command.run.is_watched() || failed > 0) say("volumes: {} {}, {} failed", taken, done, failed);
+  if (failed > 0)
+    throw broken_input_error("{}: {} could not be {}", command.folder, counted(failed, "volume"), done);
+}
+
+struct ArchiveRestoreCommand : ArchiveCommand {
+  OutputOptions output;
+
+  void execute(Ranks& ranks) const {
+    if (output.path.empty() || output.path == "-")
+      throw UsageError(
+          "give -o TARGET, the directory for the originals; restore --records brings all back to their "
+          "places");
+    take_out(*this, "archive restore", "restored", [&](const std::string& path, const std::string& name) {
+      restore_files_of(path, (fs::path(output.path) / name).string(), output.overwrite, run, ranks);
+    });
+  }
+};
+
+struct ArchiveExportCommand : ArchiveCommand {
+  ExportedVolume volume;  ///< its paths are those of each output
+
+  void execute(Ranks& ranks) const {
+    if (volume.output.empty() || volume.output == "-")
+      throw UsageError("give -o TARGET, the directory for the volumes");
+    if (volume.format.empty()) throw UsageError("give --format NAME, such as nrrd, nifti, tiff or ome-zarr");
+    const std::string extension(format_named(volume.format).extensions.front());
+    take_out(*this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
+      ExportedVolume one = volume;
+      one.input = path;
+      one.output = (fs::path(volume.output) / (name + extension)).string();
+      make_own_folders(volume.output, name + extension);
+      decode_as(one, run, ranks);
+    });
+  }
+};
+
+}  // namespace
+
+Action add_archive_restore_command(CLI::App& app) {
+  auto state = std::make_shared<ArchiveRestoreCommand>();
+  CLI::App* command =
+      add_archive_action(app, *state, "restore", "Restore the source files of volumes below a directory");
+  add_text_option(*command, "-o,--output", state->output.path, "TARGET",
+                  "Directory for the originals, each in a directory with the name of its output");
+  command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
+  add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+Action add_archive_export_command(CLI::App& app) {
+  auto state = std::make_shared<ArchiveExportCommand>();
+  CLI::App* command =
+      add_archive_action(app, *state, "export", "Decode volumes below a directory, in any format");
+  ExportedVolume& volume = state->volume;
+  add_text_option(*command, "-o,--output", volume.output, "TARGET",
+                  "Directory for the volumes, in the same directory tree as their outputs");
+  add_format_option(*command, volume.format);
+  add_region_option(*command, volume.region, "Only the samples of this region");
+  add_number_option(*command, "--step", volume.step, "N",
+                    "Only every Nth sample along each axis: 1, 2, 4, ...");
+  add_number_option(*command, "--overview", volume.overview, "F",
+                    "The means of blocks of F samples along each axis, if the outputs have them");
+  command->add_flag("--values", volume.values, "Write values, not stored samples, in every format");
+  command->add_flag("-f,--force", volume.overwrite, "Overwrite files that exist");
+  add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+}  // namespace tagrid
