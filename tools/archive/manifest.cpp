@@ -153,6 +153,15 @@ std::string output_called(const std::string& name) {
   return output.string();
 }
 
+bool is_possible_output(const std::string& name) {
+  if (name.empty() || name.find('\0') != name.npos) return false;
+  try {
+    return output_called(name) == name;
+  } catch (const UsageError&) {
+    return false;
+  }
+}
+
 std::string output_mirroring(const std::string& listed, bool is_folder) {
   const fs::path path = listed;
   // ".." may lead through a link, so the name would not show the folder of the volume.

@@ -31,6 +31,9 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
 /// through a directory with the name of a file of records.
 std::string output_called(const std::string& name);
 
+/// True for a name that output_called() can give: a path below the directory of the outputs.
+bool is_possible_output(const std::string& name);
+
 /// The output that keeps the directories of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr,
 /// and 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".
 std::string output_mirroring(const std::string& listed, bool is_folder);

@@ -32,18 +32,12 @@ fs::path common_folder(const std::vector<InputFile>& files) {
 
 /// Why a record, which anybody may have changed, cannot be one of convert; "" if it can.
 std::string impossible_name(const std::string& output, const KnownOutput& known) {
-  const auto ends_early = [](const std::string& name) {
-    return name.empty() || name.find('\0') != name.npos;
-  };
-  try {
-    if (output_called(output) != output || ends_early(output))
-      return fmt::format("{}: is in a record, but convert gives no output this name", output);
-  } catch (const UsageError&) {
-    return fmt::format("{}: is in a record, and leads out of the directory", output);
-  }
+  if (!is_possible_output(output))
+    return fmt::format("{}: is in a record, and is no name that convert gives to an output", output);
   if (known.input_files.empty()) return "its record names no files";
   for (const InputFile& file : known.input_files)
-    if (ends_early(file.path)) return "its record names impossible files";
+    if (file.path.empty() || file.path.find('\0') != file.path.npos)
+      return "its record names impossible files";
   return "";
 }
 

@@ -58,7 +58,7 @@ void Catalogue::open(const std::string& path) {
       break;
   }
   // What was deleted is gone from the file, too.
-  database_->execute("PRAGMA secure_delete = ON; PRAGMA synchronous = NORMAL;");
+  database_->execute("PRAGMA secure_delete = ON; PRAGMA synchronous = NORMAL; PRAGMA trusted_schema = OFF;");
   update();
 }
 

@@ -9,7 +9,7 @@ constexpr int milliseconds_to_wait = 10'000;  // for another process that writes
 
 DatabaseError error_of(sqlite3* database) {
   const int code = sqlite3_errcode(database);
-  return {sqlite3_errmsg(database), code == SQLITE_NOTADB || code == SQLITE_CORRUPT};
+  return {sqlite3_errmsg(database), code == SQLITE_NOTADB || code == SQLITE_CORRUPT || code == SQLITE_ERROR};
 }
 
 }  // namespace

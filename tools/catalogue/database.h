@@ -19,7 +19,8 @@ namespace tagrid {
 class DatabaseError : public WorldError {
  public:
   DatabaseError(const std::string& message, bool is_broken) : WorldError(message), is_broken_(is_broken) {}
-  /// True if another file must take its place: it is not a database, or a damaged one.
+  /// True if another file must take its place: it is not a database, a damaged one, or has not the tables that it should
+  /// have.
   bool is_broken() const { return is_broken_; }
 
  private:

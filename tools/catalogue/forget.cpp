@@ -14,6 +14,7 @@
 #include "io/parity/parity.h"
 #include "io/system/files.h"
 #include "io/text/text.h"
+#include "tools/archive/manifest.h"
 #include "tools/catalogue/records_editor.h"
 
 namespace tagrid {
@@ -39,6 +40,7 @@ void remove_empty_folders(const std::string& folder, const std::string& name) {
 /// Removes an output, its parity beside it, and what killed runs left of it.
 void remove_output(const Catalogue& catalogue, const CatalogueEntry& entry, Forgotten& forgotten) {
   const std::string path = catalogue.path_of(entry.name);
+  require_own_folders(catalogue.folder(), entry.name);
   remove_abandoned_files({path, parity_beside(path)});
   remove_if_there(parity_beside(path));
   if (remove_if_there(path)) {
@@ -50,18 +52,35 @@ void remove_output(const Catalogue& catalogue, const CatalogueEntry& entry, Forg
 }
 
 /// Texts that must not be found any more: names of outputs and patients, if no other volume has them.
-std::set<std::string> names_of(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries) {
+std::set<std::string> names_of(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries,
+                               const std::set<std::string>& outputs) {
   constexpr std::size_t least = 4;  // shorter ones are found anywhere
   std::set<std::string> names;
   for (const CatalogueEntry& entry : entries)
     for (const std::string& name : {entry.name, entry.patient, entry.patient_id})
       if (name.size() >= least) names.insert(name);
   catalogue.for_each({}, [&](const CatalogueEntry& other) {
-    if (std::ranges::find(entries, other.name, &CatalogueEntry::name) != entries.end()) return;
+    if (outputs.contains(other.name)) return;
     names.erase(other.patient);
     names.erase(other.patient_id);
   });
   return names;
+}
+
+/// The names as JSON has them, too, and without those that are found by a part of them.
+std::set<std::string> searched(const std::set<std::string>& names) {
+  std::set<std::string> all = names;
+  for (const std::string& name : names) {
+    const std::string text = nlohmann::json(text_of_name(name)).dump();
+    all.insert(text.substr(1, text.size() - 2));
+  }
+  std::set<std::string> needed;
+  for (const std::string& name : all)
+    if (std::ranges::none_of(all, [&](const std::string& part) {
+          return part.size() < name.size() && name.find(part) != name.npos;
+        }))
+      needed.insert(name);
+  return needed;
 }
 
 bool has_any(std::string_view bytes, const std::set<std::string>& names) {
@@ -104,8 +123,9 @@ void search(const std::string& folder, const std::set<std::string>& names, std::
 
 Forgotten forget(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries) {
   Forgotten forgotten;
-  std::set<std::string> outputs, names = names_of(catalogue, entries);
+  std::set<std::string> outputs;
   for (const CatalogueEntry& entry : entries) outputs.insert(entry.name);
+  const std::set<std::string> names = searched(names_of(catalogue, entries, outputs));
   RecordsEditor records(catalogue.folder());
   for (const CatalogueEntry& entry : entries) remove_output(catalogue, entry, forgotten);
   forgotten.unknown = records.rewrite([&](nlohmann::ordered_json& json) {
@@ -113,16 +133,8 @@ Forgotten forget(const Catalogue& catalogue, const std::vector<CatalogueEntry>& 
     if (!stays) ++forgotten.records;
     return stays;
   });
-  // Names also as JSON has them.
-  std::set<std::string> written;
-  for (const std::string& name : names) {
-    const std::string text =
-        nlohmann::json(text_of_name(name)).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    written.insert(text.substr(1, text.size() - 2));
-  }
-  names.merge(written);
   // The index follows from what stays.
-  Catalogue updated(catalogue.folder(), 1);
+  const Catalogue updated(catalogue.folder(), 1);
   if (!names.empty()) search(catalogue.folder(), names, forgotten.found);
   return forgotten;
 }

@@ -14,6 +14,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
+#include "tools/archive/manifest.h"
 #include "tools/archive/record_line.h"
 #include "tools/catalogue/events.h"
 
@@ -109,7 +110,8 @@ class LineNotes {
     NewLines lines(path, known.read);
     for (std::string line; lines.next(line);) {
       try {
-        source.has_events ? note_event(line) : note_record(line);
+        const bool is_known = source.has_events ? note_event(line) : note_record(line);
+        if (!is_known) unreadable_.run(source.name, known.read.lines);
       } catch (const nlohmann::json::exception&) {
         unreadable_.run(source.name, known.read.lines);
       }
@@ -119,23 +121,30 @@ class LineNotes {
   }
 
  private:
-  void note_record(const std::string& line) {
+  /// False if no output can have the name in the line, which anybody may have changed.
+  bool note_record(const std::string& line) {
     const RecordLine record = parse_record_line(line, base_);
+    if (!is_possible_output(record.output)) return false;
     const RecordTime& time = record.time;
     if (record.is_attempt) attempt_.run(record.output, time.sequence, time.finished, record.failure());
-    if (!record.known) return;
+    if (!record.known) return true;
     const KnownOutput& known = *record.known;
     if (newest_.begin(record.output).next() && !newest_.is_null(2)) {
       const RecordTime newest = {static_cast<std::uint64_t>(newest_.integer(0)), newest_.number(1)};
-      if (!replaces(known.state, time, record_named(newest_.text(2)), newest)) return;
+      if (!replaces(known.state, time, record_named(newest_.text(2)), newest)) return true;
     }
     record_.run(record.output, time.sequence, time.finished, name_of(known.state), known.bytes_out,
                 known.output_checksum, known.input);
+    return true;
   }
 
-  void note_event(const std::string& line) {
-    if (const auto check = parse_check(line))
-      check_.run(check->output, check->finished, check->status, check->error, check->bytes, check->modified);
+  /// The same.
+  bool note_event(const std::string& line) {
+    const auto check = parse_check(line);
+    if (!check) return true;
+    if (!is_possible_output(check->output)) return false;
+    check_.run(check->output, check->finished, check->status, check->error, check->bytes, check->modified);
+    return true;
   }
 
   std::string folder_, base_;

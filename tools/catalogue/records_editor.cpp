@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cerrno>
+
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/temporaries.h"
+#include "io/system/files.h"
 #include "tools/catalogue/lines.h"
 #include "tools/report/report.h"
 
@@ -14,6 +19,15 @@ RecordsEditor::RecordsEditor(const std::string& folder) {
     paths_.push_back(folder + "/" + name.name);
     held_.push_back(std::make_unique<LineFile>(paths_.back()));
   }
+  remove_abandoned_files(paths_);
+  // A killed run may also have left a file as it was before: it has what was to be forgotten. A file of records has its
+  // name at all times, so no such file is the only one.
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
+  for (const FolderEntry& entry : entries)
+    if (const auto target = target_of_older(entry.name);
+        target && std::ranges::find(paths_, folder + "/" + std::string(*target)) != paths_.end())
+      files().unlink(folder + "/" + entry.name);
 }
 
 RecordsEditor::Rewriting::Rewriting(const std::string& path)

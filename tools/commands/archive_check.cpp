@@ -197,6 +197,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
         if (!parity->condition.is_intact()) {
           if (!parity->condition.is_repairable())
             throw broken_input_error("{}: {}", path, why_not_repairable(*parity, path));
+          remove_abandoned(run, {}, {path});
           repair_file(*parity, path, path, true, run, ranks);
         }
         checks.check_some({&entry, 1}, false, [&](const Checked& checked) {

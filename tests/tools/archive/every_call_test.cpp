@@ -148,10 +148,11 @@ class EveryCallInMemory : public testing::TestWithParam<Case> {
     if (!is_done(files)) {
       const Failure failure = failure_of(files, the().again.empty() ? the().command : the().again);
       EXPECT_EQ(failure.code, 0) << failure.message;
-      // An older file that was set aside stays: it may be the only copy. The removal of a lock is not synced.
+      // An older file that was set aside stays: it may be the only copy. The removals of a lock, and of the name of
+      // its holder, are not synced.
       for (const std::string& path : files.all())
         EXPECT_TRUE(std::ranges::find(left_, path) != left_.end() || before_.has(path) ||
-                    path.find(".old") != path.npos || path.ends_with(".lock"))
+                    path.find(".old") != path.npos || path.ends_with(".lock") || path.ends_with(".holder"))
             << path << " is left";
     }
     EXPECT_TRUE(is_done(files));

@@ -1,8 +1,10 @@
 // Conditions on volumes, and which volumes a check takes.
 #include "tools/catalogue/query.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "tools/catalogue/check.h"
@@ -13,26 +15,25 @@
 namespace tagrid {
 namespace {
 
-using testing::ElementsAre;
-using testing::IsEmpty;
+using Words = std::vector<std::string>;
 
-std::vector<std::string> parts_of(std::string_view text) {
+Words parts_of(std::string_view text) {
   const auto condition = condition_in(text);
   if (!condition) return {};
   return {condition->key, condition->comparison, condition->value};
 }
 
 TEST(CatalogueQuery, AConditionIsAKeyAComparisonAndAValue) {
-  EXPECT_THAT(parts_of("patient=Smith^John"), ElementsAre("patient", "=", "Smith^John"));
-  EXPECT_THAT(parts_of("size>=10M"), ElementsAre("size", ">=", "10M"));
-  EXPECT_THAT(parts_of("size>10M"), ElementsAre("size", ">", "10M"));
-  EXPECT_THAT(parts_of("name!~a=b"), ElementsAre("name", "!~", "a=b"));
-  EXPECT_THAT(parts_of("name!=a"), ElementsAre("name", "!=", "a"));
-  EXPECT_THAT(parts_of("name="), ElementsAre("name", "=", ""));
-  EXPECT_THAT(parts_of("2019/knee.tag"), IsEmpty());
-  EXPECT_THAT(parts_of("=a"), IsEmpty());
-  EXPECT_THAT(parts_of("a!b"), IsEmpty());
-  EXPECT_THAT(parts_of(""), IsEmpty());
+  EXPECT_EQ(parts_of("patient=Smith^John"), Words({"patient", "=", "Smith^John"}));
+  EXPECT_EQ(parts_of("size>=10M"), Words({"size", ">=", "10M"}));
+  EXPECT_EQ(parts_of("size>10M"), Words({"size", ">", "10M"}));
+  EXPECT_EQ(parts_of("name!~a=b"), Words({"name", "!~", "a=b"}));
+  EXPECT_EQ(parts_of("name!=a"), Words({"name", "!=", "a"}));
+  EXPECT_EQ(parts_of("name="), Words({"name", "=", ""}));
+  EXPECT_EQ(parts_of("2019/knee.tag"), Words());
+  EXPECT_EQ(parts_of("=a"), Words());
+  EXPECT_EQ(parts_of("a!b"), Words());
+  EXPECT_EQ(parts_of(""), Words());
 }
 
 /// Whether the condition holds for a row with this value in a column of that name.
@@ -82,8 +83,8 @@ TEST(CatalogueQuery, NumbersAreNumbers) {
   EXPECT_EQ(in_sql({"size", "<", "2K"}).text, "bytes < 2048");
 }
 
-std::vector<std::string> names_of(const std::vector<CatalogueEntry>& entries) {
-  std::vector<std::string> names;
+Words names_of(const std::vector<CatalogueEntry>& entries) {
+  Words names;
   for (const CatalogueEntry& entry : entries) names.push_back(entry.name);
   return names;
 }
@@ -95,10 +96,10 @@ TEST(CatalogueCheck, TheLongestUncheckedComeFirst) {
   all[1].checked = 100;
   all[3].checked = 500;
   all[4].status = "failed";  // nothing is there
-  EXPECT_THAT(names_of(chosen(all, {}, 1000)), ElementsAre("c", "b", "d", "a"));
-  EXPECT_THAT(names_of(chosen(all, {.percent = 21}, 1000)), ElementsAre("c", "b"));
-  EXPECT_THAT(names_of(chosen(all, {.percent = 0.1}, 1000)), ElementsAre("c"));
-  EXPECT_THAT(names_of(chosen(all, {.least_seconds = 600}, 1000)), ElementsAre("c", "b"));
+  EXPECT_EQ(names_of(chosen(all, {}, 1000)), Words({"c", "b", "d", "a"}));
+  EXPECT_EQ(names_of(chosen(all, {.percent = 21}, 1000)), Words({"c", "b"}));
+  EXPECT_EQ(names_of(chosen(all, {.percent = 0.1}, 1000)), Words({"c"}));
+  EXPECT_EQ(names_of(chosen(all, {.least_seconds = 600}, 1000)), Words({"c", "b"}));
 }
 
 TEST(CatalogueEvents, ACheckComesBackFromItsLine) {

@@ -302,6 +302,22 @@ class Archive(ProgramTest):
         self.tagrid("restore", "--records", "tags", "-o", "back")
         self.assertEqual(len(contents(self.folder / "back")), 3 + 3 * 2)
 
+    def test_forged_records_lead_nowhere(self):
+        precious = self.folder / "precious.tag"
+        precious.write_text("all that I have")
+        record = self.lines("results")[0]
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "elsewhere" / "also.tag").write_text("and this")
+        (self.tags / "link").symlink_to(self.folder / "elsewhere")
+        with open(self.tags / "results.jsonl", "a") as records:
+            for name in ("../precious.tag", str(precious), "a/../../precious.tag", "", "x", "link/also.tag"):
+                records.write(json.dumps(dict(record, output=name)) + "\n")
+        self.assertEqual(self.names("status=missing"), ["link/also.tag"])
+        self.tagrid("archive", "forget", "tags", "status=missing", "--yes", code=64)
+        self.tagrid("archive", "forget", "tags", "name=*precious*", "--yes")
+        self.assertEqual(precious.read_text(), "all that I have")
+        self.assertEqual((self.folder / "elsewhere" / "also.tag").read_text(), "and this")
+
     def test_names_that_stay_are_said(self):
         name = next(name for name in self.outputs() if "v0" in name)
         (self.tags / "notes.txt").write_text(f"see {name}\n")
