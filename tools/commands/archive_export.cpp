@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "io/errors/errors.h"
+#include "io/system/files.h"
 #include "io/text/text.h"
 #include "tools/archive/manifest.h"
 #include "tools/commands/archive_command.h"
@@ -63,6 +65,8 @@ struct ArchiveExportCommand : ArchiveCommand {
     if (volume.output.empty() || volume.output == "-")
       throw UsageError("give -o TARGET, the directory for the volumes");
     if (volume.format.empty()) throw UsageError("give --format NAME, such as nrrd, nifti, tiff or ome-zarr");
+    if (!files().make_folder(volume.output) && errno != EEXIST)
+      throw world_error("cannot create the directory", volume.output, errno);
     const std::string extension(format_named(volume.format).extensions.front());
     take_out(*this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
       ExportedVolume one = volume;
