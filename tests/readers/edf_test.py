@@ -99,7 +99,7 @@ class Edf(ReaderTest):
             self.write("a.edf", whole[:size])
             self.assert_refused(65, "a.edf", "encode", "a.edf")
         self.write("a.edf", whole[:one], b"what is this")
-        self.encodes(truth[:1], "a.edf", says="12 bytes follow its frames")
+        self.encodes(truth[:1], "a.edf", says="12 bytes follow the samples")
         self.write("a.edf", b"{\nDim_1 = 9 ;\n" + b"x" * (3 << 20))
         self.assert_refused(65, "has no end", "encode", "a.edf")
         self.write("a.edf", b"no header")

@@ -170,10 +170,11 @@ bool is_big_endian(std::string_view first_line) {
 
 /// "(HxZip,123)" after the number of the data.
 void read_encoding(std::string_view data, AmiraHeader& header) {
-  const std::size_t open = data.find('('), comma = data.find(',');
+  const std::size_t open = data.find('(');
   if (open == data.npos) return;
   header.encoding_text = data.substr(open);
-  const std::string_view name = data.substr(open + 1, comma - open - 1);
+  const std::size_t comma = data.find(','), end = data.find_first_of(",)", open);
+  const std::string_view name = data.substr(open + 1, end - open - 1);
   const std::string_view number =
       comma == data.npos ? "" : data.substr(comma + 1, data.size() - comma - (data.ends_with(')') ? 2 : 1));
   if (name == "HxZip")
@@ -300,7 +301,6 @@ std::unique_ptr<VolumeSource> open_amira(std::unique_ptr<FileBytes> file, const 
   const std::string plain = text.substr(0, at) + text.substr(at + header.encoding_text.size());
   if (header.encoding == AmiraEncoding::byte_runs)
     return byte_runs(std::move(facts), std::move(file), {text.size(), header.encoded_bytes}, plain);
-  place.may_go_on = true;
   return compressed_samples(
       std::move(facts), std::move(file), place, 0,
       [path, plain] {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/rescale.h"
 #include "io/samples/slices_in_files.h"
+#include "io/text/fields.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
@@ -22,9 +22,6 @@ namespace tagrid {
 namespace {
 
 using namespace std::string_view_literals;
-
-/// Values by names in lower case, as the format does not distinguish them.
-using Fields = std::map<std::string, std::string, std::less<>>;
 
 /// A longer header is refused. Those of the ESRF have a few KiB.
 constexpr std::size_t max_header_bytes = std::size_t{1} << 20;
@@ -40,23 +37,8 @@ constexpr std::array types = {
     std::pair{"doublevalue"sv, SampleType::float64},    std::pair{"double"sv, SampleType::float64},
     std::pair{"floatieee64"sv, SampleType::float64}};
 
-std::string_view without_space(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r\n"sv), end = text.find_last_not_of(" \t\r\n"sv);
-  return begin == text.npos ? "" : text.substr(begin, end + 1 - begin);
-}
-
-/// "name = value ;", one after the other. The first of two equal names counts.
-Fields fields_of(std::string_view text) {
-  Fields fields;
-  for (const std::string_view part : split(text, ';'))
-    if (const std::size_t equal = part.find('='); equal != part.npos)
-      fields.emplace(lower_case(without_space(part.substr(0, equal))), without_space(part.substr(equal + 1)));
-  return fields;
-}
-
-std::string_view value_of(const Fields& fields, std::string_view name) {
-  const auto found = fields.find(name);
-  return found == fields.end() ? "" : std::string_view(found->second);
+std::string_view value_of(const TextFields& fields, std::string_view name) {
+  return field_of(fields, name).value_or("");
 }
 
 /// The bytes after the first brace up to the one that ends the header, with the line end after it; 0 if `text`
@@ -72,7 +54,7 @@ std::size_t end_of_header(std::string_view text) {
 
 /// A header and the place of what follows it.
 struct Block {
-  Fields fields;
+  TextFields fields;
   std::uint64_t begin = 0, data = 0;  ///< bytes of the file
 };
 
@@ -93,9 +75,9 @@ class Blocks {
       const std::size_t brace = text.find_first_not_of("\r\n");
       if (brace == text.npos || text[brace] != '{') return std::nullopt;
       if (const std::size_t end = end_of_header(text); end != 0)
-        return Block{
-            fields_of(std::string_view(text).substr(brace + 1, text.find_last_of('}', end - 1) - brace - 1)),
-            begin, begin + end};
+        return Block{fields_between_semicolons(std::string_view(text).substr(
+                         brace + 1, text.find_last_of('}', end - 1) - brace - 1)),
+                     begin, begin + end};
       if (text.size() < size) break;
     }
     throw BrokenInput(fmt::format("{}: the header at byte {} has no end", file_.name(), begin));
@@ -186,20 +168,18 @@ void add_run(const SliceRun& run, std::vector<SliceRun>& runs) {
 }
 
 /// What the first header says of all frames.
-void describe(const Fields& fields, const std::string& file, SourceFacts& facts) {
+void describe(const TextFields& fields, const std::string& file, SourceFacts& facts) {
   Geometry geometry;
   std::vector<ForeignNumber> distances;
   std::vector<std::string> names;
   for (const std::string name : {"PSize_1", "PSize_2", "PSize_3"}) {
-    const auto found = fields.find(lower_case(name));
-    distances.push_back(foreign_number(
-        found == fields.end() ? std::nullopt : std::optional<std::string_view>(found->second)));
+    distances.push_back(foreign_number(field_of(fields, lower_case(name))));
     names.push_back(fmt::format("{}: {}", file, name));
   }
   set_spacing(distances, names, NegativeSpacing::is_unknown, geometry, facts.warnings);
   if (geometry.has_spacing) geometry.units.fill("m");
-  if (const auto found = fields.find("datavalueoffset"); found != fields.end()) {
-    const ForeignNumber offset = foreign_number(std::optional<std::string_view>(found->second));
+  if (const auto value = field_of(fields, "datavalueoffset")) {
+    const ForeignNumber offset = foreign_number(value);
     if (offset.is_unreadable())
       facts.scale_doubt =
           fmt::format("{}: {}", file, remark_on(offset, "DataValueOffset", "values are unknown"));
@@ -267,9 +247,9 @@ std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const st
                       name, frames + 1, described(dims, type)));
     }
     if (size - block->data < *needed)
-      throw BrokenInput(
-          fmt::format("{}: ends within frame {}: {} bytes of samples are expected from byte {} on", name,
-                      frames + 1, *needed, block->data));
+      throw BrokenInput(fmt::format(
+          "{}: {} bytes of samples are expected from byte {} on (frame {}: {}), but {} are present", name,
+          *needed, block->data, frames + 1, described(dims, type), size - block->data));
     add_run({.offset = block->data,
              .slices = dims.z,
              .step = *sample_bytes({dims.x, dims.y, 1}, type),
@@ -280,9 +260,12 @@ std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const st
     at = std::min(size, block->data + blocks.data_bytes(*block, *needed));
   }
   if (frames == 0) throw BrokenInput(name + ": has no frames");
-  if (at < size)
-    facts.not_understood.push_back(
-        fmt::format("{}: {} bytes follow its frames; they are not part of the volume", name, size - at));
+  if (at < size) {
+    const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
+    (size - at < slice ? facts.warnings : facts.not_understood)
+        .push_back(
+            fmt::format("{}: {} bytes follow the samples; they are not part of the volume", name, size - at));
+  }
   auto runs = std::exchange(facts.places, {});
   return placed_samples(std::move(facts), std::move(runs));
 }

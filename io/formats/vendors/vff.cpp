@@ -2,13 +2,16 @@
 // samples.
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
+#include <array>
+#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/rescale.h"
 #include "io/samples/file_samples.h"
+#include "io/text/fields.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
@@ -17,41 +20,19 @@
 namespace tagrid {
 namespace {
 
-/// Values by names in lower case.
-using Fields = std::map<std::string, std::string>;
-
-std::string_view without_space(std::string_view text) {
-  constexpr std::string_view space = " \t\r\n";
-  const std::size_t begin = text.find_first_not_of(space);
-  return begin == text.npos ? "" : text.substr(begin, text.find_last_not_of(space) + 1 - begin);
-}
-
-Fields fields_of(std::string_view text) {
-  Fields fields;
-  for (const std::string_view part : split(text, ';'))
-    if (const std::size_t equal = part.find('='); equal != part.npos)
-      fields.emplace(lower_case(without_space(part.substr(0, equal))), without_space(part.substr(equal + 1)));
-  return fields;
-}
-
-std::optional<std::string_view> found(const Fields& fields, const char* name) {
-  const auto field = fields.find(name);
-  return field == fields.end() ? std::nullopt : std::optional<std::string_view>(field->second);
-}
-
 [[noreturn]] void refuse(const std::string& file, const char* name, std::string_view value,
                          std::string_view why) {
   throw BrokenInput(fmt::format("{}: {} {}: {}", file, name, quoted(value), why));
 }
 
-void require(const std::string& file, const Fields& fields, const char* name, std::string_view value) {
-  const auto stated = found(fields, name);
+void require(const std::string& file, const TextFields& fields, const char* name, std::string_view value) {
+  const auto stated = field_of(fields, name);
   if (stated && lower_case(*stated) != value)
     refuse(file, name, *stated, fmt::format("only {} is supported", value));
 }
 
-Index3 dims_of(const std::string& file, const Fields& fields) {
-  const std::string_view text = found(fields, "size").value_or("");
+Index3 dims_of(const std::string& file, const TextFields& fields) {
+  const std::string_view text = field_of(fields, "size").value_or("");
   const auto words = words_of(text);
   std::array<std::int64_t, 3> sizes = {};
   if (words.size() != 3) refuse(file, "size", text, "must be three numbers");
@@ -63,8 +44,8 @@ Index3 dims_of(const std::string& file, const Fields& fields) {
   return {sizes[0], sizes[1], sizes[2]};
 }
 
-SampleType type_of(const std::string& file, const Fields& fields, SourceFacts& facts) {
-  const std::string_view bits = found(fields, "bits").value_or("");
+SampleType type_of(const std::string& file, const TextFields& fields, SourceFacts& facts) {
+  const std::string_view bits = field_of(fields, "bits").value_or("");
   if (bits == "8") return SampleType::uint8;
   if (bits == "16") return SampleType::int16;
   if (bits != "32") refuse(file, "bits", bits, "only 8, 16 and 32 are supported");
@@ -74,24 +55,27 @@ SampleType type_of(const std::string& file, const Fields& fields, SourceFacts& f
 }
 
 /// The distances are spacing times elementsize, in mm if there is an elementsize.
-Geometry geometry_of(const std::string& file, const Fields& fields, SourceFacts& facts) {
-  const ForeignNumber element = foreign_number(found(fields, "elementsize"));
-  const ForeignNumbers spacing = foreign_numbers(found(fields, "spacing"), 3),
-                       origin = foreign_numbers(found(fields, "origin"), 3);
+Geometry geometry_of(const std::string& file, const TextFields& fields, SourceFacts& facts) {
+  const ForeignNumber element = foreign_number(field_of(fields, "elementsize"));
+  const ForeignNumbers spacing = foreign_numbers(field_of(fields, "spacing"), 3),
+                       origin = foreign_numbers(field_of(fields, "origin"), 3);
   Geometry geometry;
   const auto note = [&](const std::string& remark) {
     if (!remark.empty()) facts.warnings.push_back(fmt::format("{}: {}", file, remark));
   };
   note(remark_on(element, "elementsize", "spacing is unknown"));
-  note(remark_on(spacing, "spacing", "spacing is unknown"));
   note(remark_on(origin, "origin", "where the volume lies is unknown"));
-  if (element.is_unreadable() || (!spacing.is_absent && !spacing.are_numbers())) return geometry;
+  const bool has_numbers = spacing.numbers.size() == 3;
+  if (!has_numbers) note(remark_on(spacing, "spacing", "spacing is unknown"));
+  if (element.is_unreadable() || (!has_numbers && !spacing.is_absent)) return geometry;
   if (element.is_absent() && spacing.is_absent) return geometry;
   const double size = element.value_or(1);
   std::vector<ForeignNumber> distances(3, foreign_number(size));
-  for (std::size_t axis = 0; axis < 3 && !spacing.is_absent; ++axis)
-    distances[axis] = foreign_number(size * spacing.numbers[axis].value);
-  set_spacing(distances, {file + ": elementsize"}, NegativeSpacing::is_unknown, geometry, facts.warnings);
+  if (has_numbers) distances = spacing.numbers;
+  for (ForeignNumber& distance : distances)
+    if (has_numbers) distance.value *= size;
+  set_spacing(distances, {fmt::format("{}: {}", file, has_numbers ? "spacing" : "elementsize")},
+              NegativeSpacing::is_unknown, geometry, facts.warnings);
   if (element.is_number()) geometry.units.fill("mm");
   if (has_unknown_spacing(geometry) || !origin.are_numbers()) return geometry;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -102,9 +86,9 @@ Geometry geometry_of(const std::string& file, const Fields& fields, SourceFacts&
   return geometry;
 }
 
-Rescale rescale_of(const std::string& file, const Fields& fields, SourceFacts& facts) {
+Rescale rescale_of(const std::string& file, const TextFields& fields, SourceFacts& facts) {
   const auto number = [&](const char* name, double otherwise) {
-    const ForeignNumber value = foreign_number(found(fields, name));
+    const ForeignNumber value = foreign_number(field_of(fields, name));
     if (value.is_unreadable())
       facts.scale_doubt =
           fmt::format("{}: {}", file, remark_on(value, name, "what values samples mean is unknown"));
@@ -126,7 +110,8 @@ std::unique_ptr<VolumeSource> open_vff(std::unique_ptr<FileBytes> file, const st
   if (end == beginning.npos)
     throw BrokenInput(fmt::format("{}: its header does not end within {} bytes", name,
                                   std::min(beginning.size(), FileBytes::peek_limit)));
-  const Fields fields = fields_of(beginning.substr(vff_magic.size(), end - vff_magic.size()));
+  const TextFields fields =
+      fields_between_semicolons(beginning.substr(vff_magic.size(), end - vff_magic.size()));
   require(name, fields, "rank", "3");
   require(name, fields, "type", "raster");
   require(name, fields, "format", "slice");
