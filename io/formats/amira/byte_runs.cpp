@@ -13,10 +13,12 @@ namespace tagrid {
 namespace {
 
 constexpr std::uint64_t longest_run = 127;
+constexpr std::uint64_t block = std::uint64_t{1} << 16;  // bytes that are read at once
 
 SourceFacts with_traits(SourceFacts facts, const FileBytes& file, const PlaceOfRuns& place,
                         const std::string& plain_header) {
-  facts.traits = {.again = file.size().has_value(), .any_rows = false, .whole_slices = false, .memory = 0};
+  facts.traits = {
+      .again = file.size().has_value(), .any_rows = false, .whole_slices = false, .memory = block};
   if (!file.size() || facts.files.back() == "-") return facts;
   const Index3 dims = facts.info.dims;
   const std::uint64_t samples = *sample_bytes(dims, facts.info.type);
@@ -60,15 +62,22 @@ class ByteRuns final : public VolumeSource {
     if (file_->size()) file_->seek(place_.start);
     left_ = place_.bytes;
     run_ = 0;
+    buffer_.clear();
+    at_ = 0;
   }
 
   std::byte next() {
-    std::byte byte{};
-    if (left_ == 0 || file_->read(&byte, 1) != 1)
-      throw BrokenInput(fmt::format("{}: its runs end before its samples ({})", file_->name(),
-                                    described(info().dims, info().type)));
-    --left_;
-    return byte;
+    if (at_ == buffer_.size()) {
+      const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(left_, block));
+      buffer_.resize(wanted);
+      buffer_.resize(file_->read(buffer_.data(), wanted));
+      at_ = 0;
+      left_ -= buffer_.size();
+      if (buffer_.empty())
+        throw BrokenInput(fmt::format("{}: its runs end before its samples ({})", file_->name(),
+                                      described(info().dims, info().type)));
+    }
+    return buffer_[at_++];
   }
 
   /// Fills `out`, or skips `count` samples if it is nullptr.
@@ -99,14 +108,16 @@ class ByteRuns final : public VolumeSource {
     decode(nullptr, static_cast<std::uint64_t>(z * slice_samples()));
   }
   void end() override {
-    if (run_ != 0 || left_ != 0)
+    if (run_ != 0 || left_ != 0 || at_ != buffer_.size())
       throw BrokenInput(fmt::format("{}: its runs hold more than its samples ({})", file_->name(),
                                     described(info().dims, info().type)));
   }
 
   PlaceOfRuns place_;
   std::unique_ptr<FileBytes> file_;
-  std::uint64_t left_ = 0, run_ = 0;  ///< bytes that are left, and samples of the current run
+  std::uint64_t left_ = 0, run_ = 0;  ///< bytes that were not yet read, and samples of the current run
+  std::vector<std::byte> buffer_;     ///< those that were, from at_ on not yet decoded
+  std::size_t at_ = 0;
   bool repeats_ = false;
   std::byte value_{};
 };

@@ -260,6 +260,9 @@ std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const st
     at = std::min(size, block->data + blocks.data_bytes(*block, *needed));
   }
   if (frames == 0) throw BrokenInput(name + ": has no frames");
+  if (!is_volume_size(facts.info.dims))
+    throw BrokenInput(fmt::format("{}: a volume cannot have {} samples", name,
+                                  described(facts.info.dims, facts.info.type)));
   if (at < size) {
     const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
     (size - at < slice ? facts.warnings : facts.not_understood)
