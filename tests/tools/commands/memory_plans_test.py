@@ -137,11 +137,11 @@ class MemoryPlans(unittest.TestCase):
         self.check_smallest("verify", (sample_type, mode), [*verify, "--against", volume.name, *raw])
 
     def check_late(self, what, case, arguments):
-        """With its own plan as limit: without one, a run keeps memory that it has freed."""
+        """With its own plan as limit, in whole MiB: without one, a run keeps memory that it has freed."""
         for threads in ("1", "2"):
             with_threads = [*arguments, "-T", threads]
             _, plan = self.peak(with_threads)
-            peak, plan = self.peak([*with_threads, "-M", f"{math.ceil(plan)}M"], late=True)
+            peak, plan = self.peak([*with_threads, "-M", f"{math.ceil(plan) + 1}M"], late=True)
             self.check(what, (*case, f"-T {threads}, a late reader"), plan, peak)
 
     def check_smallest(self, what, case, arguments):
