@@ -223,7 +223,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
 Action add_repair(CLI::App& app) {
   auto state = std::make_shared<ArchiveRepairCommand>();
   CLI::App* command = add_archive_action(
-      app, *state, "repair", "Repair volumes from their parity: the named ones, or all damaged ones");
+      app, *state, "repair", "Repair volumes from their parity: those named, or all damaged ones");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks& ranks) { state->execute(ranks); };

@@ -65,9 +65,9 @@ class Documentation : public CommandLine {
   /// The options of a command, short and long; those of the program itself for "".
   Words options(const std::string& command) const {
     const std::string help = help_of(command);
-    Words words = all_matches(help, "\n  (--[a-z-]+)");
+    Words words = all_matches(help, "\n  (--[a-z0-9-]+)");
     words.merge(all_matches(help, "\n  (-[a-zA-Z])\\b"));
-    words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z-]+)"));
+    words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z0-9-]+)"));
     return words;
   }
   template <class Can>
@@ -165,7 +165,7 @@ TEST_F(Documentation, AnOptionWithoutTextIsFound) {
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
   const std::string manual = manual_page();
   // Those of the texts are only in bold.
-  Words listed, mentioned = all_matches(manual, R"(\\fB(--?[a-zA-Z][a-zA-Z-]*))");
+  Words listed, mentioned = all_matches(manual, R"(\\fB(--?[a-zA-Z][a-zA-Z0-9-]*))");
   std::istringstream lines(manual);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
@@ -224,7 +224,7 @@ TEST_F(BashCompletion, HasEveryOptionAndNoOther) {
 }
 
 TEST_F(BashCompletion, OffersTheValuesOfOptions) {
-  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz"}));
+  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz", "npy"}));
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
   EXPECT_EQ(completed("encode --from ''"),
             names_of_formats([](const Format& format) { return format.reads.any(); }));
@@ -285,9 +285,9 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
     ASSERT_NE(at, text.npos) << command;
     const std::string body = text.substr(at, text.find("\n}", at + 1) - at);
     // An option is before its description, alone or as {-o+,--output=}; (-o --output) is what it excludes.
-    Words completed = all_matches(body, R"(\n    '(?:\([^)]*\))?\*?(--?[a-zA-Z][a-z-]*)=?\[)");
+    Words completed = all_matches(body, R"(\n    '(?:\([^)]*\))?\*?(--?[a-zA-Z][a-z0-9-]*)=?\[)");
     for (const std::string& pair : all_matches(body, R"('\{([^}]*)\}')"))
-      completed.merge(all_matches(pair, "(--?[a-zA-Z][a-z-]*)"));
+      completed.merge(all_matches(pair, "(--?[a-zA-Z][a-z0-9-]*)"));
     EXPECT_EQ(completed, options(command)) << command;
   }
   EXPECT_EQ(all_matches(text.substr(text.rfind("local -a commands")), "\n    '([a-z]+):"), listed_by(""));
