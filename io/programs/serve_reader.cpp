@@ -114,8 +114,10 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
 
 int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside,
                   void (*prepare)()) {
+  // Libraries of other programs start threads, of which a twin has none.
+  const bool makes_twins = prepare != nullptr;
   const OrderedJson hello = {
-      {"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}, {"twins", true}};
+      {"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}, {"twins", makes_twins}};
   begin_to_answer();
   say(hello);
   std::unique_ptr<ServedVolume> volume;
@@ -123,7 +125,7 @@ int serve_volumes(const std::string& name, const OpenServed& open, const FilesBe
   while (const auto line = next_request()) {
     try {
       const OrderedJson request = OrderedJson::parse(*line);
-      if (path.empty() && request.value("request", "") == "twin") {
+      if (makes_twins && path.empty() && request.value("request", "") == "twin") {
         if (prepare != nullptr) std::exchange(prepare, nullptr)();
         if (is_new_twin()) say(hello);
         continue;
