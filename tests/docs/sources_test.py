@@ -148,6 +148,7 @@ class OptionFiles(unittest.TestCase):
 ROOM = re.compile(r"^\s*tagrid_room\(([a-z0-9_/]+)", re.M)
 # Rooms that do what only their files show: formats, which other programs judge, and what commands do.
 ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_target.cpp"],
+             "io/formats/dicom": ["tests/readers/dicom_export_test.py", "tests/fuzz/dicom_target.cpp"],
              "io/formats/metaimage": ["tests/readers/metaimage_test.py", "tests/fuzz/metaimage_target.cpp"],
              "io/formats/nifti": ["tests/readers/nifti_test.py", "tests/fuzz/nifti_target.cpp"],
              "io/formats/tiff": ["tests/readers/tiff_test.py"],

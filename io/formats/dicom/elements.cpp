@@ -162,7 +162,7 @@ std::string dicom_element(DicomTag tag, std::string_view vr, std::string value, 
   append(bytes, tag, coding);
   if (coding.is_explicit) bytes += vr;
   if (coding.is_explicit && is_short(vr)) {
-    assert(value.size() < 0xFFFF);
+    assert(value.size() <= 0xFFFE);
     append(bytes, value.size(), 2, coding.big_endian);
   } else {
     if (coding.is_explicit) bytes.append(2, '\0');

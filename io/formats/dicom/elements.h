@@ -58,6 +58,7 @@ class DicomElements {
   std::string bytes(std::uint64_t begin, std::uint64_t end, std::uint64_t most = 1 << 16);
   /// How elements from `begin` on are written, by the look of the first one.
   DicomCoding coding_at(std::uint64_t begin);
+  DicomTag tag(std::uint64_t at, DicomCoding coding);
   /// True if a tag of items begins there.
   bool has_item_at(std::uint64_t begin, DicomCoding coding);
 
@@ -66,7 +67,6 @@ class DicomElements {
  private:
   /// Of `count` bytes, which are there.
   std::uint64_t number(std::uint64_t at, std::size_t count, bool big_endian);
-  DicomTag tag(std::uint64_t at, DicomCoding coding);
   DicomElement element(std::uint64_t begin, std::uint64_t end, DicomCoding coding, int depth);
   /// The end of items without a length: where their delimiter begins.
   std::uint64_t end_of_items(std::uint64_t at, std::uint64_t end, DicomCoding coding, int depth);

@@ -46,7 +46,7 @@ class Export {
     if (begin_ + 8 > size_) elements_.fail("ends too soon");
     coding_ = elements_.coding_at(begin_);
     // Without the magic, only a data set that begins as those of images do is one.
-    if (!has_magic && elements_.at(begin_, size_, coding_).tag.group != image_type.group)
+    if (!has_magic && elements_.tag(begin_, coding_).group != image_type.group)
       elements_.fail("is none, and only DICOM series are exported as DICOM");
     read_data_set();
     change();
@@ -107,6 +107,10 @@ class Export {
   }
 
   void set(DicomTag tag, std::string_view vr, std::string value) {
+    constexpr std::size_t longest = 0xFFFE;  // of a length of two bytes
+    if (value.size() > longest)
+      elements_.fail(
+          fmt::format("its attribute ({:04X},{:04X}) has no room for more", tag.group, tag.element));
     changed_[tag] = dicom_element(tag, vr, std::move(value), coding_);
   }
   void remove(DicomTag tag) {
