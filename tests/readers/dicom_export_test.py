@@ -206,7 +206,7 @@ class DicomExport(ReaderTest):
 
     def test_compressed_sources_become_plain(self):
         self.write(volume(shape=(5, 20, 31)), folder="plain")
-        for command in (["dcmcjpeg", "+e1", "+un"], ["dcmcrle"], ["dcmcjpls", "+el"], ["gdcmconv", "--j2k"]):
+        for command in (["dcmconv", "+td"], ["dcmcjpeg", "+e1", "+un"], ["dcmcrle"], ["dcmcjpls", "+el"], ["gdcmconv", "--j2k"]):
             with self.subTest(command[0]):
                 shutil.rmtree(self.folder / "s", ignore_errors=True)
                 (self.folder / "s").mkdir()

@@ -118,13 +118,13 @@ Action add_archive_restore_command(CLI::App& app) {
 
 Action add_archive_export_command(CLI::App& app) {
   auto state = std::make_shared<ArchiveExportCommand>();
-  CLI::App* command =
-      add_archive_action(app, *state, "export", "Decode volumes below a directory, in any format");
+  CLI::App* command = add_archive_action(
+      app, *state, "export",
+      "Decode volumes below a directory, in any format; dicom: the source files as a new series");
   ExportedVolume& volume = state->volume;
   add_text_option(*command, "-o,--output", volume.output, "TARGET",
                   "Directory for the volumes, in the same directory tree as their outputs");
-  add_format_option(*command, volume.format,
-                    {dicom, "the source files as a new DICOM series: same headers, new UIDs"});
+  add_format_option(*command, volume.format, dicom);
   add_region_option(*command, volume.region, "Only the samples of this region");
   add_number_option(*command, "--step", volume.step, "N",
                     "Only every Nth sample along each axis: 1, 2, 4, ...");
