@@ -10,7 +10,9 @@ namespace tagrid {
 
 PlainBytes::Content::Content(const std::string& path, std::uint64_t offset) : file(path) {
   file.seek(offset);
-  bytes.emplace(file, begins_bzip2(file) ? Compression::bzip2 : Compression::gzip);
+  bytes.emplace(file, begins_bzip2(file)  ? Compression::bzip2
+                      : begins_gzip(file) ? Compression::gzip
+                                          : Compression::zlib);
 }
 
 std::size_t PlainBytes::Content::read(std::span<std::byte> to) {

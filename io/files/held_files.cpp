@@ -89,11 +89,21 @@ HeldFile::~HeldFile() {
   forget_temporary(slot_);
 }
 
-LineFile::LineFile(const std::string& path) : name_(path) {
-  // It does not wait if the name is a pipe.
-  descriptor_ = files().open(path, {.read = true, .write = true, .creates = true, .waits = false});
-  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
-  held_.emplace(descriptor_, path);
+HeldByName::HeldByName(const std::string& path) {
+  for (;;) {
+    held.reset();
+    // It does not wait if the name is a pipe.
+    descriptor = files().open(path, {.read = true, .write = true, .creates = true, .waits = false});
+    if (descriptor < 0) throw world_error("cannot open", path, errno);
+    held.emplace(descriptor, path);
+    FileStatus ours, named;
+    if (!files().status(descriptor, ours)) throw world_error("cannot get its status", path, errno);
+    if (!ours.is_file()) throw UsageError(path + ": is not a file");
+    if (files().status(path, true, named) && named.is_same_file(ours)) return;
+  }
+}
+
+LineFile::LineFile(const std::string& path) : name_(path), held_(path), descriptor_(held_.descriptor) {
   cut_half_line();
 }
 
@@ -105,7 +115,6 @@ void LineFile::cut(std::uint64_t size) {
 void LineFile::cut_half_line() {
   FileStatus status;
   if (!files().status(descriptor_, status)) throw world_error("cannot get its status", name_, errno);
-  if (!status.is_file()) throw UsageError(name_ + ": is not a file");
   std::array<char, 4096> bytes;
   for (size_ = status.size; size_ > 0;) {
     const std::uint64_t begin = size_ - std::min<std::uint64_t>(size_, bytes.size());

@@ -37,6 +37,15 @@ class HeldFile {
   int slot_ = -1;
 };
 
+/// An open file that this process holds, and that has its name: another run may have given the name to a new file.
+struct HeldByName {
+  /// Opens or creates the file. Throws HeldByAnother, WorldError, and UsageError if it is not a regular file.
+  explicit HeldByName(const std::string& path);
+
+  Descriptor descriptor;
+  std::optional<HeldFile> held;
+};
+
 /// A file that grows by complete lines and is complete after every line: appended lines are durable at once.
 /// One process at a time holds the file; see HeldFile. Failures are WorldErrors.
 class LineFile {
@@ -57,8 +66,8 @@ class LineFile {
   void write(const std::string& text);
 
   std::string name_;
-  Descriptor descriptor_;
-  std::optional<HeldFile> held_;
+  HeldByName held_;
+  const Descriptor& descriptor_;
   std::uint64_t size_ = 0;
 };
 

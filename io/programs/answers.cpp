@@ -89,15 +89,16 @@ Json parsed(const std::string& line) {
 
 }  // namespace
 
-void hear_hello(FormatProgram& program, const std::string& kind) {
+bool hear_hello(FormatProgram& program, const std::string& kind) {
   constexpr int protocol_version = 1;
-  with(program, [&] {
+  return with(program, [&] {
     const Json hello = parsed(program.hear());
     const std::int64_t version = hello.is_object() ? count_in(hello, ("tagrid-" + kind).c_str(), 0, 0) : 0;
     if (version == 0) throw WrongAnswer(fmt::format("does not begin as a {} does", kind));
     if (version != protocol_version)
       throw WrongAnswer(fmt::format("speaks version {} of the protocol of {}s; this tagrid knows version {}",
                                     version, kind, protocol_version));
+    return flag_in(hello, "twins");
   });
 }
 

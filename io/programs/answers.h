@@ -45,8 +45,8 @@ std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwis
 std::vector<std::string> texts_in(const Json& object, const char* key);
 
 /// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that
-/// speaks another version of the protocol, is a WorldError.
-void hear_hello(FormatProgram& program, const std::string& kind);
+/// speaks another version of the protocol, is a WorldError. Returns true if it makes twins.
+bool hear_hello(FormatProgram& program, const std::string& kind);
 /// The next answer. Throws what the program says is wrong: BrokenInput, UsageError or WorldError.
 Json heard_answer(FormatProgram& program);
 /// The next answer that is not a sign of life.

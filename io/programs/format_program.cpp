@@ -51,8 +51,16 @@ constexpr std::size_t most_last_words = 2000;
 }  // namespace
 
 FormatProgram::FormatProgram(const std::string& program, const Limits& limits)
-    : program_(program), limits_(limits) {
-  start();
+    : program_(program),
+      limits_(limits),
+      child_(taken(processes().start(program_, environment_of_programs(), limits_.memory))) {}
+
+FormatProgram::FormatProgram(const std::string& program, Child twin, const Limits& limits)
+    : program_(program), limits_(limits), child_(std::move(twin)) {
+  if (!processes().take_twin(child_.process, limits_.memory)) {
+    child_.process = -1;
+    fail("gave a wrong number for its twin");
+  }
 }
 
 FormatProgram::~FormatProgram() { end(); }
@@ -63,9 +71,8 @@ void FormatProgram::limit_memory(std::uint64_t bytes) {
     throw world_error("cannot limit its memory", program_, error);
 }
 
-void FormatProgram::start() {
+Child FormatProgram::taken(StartedChild started) const {
   using Failure = StartedChild::Failure;
-  StartedChild started = processes().start(program_, environment_of_programs(), limits_.memory);
   if (started.failure == Failure::pipe)
     throw world_error("cannot make a pipe to it", program_, started.error);
   if (started.failure == Failure::process && started.error == EAGAIN)
@@ -75,7 +82,11 @@ void FormatProgram::start() {
   if (started.failure == Failure::process)
     throw world_error("cannot start a process for it", program_, started.error);
   if (started.failure == Failure::program) throw world_error("cannot start it", program_, started.error);
-  child_ = std::move(started.child);
+  return std::move(started.child);
+}
+
+Child FormatProgram::ask_for_twin(std::string_view line) {
+  return taken(processes().ask_for_twin(child_, std::string(line) + '\n'));
 }
 
 bool FormatProgram::wait(For what) {

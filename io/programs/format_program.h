@@ -29,12 +29,16 @@ class FormatProgram {
 
   /// Starts the program at an absolute path.
   explicit FormatProgram(const std::string& program, const Limits& limits);
+  /// Takes a twin that a program at this path started as `twin.process`; see ask_for_twin().
+  FormatProgram(const std::string& program, Child twin, const Limits& limits);
   ~FormatProgram();
   FormatProgram(const FormatProgram&) = delete;
   FormatProgram& operator=(const FormatProgram&) = delete;
 
   /// Sends a line; `line` is without its '\n'.
   void say(std::string_view line);
+  /// Sends a line that asks for a twin of the program; the program answers with its number. Returns its streams.
+  Child ask_for_twin(std::string_view line);
   /// Sends bytes, and returns how many: all, unless the program says something meanwhile, or ends after it
   /// said something. Then hear() has it, and the rest can be sent afterwards.
   std::size_t write(const std::byte* bytes, std::size_t size);
@@ -71,7 +75,8 @@ class FormatProgram {
  private:
   /// A BrokenInput, if the input is what made it fail.
   [[noreturn]] void fail(std::string_view what, bool may_lack_memory, bool by_input = false);
-  void start();
+  /// The child, or a WorldError if it could not be started.
+  Child taken(StartedChild started) const;
   enum class For { output, input, either };
   /// Waits until the program says something or ends (its output), or takes bytes (its input). True if its
   /// output is ready.

@@ -164,21 +164,62 @@ std::string setting_of(const std::string& option) { return option == "grid" ? "v
   throw UsageError(sentence, std::move(choices));
 }
 
+/// A program of which only twins open files. It has loaded its libraries and what these read; see
+/// docs/decisions/0062-many-small-volumes.md.
+struct Original {
+  std::vector<std::string> environment;  ///< with which it was started
+  std::unique_ptr<FormatProgram> process;
+};
+
+std::unique_ptr<FormatProgram> twin_of(FormatProgram& original, const FormatProgram::Limits& limits) {
+  Child child = original.ask_for_twin(R"({"request": "twin"})");
+  with(original, [&] {
+    const Json answer = required(next_answer(original), "twin");
+    child.process = static_cast<int>(count_in(answer, "process", 0, 1));
+  });
+  auto twin = std::make_unique<FormatProgram>(original.program(), std::move(child), limits);
+  hear_hello(*twin, "reader");
+  return twin;
+}
+
+/// The program, which has said how it begins.
+std::unique_ptr<FormatProgram> started(const std::string& path, const FormatProgram::Limits& limits) {
+  // A program ends with the thread that started it.
+  thread_local std::map<std::string, Original> originals;
+  std::vector<std::string> environment = environment_of_programs();
+  const auto known = originals.find(path);
+  if (known != originals.end() && known->second.environment == environment) try {
+      return twin_of(*known->second.process, limits);
+    } catch (const WorldError&) {
+      // Somebody ended it.
+    }
+  if (known != originals.end()) originals.erase(known);
+  auto program = std::make_unique<FormatProgram>(path, limits);
+  if (!hear_hello(*program, "reader")) return program;
+  try {
+    auto twin = twin_of(*program, limits);
+    originals[path] = {std::move(environment), std::move(program)};
+    return twin;
+  } catch (const WorldError&) {
+    program = std::make_unique<FormatProgram>(path, limits);  // it says that it cannot
+    hear_hello(*program, "reader");
+    return program;
+  }
+}
+
 }  // namespace
 
 ReaderConversation::ReaderConversation(const std::string& program, const FormatProgram::Limits& limits)
-    : process_(program, limits) {
-  hear_hello(process_, "reader");
-}
+    : process_(started(program, limits)) {}
 
 ReaderVolume ReaderConversation::describe(const std::string& path, const ReaderOptions& options) {
-  process_.reads(path);
-  say_request(process_, {{"request", "describe"}, {"path", path}, {"options", options}}, path);
-  return with(process_, [&] {
-    Json answer = next_answer(process_);
+  process_->reads(path);
+  say_request(*process_, {{"request", "describe"}, {"path", path}, {"options", options}}, path);
+  return with(*process_, [&] {
+    Json answer = next_answer(*process_);
     if (text_in(answer, "answer") == "several") throw_several(answer, path);
     ReaderVolume volume = volume_of(required(std::move(answer), "volume"), path);
-    process_.limit_memory(volume.memory);
+    process_->limit_memory(volume.memory);
     return volume;
   });
 }
@@ -189,9 +230,9 @@ PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
   std::vector<std::string> compressions;
   for (std::size_t i = 0; i < volume.files.size(); ++i) {
     const Json request = {{"request", "plain file"}, {"file", i}};
-    process_.say(request.dump());
-    ReaderPlainFile file = with(process_, [&] {
-      const Json answer = required(next_answer(process_), "plain file");
+    process_->say(request.dump());
+    ReaderPlainFile file = with(*process_, [&] {
+      const Json answer = required(next_answer(*process_), "plain file");
       return plain_file_in(answer, i, volume.files.size(), volume.info);
     });
     form.warnings.insert(form.warnings.end(), file.warnings.begin(), file.warnings.end());
@@ -203,18 +244,18 @@ PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
     places.insert(places.end(), file.places.begin(), file.places.end());
   }
   form.compression = fmt::format("{}", fmt::join(compressions, ", "));
-  with(process_, [&] { form.places = in_order(std::move(places), volume.info.dims.z); });
+  with(*process_, [&] { form.places = in_order(std::move(places), volume.info.dims.z); });
   return form;
 }
 
 void ReaderConversation::ask_for_slices(std::int64_t from, std::int64_t to) {
   const Json request = {{"request", "slices"}, {"from", from}, {"to", to}};
-  process_.say(request.dump());
+  process_->say(request.dump());
 }
 
 std::int64_t ReaderConversation::hear_of_slices(std::int64_t from, std::int64_t to) {
-  return with(process_, [&] {
-    const Json answer = required(next_answer(process_), "slices");
+  return with(*process_, [&] {
+    const Json answer = required(next_answer(*process_), "slices");
     const std::int64_t first = count_in(answer, "from", -1, 0), end = count_in(answer, "to", -1, 0);
     if (first != from || end <= from || end > to)
       throw WrongAnswer(

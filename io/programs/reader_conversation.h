@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,8 @@ struct ReaderPlainFile {
 /// itself does wrong, they throw WorldError.
 class ReaderConversation {
  public:
-  /// Starts the program, and hears which version of the protocol it speaks.
+  /// Starts the program, and hears which version of the protocol it speaks. If it makes twins, one remains that opens
+  /// no file, for this thread and as long as it lives; the conversation is with its twin.
   explicit ReaderConversation(const std::string& program, const FormatProgram::Limits& limits = {});
 
   /// Asks what is at `path`. Throws UsageError if it holds several volumes and the options choose none.
@@ -56,13 +58,13 @@ class ReaderConversation {
   /// `volume`, and said that there is one; nothing else is awaited.
   PlainForm plain_form(const ReaderVolume& volume);
   /// Reads the next bytes of slices.
-  void read(std::byte* out, std::size_t size) { process_.read(out, size); }
+  void read(std::byte* out, std::size_t size) { process_->read(out, size); }
   /// Ends the program, which must have nothing left to say.
-  void finish() { process_.finish(); }
-  void stop_when(const std::atomic<bool>& stop) { process_.stop_when(stop); }
+  void finish() { process_->finish(); }
+  void stop_when(const std::atomic<bool>& stop) { process_->stop_when(stop); }
 
  private:
-  FormatProgram process_;
+  std::unique_ptr<FormatProgram> process_;
 };
 
 }  // namespace tagrid

@@ -1,19 +1,47 @@
 #include "io/programs/serve.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "io/errors/errors.h"
+#include "io/system/processes.h"
 #include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
 
 std::FILE* answers = stdout;
+TwinStreams twin_streams;
 
 }  // namespace
+
+std::optional<std::string> next_request() {
+  static std::string received;
+  for (std::size_t searched = 0;;) {
+    if (const std::size_t end = received.find('\n', searched); end != received.npos) {
+      std::string line = received.substr(0, end);
+      received.erase(0, end + 1);
+      return line;
+    }
+    searched = received.size();
+    std::array<char, 4096> bytes;
+    const std::ptrdiff_t count = receive_request(bytes, twin_streams);
+    if (count <= 0) return std::nullopt;
+    received.append(bytes.data(), static_cast<std::size_t>(count));
+  }
+}
+
+bool is_new_twin() {
+  const TwinStreams streams = std::exchange(twin_streams, {});
+  const int process = streams.errors < 0 ? -1 : start_twin(streams, answers);
+  if (process < 0) say({{"answer", "unknown"}});
+  if (process > 0) say({{"answer", "twin"}, {"process", process}});
+  return process == 0;
+}
 
 void begin_to_answer() {
   // Without it, prints of libraries would be wrong answers, which tagrid notices.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <exception>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,12 @@ using OrderedJson = nlohmann::ordered_json;
 
 /// What a program of ours takes besides what it says: libraries, and what descriptions take.
 inline constexpr std::uint64_t memory_besides = std::uint64_t{32} << 20;
+
+/// The next line of the standard input; nothing at its end.
+std::optional<std::string> next_request();
+/// Starts a twin of this program with the streams that came with the last request. True in the twin, which begins the
+/// conversation anew; this program has answered.
+bool is_new_twin();
 
 /// Begins a conversation. What libraries print on the standard output goes to the standard error from now on.
 void begin_to_answer();

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iostream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
@@ -112,14 +112,22 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
 }
 
-int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside) {
+int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside,
+                  void (*prepare)()) {
+  const OrderedJson hello = {
+      {"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}, {"twins", true}};
   begin_to_answer();
-  say({{"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}});
+  say(hello);
   std::unique_ptr<ServedVolume> volume;
   std::string path;
-  for (std::string line; std::getline(std::cin, line);) {
+  while (const auto line = next_request()) {
     try {
-      const OrderedJson request = OrderedJson::parse(line);
+      const OrderedJson request = OrderedJson::parse(*line);
+      if (path.empty() && request.value("request", "") == "twin") {
+        if (prepare != nullptr) std::exchange(prepare, nullptr)();
+        if (is_new_twin()) say(hello);
+        continue;
+      }
       // tagrid starts a program for each source.
       if (path.empty() && request.contains("path"))
         confine_to(request.at("path"), beside, request.value("options", ReaderOptions())["dataset"]);

@@ -66,6 +66,8 @@ using OpenServed =
 
 /// Answers requests on the standard input until it ends. Returns the exit code of the program. From its first request
 /// on, the program is confined to the source that this names, and to the files `beside` it.
-int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside = {});
+/// `prepare` does before that, once for all twins, what takes long and is the same for all sources.
+int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside = {},
+                  void (*prepare)() = nullptr);
 
 }  // namespace tagrid

@@ -19,6 +19,8 @@ constexpr int standard_input = 0, standard_output = 1, standard_error = 2;
 
 struct FileTime {
   std::int64_t seconds = 0, nanoseconds = 0;
+  /// Since 1970.
+  std::int64_t in_nanoseconds() const { return seconds * 1'000'000'000 + nanoseconds; }
   bool operator==(const FileTime&) const = default;
 };
 

@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/system/files.h"
@@ -39,6 +41,12 @@ class Processes {
   /// own. It is a process group of its own, and ends with the thread that started it.
   virtual StartedChild start(const std::string& program, std::vector<std::string> environment,
                              std::uint64_t memory) = 0;
+  /// Asks a program that start() started for a twin: a copy of it as it is now, which is another child of this process.
+  /// Sends `request` with the other ends of the streams that are returned; the program answers with the number of the
+  /// twin.
+  virtual StartedChild ask_for_twin(const Child& program, std::string_view request) = 0;
+  /// Takes the twin with this number, and limits its memory. Returns false if it is not a child of this process.
+  virtual bool take_twin(int process, std::uint64_t memory) = 0;
   /// From now on, it may have so many bytes of memory of its own; what it has stays. Returns 0 or an errno.
   virtual int limit_memory(int process, std::uint64_t bytes) = 0;
   /// Waits for its end, for at most so long.
@@ -62,6 +70,20 @@ class ProcessesInstead {
  private:
   Processes* before_;
 };
+
+// In a program that start() started.
+
+/// The streams of a twin: they come with the request for it.
+struct TwinStreams {
+  Descriptor input, output, errors;
+};
+
+/// Receives bytes of the standard input, and streams for a twin if they come with them. Returns the number of bytes, 0
+/// at the end.
+std::ptrdiff_t receive_request(std::span<char> to, TwinStreams& streams);
+/// Starts a twin of this process with these streams; `answers` then leads to its output. Returns its number, 0 in the
+/// twin itself, or a negative number; errno says why. REQUIRES: this process has one thread.
+int start_twin(const TwinStreams& streams, std::FILE* answers);
 
 /// "Segmentation fault"
 std::string name_of_signal(int number);

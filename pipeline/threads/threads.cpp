@@ -160,6 +160,8 @@ bool Threads::Others::add() {
 }
 
 Threads::Threads(int count) : arena_(count, static_cast<unsigned>(count)) {
+  // Without memory for it, this throws. oneTBB would let a second try wait for ever.
+  arena_.initialize();
   if (count == 1) return;
   others_ = std::make_unique<Others>(arena_);
   while (this->count() < count && others_->add()) {

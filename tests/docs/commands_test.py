@@ -217,9 +217,8 @@ class Commands(unittest.TestCase):
             (folder / "stack.tif").write_bytes(tiff(3, ""))
         if "hyperstack.tif" in command:
             (folder / "hyperstack.tif").write_bytes(tiff(4, "ImageJ=1\nimages=4\nchannels=2\nslices=2\nhyperstack=true\n"))
-        if "array.npy" in command:
-            header = "{'descr': '<u2', 'fortran_order': False, 'shape': (4, 5, 6)}\n".encode()
-            (folder / "array.npy").write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header + bytes(240))
+        if "brain.mgh" in command:
+            (folder / "brain.mgh").write_bytes(struct.pack(">7ih3f", 1, 6, 5, 4, 1, 4, 0, 1, 1, 2, 3).ljust(284, b"\0") + bytes(240))
         if "bold.nii.gz" in command:
             shutil.copy(volumes / "bold.nii.gz", folder)
         if "smoke.vdb" in command:
@@ -239,7 +238,7 @@ class Commands(unittest.TestCase):
             self.assertTrue(os.access(ROOT / script, os.X_OK), script)
 
     def test_the_reader_in_the_document_is_the_one_of_the_examples(self):
-        program = (ROOT / "examples/readers/tagrid-read-npy").read_text()
+        program = (ROOT / "examples/readers/tagrid-read-mgh").read_text()
         self.assertIn(f"\n```python\n{program}```\n", (ROOT / "docs/readers.md").read_text())
 
     def test_a_command_that_does_not_work_is_found(self):

@@ -147,10 +147,14 @@ class OptionFiles(unittest.TestCase):
 
 ROOM = re.compile(r"^\s*tagrid_room\(([a-z0-9_/]+)", re.M)
 # Rooms that do what only their files show: formats, which other programs judge, and what commands do.
-ELSEWHERE = {"io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_target.cpp"],
+ELSEWHERE = {"io/formats/amira": ["tests/readers/amira_test.py", "tests/fuzz/other_volumes_target.cpp"],
+             "io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_target.cpp"],
              "io/formats/dicom": ["tests/readers/dicom_export_test.py", "tests/fuzz/dicom_target.cpp"],
+             "io/formats/edf": ["tests/readers/edf_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/metaimage": ["tests/readers/metaimage_test.py", "tests/fuzz/metaimage_target.cpp"],
+             "io/formats/mrc": ["tests/readers/mrc_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/nifti": ["tests/readers/nifti_test.py", "tests/fuzz/nifti_target.cpp"],
+             "io/formats/npy": ["tests/readers/npy_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/tiff": ["tests/readers/tiff_test.py"],
              "io/formats/vendors": ["tests/readers/vendors_test.py", "tests/fuzz/vendors_target.cpp"],
              "io/formats/vti": ["tests/readers/written_test.py"],

@@ -354,6 +354,11 @@ void add_vendors_files(Seeds& seeds) {
   for (const char* size : {"4", "2", "1"})
     seeds.push_back(input_of(std::string("[XTekCT]\nVoxelsX=3\nVoxelsY=4\nVoxelsZ=") + size +
                              "\nVoxelSizeX=0.1\nVoxelSizeY=0.1\nVoxelSizeZ=0.2\nName=scan\n"));
+  seeds.push_back(input_of(
+      "! PyHST_SLAVE VOLUME INFO FILE\nNUM_X = 3\nNUM_Y = 2\nNUM_Z = 2\nvoxelSize = 0.28\nBYTEORDER = "
+      "LOWBYTEFIRST\n"));
+  seeds.push_back(
+      input_of("NUM_X = 3\nNUM_Y = 4\nNUM_Z = 2\nBYTEORDER = HIGHBYTEFIRST\nDATA_TYPE = int16\n"));
   std::string scanco = "CTDATA-HEADER_V1" + std::string(496, '\0');
   const auto put = [&](std::size_t at, std::int32_t value) {
     std::byte bytes[4];
@@ -365,6 +370,59 @@ void add_vendors_files(Seeds& seeds) {
        {std::pair{44, 3}, {48, 4}, {52, 2}, {56, 30}, {60, 40}, {64, 50}, {88, 4096}})
     put(static_cast<std::size_t>(at), value);
   seeds.push_back(input_of(scanco + std::string(48, 'x')));
+}
+
+void add_other_volumes(Seeds& seeds) {
+  const std::string samples(48, 'x');
+  for (const char* dictionary : {"{'descr': '<i2', 'fortran_order': False, 'shape': (2, 4, 3), }          \n",
+                                 "{'descr': '>f4', 'fortran_order': True, 'shape': (3, 2, 1, 2), }\n"}) {
+    const std::string text = dictionary;
+    seeds.push_back(input_of(text));
+    seeds.push_back(input_of("\x93NUMPY\1" + std::string(1, '\0') + static_cast<char>(text.size()) +
+                             std::string(1, '\0') + text + samples));
+  }
+  for (const std::int32_t mode : {0, 1, 2}) {
+    std::string map(1024 + 16, '\0');
+    const auto put = [&](std::size_t at, auto value) {
+      store_little_endian(reinterpret_cast<std::byte*>(map.data()) + at, value);
+    };
+    for (const auto& [at, value] : {std::pair{0, 3},
+                                    {4, 4},
+                                    {8, mode == 2 ? 1 : 2},
+                                    {12, mode},
+                                    {28, 3},
+                                    {32, 4},
+                                    {36, 2},
+                                    {64, 1},
+                                    {68, 3},
+                                    {72, 2},
+                                    {88, 401 * mode},
+                                    {92, 16}})
+      put(static_cast<std::size_t>(at), std::int32_t{value});
+    for (const std::size_t at : {40, 44, 48, 196}) put(at, 12.5f);
+    map.replace(208, 6, "MAP DD");
+    seeds.push_back(input_of(map + samples.substr(0, mode == 0 ? 24 : 48)));
+  }
+  const std::string edf =
+      "{\nHeaderID = EH:000001:000000:000000 ;\nByteOrder = HighByteFirst ;\nDataType = SignedShort ;\nDim_1 "
+      "= 3 "
+      ";\nDim_2 = 4 ;\nSize = 24 ;\nPSize_1 = 1e-6 ;\n}\n";
+  seeds.push_back(input_of(edf + samples.substr(24) + edf + samples.substr(24)));
+  seeds.push_back(
+      input_of("ncaa\nrank=3;\ntype=raster;\nformat=slice;\nbits=16;\nbands=1;\nsize=3 4 2;\nspacing=1 1 "
+               "2;\norigin=0 1 2;\nelementsize=0.05;\ndata_scale=2;\n\f\n" +
+               samples));
+  const std::string amira =
+      "# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine Lattice 3 4 2\nParameters {\n    Units { Coordinates "
+      "\"mm\" }\n"
+      "    BoundingBox 0 2 0 3 0 1,\n    CoordType \"uniform\"\n}\nLattice { short Data } @1\n@1\n";
+  seeds.push_back(input_of(amira + samples + "\n"));
+  std::string runs = amira;
+  runs.replace(runs.find("short Data } @1"), 15, "byte Data } @1(HxByteRLE,7)");
+  seeds.push_back(input_of(runs + "\x10"
+                                  "a\x83"
+                                  "bcd\x05"
+                                  "e"));
 }
 
 void add_bitmaps(Seeds& seeds) {
@@ -443,6 +501,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_nifti_files(seeds["nifti"]);
   add_meta_images(seeds["metaimage"]);
   add_vendors_files(seeds["vendors"]);
+  add_other_volumes(seeds["other_volumes"]);
   add_bitmaps(seeds["bmp"]);
   add_dicom_files(seeds["dicom"]);
   add_record(seeds["record"]);

@@ -26,8 +26,10 @@ void nrrd(Bytes bytes);
 void nifti(Bytes bytes);
 /// A MetaImage file.
 void metaimage(Bytes bytes);
-/// A file of a scanner's program: VGStudio, Nikon, Scanco.
+/// A file of a scanner's program: VGStudio, Nikon, Scanco, PyHST.
 void vendors(Bytes bytes);
+/// A file of NumPy, MRC, EDF, VFF or AmiraMesh.
+void other_volumes(Bytes bytes);
 /// A BMP file.
 void bmp(Bytes bytes);
 /// A DICOM file that is exported.
@@ -49,9 +51,10 @@ struct Target {
 };
 
 inline constexpr Target targets[] = {
-    {"header", header},       {"brick", brick},     {"index", index}, {"nrrd", nrrd},    {"nifti", nifti},
-    {"metaimage", metaimage}, {"vendors", vendors}, {"bmp", bmp},     {"dicom", dicom},  {"record", record},
-    {"part", part},           {"numbers", numbers}, {"file", file},   {"blocks", blocks}};
+    {"header", header},   {"brick", brick},         {"index", index},     {"nrrd", nrrd},
+    {"nifti", nifti},     {"metaimage", metaimage}, {"vendors", vendors}, {"other_volumes", other_volumes},
+    {"bmp", bmp},         {"dicom", dicom},         {"record", record},   {"part", part},
+    {"numbers", numbers}, {"file", file},           {"blocks", blocks}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

@@ -1,5 +1,5 @@
-// A description of a scanner's program, or a volume of one: VGStudio, Nikon, Scanco. The samples that the first two describe
-// are 48 bytes in a file beside them.
+// A description of a scanner's program, or a volume of one: VGStudio, Nikon, PyHST, Scanco. The samples that the first three
+// describe are 48 bytes in a file beside them.
 #include "io/formats/vendors/sections.h"
 #include "io/formats/vendors/vendors.h"
 #include "tests/fuzz/memory_files.h"
@@ -23,6 +23,10 @@ void vendors(Bytes bytes) {
     static const Folder folder;
     folder.write("a.vol", std::string(48, 'x'));
     read_volume(folder.write("a.x", text));
+  } else if (begins_pyhst(text)) {
+    static const Folder folder;
+    folder.write("a.vol", std::string(48, 'x'));
+    read_volume(folder.write("a.vol.info", text));
   }
 }
 

@@ -24,7 +24,8 @@ unless_sanitized = unittest.skipIf(IS_SANITIZED, "sanitizers take memory of thei
 
 # The packages that have the libraries, and libraries whose module has another name.
 PACKAGES = {name: f"python3-{name}"
-            for name in ("numpy", "pydicom", "nibabel", "tifffile", "h5py", "gmsh", "meshio", "zarr", "numcodecs", "xarray")} | \
+            for name in ("numpy", "pydicom", "nibabel", "tifffile", "h5py", "gmsh", "meshio", "zarr", "numcodecs", "xarray",
+                         "mrcfile", "fabio")} | \
     {"Image": "python3-pil"} | {name: "python3-vtk9" for name in ("vtk_hdf", "vtk_image", "vtk_xml", "vtk_numpy")}
 # Not all modules of VTK: some would replace its readers by those for MPI.
 MODULES = {"Image": "PIL.Image", "vtk_hdf": "vtkmodules.vtkIOHDF", "vtk_image": "vtkmodules.vtkIOImage",

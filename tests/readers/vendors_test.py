@@ -1,4 +1,4 @@
-"""Volumes as scanners' own programs write them: VGStudio, Nikon, Scanco, and folders of samples alone.
+"""Volumes as scanners' own programs write them: VGStudio, Nikon, Scanco, PyHST, VFF, and folders of samples alone.
 
     vendors_test.py PROGRAM
 """
@@ -97,6 +97,102 @@ class Vendors(ReaderTest):
         self.assertEqual(info["geometry"]["spacing"], [0.05, None, None])
         self.assertIn("VoxelSizeX is \"0,05\", with a decimal comma; it is read as 0.05", self.messages)
         self.assertIn("VoxelSizeY: a distance between samples cannot be -1", self.messages)
+
+    def pyhst(self, truth, name="scan.vol", order="LOWBYTEFIRST", fields="", size=0.28):
+        """Both files, as PyHST leaves them."""
+        (self.folder / name).write_bytes(truth.astype(truth.dtype.newbyteorder(">" if order == "HIGHBYTEFIRST" else "<")).tobytes())
+        text = f"! PyHST_SLAVE VOLUME INFO FILE\nNUM_X =  23\nNUM_Y =  19\nNUM_Z =  7\nvoxelSize =  {size}\nBYTEORDER = {order}\nValMin =  -1.5\nS1 =  2\ns1 =  0\n"
+        (self.folder / f"{name}.info").write_text(text + fields)
+        return f"{name}.info"
+
+    def test_pyhst(self):
+        for order in ("LOWBYTEFIRST", "HIGHBYTEFIRST"):
+            truth = volume("float32")
+            info = self.encodes(truth, self.pyhst(truth, order=order), what=order)
+            self.assertEqual((info["geometry"]["spacing"], info["geometry"]["units"], self.messages), ([0.28] * 3, ["um"] * 3, ""))
+            pairs = dict(info["source"]["pairs"])
+            self.assertEqual([pairs[f"pyhst_{name}"] for name in ("ValMin", "S1", "s1")], ["-1.5", "2", "0"])
+        # The size of the file says the type, or a line that other programs write.
+        for type in ("uint8", "uint16"):
+            self.encodes(volume(type), self.pyhst(volume(type), "small.raw"), what=type)
+        for type, line in (("int16", "DATA_TYPE = int16\n"), ("uint32", "DATA_TYPE = uint32\n"), ("float32", "DATA_TYPE = FLOAT\n")):
+            self.encodes(volume(type), self.pyhst(volume(type), fields=line), what=type)
+        (self.folder / "a.raw").write_bytes(truth.tobytes())
+        (self.folder / "a.raw.info").write_text("NUM_X = 23\r\nNUM_Y = 19\r\nNUM_Z = 7")
+        self.assertEqual(self.encodes(truth, "a.raw.info")["geometry"]["spacing"], None)
+        self.assert_refused(65, "a.raw.info describes its samples; give that file", "encode", "a.raw")
+        for size, text in (("0", "cannot be 0"), ("-1", "cannot be -1"), ("x", "not a number")):
+            self.assertEqual(self.encodes(truth, self.pyhst(truth, size=size), says=text)["geometry"]["spacing"], None)
+            self.assertEqual(self.messages.count("voxelSize"), 1)
+
+    def test_what_is_wrong_with_pyhst_is_said(self):
+        truth = volume("float32")
+        good = (self.folder / self.pyhst(truth)).read_text()
+        for old, new, text in (("NUM_Z =  7\n", "", "NUM_Z is missing"), ("=  7", "=  x", "NUM_Z"), ("=  7", "=  -7", "a volume cannot have"), ("=  7", "=  8", "bytes, but"),
+                               ("=  23", "=  99999999999", "a volume cannot have"), ("LOWBYTEFIRST", "MIDDLE", "BYTEORDER"), ("ValMin", "DATA_TYPE = PACKED_BINARY\nx", "not supported")):
+            self.assertIn(old, good)
+            (self.folder / "scan.vol.info").write_text(good.replace(old, new))
+            self.assert_refused(65, text, "encode", "scan.vol.info")
+        (self.folder / "scan.vol.info").write_text(good)
+        whole = (self.folder / "scan.vol").read_bytes()
+        (self.folder / "scan.vol").write_bytes(whole[:-1])
+        self.assert_refused(65, "expected", "encode", "scan.vol.info")
+        (self.folder / "scan.vol.info").write_text(good + "DATA_TYPE = float32\n")
+        self.assert_refused(65, "its slices should end", "encode", "scan.vol.info")
+        (self.folder / "scan.vol").write_bytes(whole + b"more")
+        self.encodes(truth, "scan.vol.info", says="4 bytes follow the samples")
+        (self.folder / "scan.vol").unlink()
+        self.assert_refused(74, "scan.vol", "encode", "scan.vol.info")
+        (self.folder / "scan.txt").write_text(good)
+        self.assert_refused(64, "without .info", "encode", "scan.txt")
+        # A removed scan is both files.
+        self.pyhst(truth)
+        (self.folder / "scan.txt").unlink()
+        self.assertIn("scan.vol.info", self.ok("convert", "--find", ".").stdout)
+        self.ok("encode", "scan.vol.info", "--rm", "-o", "kept.tag")
+        self.assertEqual(sorted(path.name for path in self.folder.glob("scan*")), [])
+        self.ok("restore", "kept.tag", "-o", "back")
+        self.assertEqual((self.folder / "back/scan.vol").read_bytes(), whole)
+
+    def vff(self, truth, line="\n", old="", new="", name="a.vff"):
+        bits = 8 * truth.itemsize
+        text = f"ncaa\nrank=3;\ntype=raster;\nformat=slice;\nbits={bits};\nbands=1;\nsize=23 19 7;\nspacing=1.0 1.0 2.0;\norigin=0 -2 4;\nrawsize={truth.nbytes};\n" \
+            "elementsize=0.045;\ntitle=C:\\data\\foot.vff;\n\f\n"
+        self.assertIn(old, text)
+        (self.folder / name).write_bytes(text.replace(old, new).replace("\n", line, text.count("\n") - 1).encode() + truth.astype(truth.dtype.newbyteorder(">")).tobytes())
+        return name
+
+    def test_vff(self):
+        for type in ("int16", "uint8"):
+            truth = volume(type)
+            for line in ("\n", "\r\n"):
+                info = self.encodes(truth, self.vff(truth, line), what=(type, line))
+                geometry = info["geometry"]
+                self.assertEqual((geometry["spacing"], geometry["units"], geometry["origin"], self.messages), ([0.045, 0.045, 0.09], ["mm"] * 3, [0, -0.09, 0.18], ""))
+                self.assertEqual(dict(info["source"]["pairs"])["vff_title"], "C:\\data\\foot.vff")
+        truth = volume("int16")
+        for old, new, spacing, unit in (("elementsize=0.045;\n", "", [1, 1, 2], ""), ("spacing=1.0 1.0 2.0;\n", "", [0.045] * 3, "mm"), ("0.045", "x", None, ""), ("1.0 1.0 2.0", "1.0 2.0", None, "")):
+            geometry = self.encodes(truth, self.vff(truth, old=old, new=new), what=new)["geometry"]
+            self.assertEqual(geometry["spacing"], spacing, old)
+            self.assertEqual(geometry["units"] or [""] * 3, [unit] * 3, old)
+        self.encodes(volume("float32"), self.vff(volume("float32")), says="whether its samples of 32 bits are floats")
+        # Values are samples times data_scale plus data_offset.
+        truth //= 64
+        self.ok("encode", self.vff(truth, old="title", new="data_scale=0.5;\ndata_offset=-3;\ntitle"), "-o", "a.tag")
+        self.ok("decode", "a.tag", "-o", "a.raw", "--values")
+        self.assertTrue(numpy.array_equal(numpy.fromfile(self.folder / "a.raw", "float32").reshape(truth.shape), truth * 0.5 - 3))
+
+    def test_what_is_wrong_with_vff_is_said(self):
+        truth = volume("int16")
+        for old, new, text in (("rank=3", "rank=2", "rank"), ("raster", "vector", "type"), ("format=slice", "format=base", "format"), ("bands=1", "bands=3", "bands"), ("bits=16", "bits=12", "bits"),
+                               ("size=23 19 7", "size=23 19", "size"), ("size=23 19 7", "size=23 0 7", "size"), ("size=23 19 7", "size=23 19 8", "expected"), ("\f\n", "", "does not end"),
+                               ("size=23 19 7", "size=99999999999 99999999999 7", "a volume cannot have")):
+            self.assert_refused(65, text, "encode", self.vff(truth, old=old, new=new))
+        whole = (self.folder / self.vff(truth)).read_bytes()
+        for size in (5, 100, len(whole) - 1):
+            (self.folder / "a.vff").write_bytes(whole[:size])
+            self.assert_refused(65, "a.vff", "encode", "a.vff")
+        self.encodes(truth, self.vff(truth, old="title", new="data_scale=x;\ntitle"), says="what values samples mean is unknown")
 
     def nikon(self, folder, truth, vgi_size="23 19 7", resolution="0.05 0.06 0.07", unit="mm", sizes=(23, 19, 7), stem="scan"):
         """The three files that Nikon's program leaves."""

@@ -80,8 +80,42 @@ def vgi_header(case):
             f"{{volumeprimitive1}}\n[geometry]\nresolution = {words(case.spacing)}\nunit = mm\n").encode()
 
 
-# The files of a case in each format, of which the first one is read. NIfTI and the scanner's formats with binary numbers
-# say no texts; VGStudio says neither an origin nor a slope.
+def npy_header(case):
+    return b"\x93NUMPY\1\0" + struct.pack("<H", 64) + b"{'descr': '<i2', 'fortran_order': False, 'shape': (5, 7, 9), }".ljust(63) + b"\n"
+
+
+def mrc_header(case):
+    header = bytearray(1024)
+    struct.pack_into("<10i", header, 0, 9, 7, 5, 1, 0, 0, 0, 9, 7, 5)
+    struct.pack_into("<3f", header, 40, *(float(text) * size for text, size in zip(case.spacing, DIMS)))
+    header[208:216] = b"MAP DD\0\0"
+    return bytes(header)
+
+
+def edf_header(case):
+    fields = "HeaderID = EH:000001:000000:000000 ;\nByteOrder = LowByteFirst ;\nDataType = SignedShort ;\nDim_1 = 9 ;\nDim_2 = 7 ;\nDim_3 = 5 ;\n"
+    return ("{\n" + fields + "".join(f"PSize_{axis + 1} = {text} ;\n" for axis, text in enumerate(case.spacing))).encode().ljust(510) + b"}\n"
+
+
+def vff_header(case):
+    return f"ncaa\nrank=3;\nsize=9 7 5;\nbits=16;\nspacing={words(case.spacing)};\nelementsize=1;\n\f\n".encode()
+
+
+def pyhst_header(case):
+    return b"NUM_X = 9\nNUM_Y = 7\nNUM_Z = 5\nvoxelSize = 1\nDATA_TYPE = int16\n"
+
+
+AMIRA = b"# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine Lattice 9 7 5\nParameters { BoundingBox 0 4 0 3.6 0 10 }\nLattice { short Data } @1\n@1\n"
+
+
+def swapped(samples):
+    """Complete samples in the other byte order; what follows them stays as it is."""
+    array = numpy.frombuffer(samples[:SIZE // 2 * 2], "<i2", min(len(samples), SIZE) // 2)
+    return array.astype(">i2").tobytes() + samples[2 * len(array):]
+
+
+# The files of a case in each format, of which the first one is read. NIfTI, MRC and the scanner's formats with binary numbers
+# say no texts; VGStudio, EDF and VFF say neither directions nor a slope here.
 ALL = {"NRRD, attached": lambda case: {"a.nrrd": nrrd_header(case, "") + case.data},
        "NRRD, detached": lambda case: {"a.nhdr": nrrd_header(case, "data file: a.raw"), "a.raw": case.data},
        "MetaImage .mha": lambda case: {"a.mha": meta_image_header(case, "LOCAL") + case.data},
@@ -90,9 +124,15 @@ ALL = {"NRRD, attached": lambda case: {"a.nrrd": nrrd_header(case, "") + case.da
        "NIfTI .nii.gz": lambda case: {"a.nii.gz": gzip.compress(nifti_header(case, b"n+1\0") + case.data)},
        "NIfTI .hdr": lambda case: {"a.hdr": nifti_header(case, b"ni1\0"), "a.img": case.data},
        "VGStudio": lambda case: {"a.vgi": vgi_header(case), "a.vol": case.data},
+       "NumPy": lambda case: {"a.npy": npy_header(case) + case.data},
+       "MRC": lambda case: {"a.mrc": mrc_header(case) + case.data},
+       "EDF": lambda case: {"a.edf": edf_header(case) + case.data},
+       "VFF": lambda case: {"a.vff": vff_header(case) + swapped(case.data)},
+       "PyHST": lambda case: {"a.vol.info": pyhst_header(case), "a.vol": case.data},
+       "AmiraMesh": lambda case: {"a.am": AMIRA + case.data},
        "raw": lambda case: {"a.raw": case.data}}
 OPTIONS = {"raw": ["--dims", "9,7,5", "--type", "int16"]}
-TEXTS = ["NRRD, attached", "NRRD, detached", "MetaImage .mha", "MetaImage .mhd", "VGStudio"]
+TEXTS = ["NRRD, attached", "NRRD, detached", "MetaImage .mha", "MetaImage .mhd", "VGStudio", "VFF"]
 NUMBERS = ["NIfTI .nii", "NIfTI .nii.gz", "NIfTI .hdr"]
 PLACED = TEXTS[:4] + NUMBERS
 
@@ -154,7 +194,7 @@ class Verdicts(ReaderTest):
     def test_bytes_that_are_missing_are_refused_with_both_sizes(self):
         for name, arguments in self.each(ALL, Case(volume().tobytes()[:-1])):
             message = self.assert_refused(65, f"{SIZE}", "encode", *arguments, "-o", "a.tag")
-            if name == "VGStudio":
+            if name in ("VGStudio", "PyHST"):
                 self.assertIn(f"has {SIZE - 1} bytes", message)
             else:
                 self.assertIn(f"{SIZE - 1}", message)

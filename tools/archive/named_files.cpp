@@ -24,7 +24,7 @@ constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
 constexpr std::size_t longest_name = 4096;
 
 constexpr const char* pair_of_hdr = ".img .img.gz .raw .dat .bil .bsq .bip .bin -";
-constexpr std::array<HeaderKind, 30> kinds = {{
+constexpr std::array<HeaderKind, 32> kinds = {{
     {".nhdr", {"data file", "datafile"}},
     {".nrrd", {"data file", "datafile"}},
     {".mhd", {"elementdatafile"}},
@@ -33,6 +33,8 @@ constexpr std::array<HeaderKind, 30> kinds = {{
     {".json", {"refs", ".zarray", ".zgroup", "zarr.json"}},
     {".hdr", {}, pair_of_hdr},
     {".xtekct", {}, ".vol"},
+    {".vol.info", {}, ".vol"},
+    {".raw.info", {}, ".raw"},
     {".pcr", {}, ".vol"},
     {".xtekvolume"},
     {".vgi"},

@@ -125,7 +125,8 @@ bool replaces(archive::Record record, const RecordTime& time, archive::Record ne
   return time >= time_of_newest;
 }
 
-NewLines::NewLines(const std::string& path, LinesRead& read) : read_(read) {
+NewLines::NewLines(const std::string& path, LinesRead& read, bool with_rest)
+    : read_(read), with_rest_(with_rest) {
   const auto status = status_of(path);
   // Opening a pipe would block, and a pipe has no lines of an earlier run.
   if (status && !status->is_file())
@@ -143,7 +144,7 @@ bool NewLines::next(std::string& line) {
   // A line that is too long for a record is not a record. It is read in pieces, to find where it ends.
   std::uint64_t before = 0;
   for (; !file_->read_line(line, longest_record); line.clear()) before += line.size();
-  if (!line.ends_with('\n')) return false;
+  if (!line.ends_with('\n') && !(with_rest_ && !line.empty())) return false;
   read_ = {read_.bytes + before + line.size(), read_.lines + 1};
   if (before > 0) line.clear();
   return true;

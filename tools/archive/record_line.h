@@ -92,8 +92,9 @@ struct LinesRead {
 /// run wrote of a record.
 class NewLines {
  public:
-  /// `read` is moved on with each line. Throws WorldError, and UsageError if it is not a regular file.
-  NewLines(const std::string& path, LinesRead& read);
+  /// `read` is moved on with each line. `with_rest`: what follows the last end of a line is a line, too. Throws WorldError,
+  /// and UsageError if it is not a regular file.
+  NewLines(const std::string& path, LinesRead& read, bool with_rest = false);
   /// Reads the next line, with its end. A line that is too long for a record is left empty. Returns false after the
   /// last one.
   bool next(std::string& line);
@@ -101,6 +102,7 @@ class NewLines {
  private:
   std::optional<FileBytes> file_;  ///< nothing if the file has no new lines
   LinesRead& read_;
+  bool with_rest_;
 };
 
 }  // namespace tagrid

@@ -68,8 +68,7 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files) {
     const auto status = status_of(file);
     if (!status) throw world_error("cannot open", file, ENOENT);
     if (!status->is_file()) throw UsageError(file + ": is not a file");
-    result.push_back({file, status->size,
-                      std::int64_t{status->modified.seconds} * 1'000'000'000 + status->modified.nanoseconds});
+    result.push_back({file, status->size, status->modified.in_nanoseconds()});
   }
   return result;
 }

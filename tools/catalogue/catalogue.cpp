@@ -21,6 +21,11 @@ Catalogue::Catalogue(const std::string& folder, int threads) : folder_(folder), 
   if (!status) throw world_error("cannot open", folder_, ENOENT);
   if (!status->is_folder()) throw UsageError(folder_ + ": is not a directory; give that of the outputs");
   const std::string path = path_of(index_name);
+  if (const auto name = status_of_name(path); name && name->is_link()) {
+    remarks_ = {path + ": is a link; a temporary index takes its place"};
+    open("");
+    return;
+  }
   for (bool is_again : {false, true}) {
     try {
       open(path);
@@ -58,7 +63,9 @@ void Catalogue::open(const std::string& path) {
       break;
   }
   // What was deleted is gone from the file, too.
-  database_->execute("PRAGMA secure_delete = ON; PRAGMA synchronous = NORMAL; PRAGMA trusted_schema = OFF;");
+  database_->execute(
+      "PRAGMA secure_delete = ON; PRAGMA synchronous = NORMAL; PRAGMA trusted_schema = OFF; PRAGMA "
+      "journal_mode = DELETE;");
   update();
 }
 
@@ -76,7 +83,7 @@ void Catalogue::update() {
   note_lines(*database_, folder_, remarks_);
   note_outputs(*database_, folder_, threads_, remarks_);
   database_->execute(
-      "DELETE FROM volumes WHERE bytes IS NULL AND state IS NULL AND tried IS NULL;"
+      "DELETE FROM volumes WHERE bytes IS NULL AND state IS NULL AND tried IS NULL AND checked IS NULL;"
       "DELETE FROM details WHERE name NOT IN (SELECT name FROM volumes);");
   changes.commit();
 }
@@ -141,7 +148,7 @@ Statement Catalogue::selected(const Query& query) const {
   Statement rows = database_->prepare(fmt::format(
       "SELECT name, status, state, bytes, modified, problem, failure, patient, patient_id, "
       "study_date, modality, type, "
-      "bound, raw_bytes, checked, check_status, input, finished, written, checksum{} FROM entries{} WHERE "
+      "bound, raw_bytes, check_time, check_result, input, finished, written, checksum{} FROM entries{} WHERE "
       "1{} ORDER BY name",
       query.wants_json ? ", facts" : "", needs_details ? " LEFT JOIN details USING (name)" : "", where));
   rows.begin();
@@ -168,7 +175,7 @@ CatalogueEntry Catalogue::entry_in(const Statement& row, bool has_json) {
   entry.checked = row.number_if_any(14);
   entry.check = row.text(15);
   entry.input = row.text(16);
-  entry.encoded = row.number_if_any(17);
+  entry.recorded = row.number_if_any(17);
   entry.written = static_cast<std::uint64_t>(row.integer(18));
   entry.checksum = row.text(19);
   if (has_json) entry.facts = row.text(20);

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "tools/archive/manifest.h"
 #include "tools/catalogue/database.h"
 #include "tools/catalogue/query.h"
 
@@ -24,15 +26,15 @@ struct CatalogueEntry {
   std::int64_t modified = 0;           ///< nanoseconds since 1970
   std::string problem;  ///< why it cannot be read, or why it was not encoded; "" if nothing is wrong
   std::string patient, patient_id, study_date, modality, type;  ///< "" if unknown
-  std::optional<double> bound;                                  ///< negative: none
+  std::optional<double> bound;  ///< of stored samples; nothing: any error, or unknown
   std::uint64_t raw_bytes = 0;
-  std::optional<double> checked;  ///< seconds since 1970
-  std::string check;              ///< the result of the last check: "ok", "damaged"
-  std::string input;              ///< path of the original; "" without a record
-  std::optional<double> encoded;  ///< seconds since 1970
-  std::uint64_t written = 0;      ///< bytes of the output without parity that was added, by its record
-  std::string checksum;           ///< of these; "" without a record
-  std::string facts;              ///< JSON; "" unless the query wants it, or if nothing is known
+  std::optional<double> checked;   ///< seconds since 1970
+  std::string check;               ///< the result of the last check: "ok", "damaged"
+  std::string input;               ///< path of the original; "" without a record
+  std::optional<double> recorded;  ///< seconds since 1970
+  std::uint64_t written = 0;       ///< bytes of the output without parity that was added, by its record
+  std::string checksum;            ///< of these; "" without a record
+  std::string facts;               ///< JSON; "" unless the query wants it, or if nothing is known
 };
 
 class Catalogue {
@@ -52,7 +54,11 @@ class Catalogue {
   template <class Use>
   void for_each(const Query& query, Use use) const {
     Statement rows = selected(query);
-    while (rows.next()) use(entry_in(rows, query.wants_json));
+    while (rows.next()) {
+      CatalogueEntry entry = entry_in(rows, query.wants_json);
+      // Anybody may have written to the index.
+      if (is_possible_output(entry.name)) use(std::move(entry));
+    }
   }
   std::vector<CatalogueEntry> entries(const Query& query) const {
     std::vector<CatalogueEntry> all;

@@ -62,17 +62,25 @@ bool is_repairable(const std::string& path, const RunOptions& run) {
   }
 }
 
+std::string without_path(std::string message, const std::string& path) {
+  if (message.starts_with(path + ": ")) message.erase(0, path.size() + 2);
+  return message;
+}
+
 }  // namespace
 
 std::vector<CatalogueEntry> chosen(std::vector<CatalogueEntry> entries, const CheckChoice& choice,
                                    double now) {
   const std::size_t all = entries.size();
+  // A clock may have been wrong: what was checked in the future was not.
+  const auto last = [&](const CatalogueEntry& entry) {
+    return entry.checked && *entry.checked <= now ? *entry.checked : 0;
+  };
   // What was never encoded has nothing to be checked.
   std::erase_if(entries, [&](const CatalogueEntry& entry) {
-    return entry.status == "failed" || (entry.checked && now - *entry.checked < choice.least_seconds);
+    return entry.status == "failed" || (last(entry) > 0 && now - last(entry) < choice.least_seconds);
   });
-  std::ranges::stable_sort(entries, {},
-                           [](const CatalogueEntry& entry) { return entry.checked.value_or(0); });
+  std::ranges::stable_sort(entries, {}, last);
   const auto most = static_cast<std::size_t>(std::ceil(static_cast<double>(all) * choice.percent / 100));
   entries.resize(std::min(entries.size(), most));
   return entries;
@@ -87,17 +95,20 @@ Checked check_output(const std::string& path, const CatalogueEntry& entry, bool 
   try {
     if (const auto status = status_of(path)) {
       event.bytes = status->size;
-      event.modified = status->modified.seconds * 1'000'000'000 + status->modified.nanoseconds;
+      event.modified = status->modified.in_nanoseconds();
       check(path, entry, decodes, run);
     } else {
       event.status = "missing";
       event.error = entry.is_only_copy ? "is gone, and its original was removed" : "is gone";
     }
-  } catch (const Error& error) {
+  } catch (const BrokenInput& broken) {
     event.status = "damaged";
-    event.error = error.what();
-    if (event.error.starts_with(path + ": ")) event.error.erase(0, path.size() + 2);
+    event.error = without_path(broken.what(), path);
     checked.is_repairable = is_repairable(path, run);
+  } catch (const WorldError& error) {
+    // It says nothing of the file.
+    event.status = "unknown";
+    event.error = without_path(error.what(), path);
   }
   event.finished = seconds_since_1970();
   return checked;

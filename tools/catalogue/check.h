@@ -29,7 +29,8 @@ struct Checked {
 };
 
 /// Reads all of an output: its size, all checksums in it, that of its record, and its parity. `decodes`: also decodes it.
-/// `run` limits memory. What is wrong is in the result.
+/// `run` limits memory. What is wrong is in the result; the status is "unknown" if the file cannot be read. Throws
+/// MemoryLimit.
 Checked check_output(const std::string& path, const CatalogueEntry& entry, bool decodes,
                      const RunOptions& run);
 

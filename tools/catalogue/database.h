@@ -58,9 +58,6 @@ class Statement {
   std::int64_t integer(int column) const;
   double number(int column) const;
   std::string text(int column) const;
-  std::optional<std::int64_t> integer_if_any(int column) const {
-    return is_null(column) ? std::nullopt : std::optional(integer(column));
-  }
   std::optional<double> number_if_any(int column) const {
     return is_null(column) ? std::nullopt : std::optional(number(column));
   }

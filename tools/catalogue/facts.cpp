@@ -34,7 +34,7 @@ FileFacts facts_of(const std::string& path) {
   facts.modality = pair("Modality");
   facts.series = pair("SeriesInstanceUID");
   facts.type = name_of(p.type);
-  facts.bound = p.max_error;
+  if (p.max_error >= 0) facts.bound = p.max_error;
   facts.voxels = static_cast<std::uint64_t>(Box::of_size(header.all_dims()).count());
   facts.raw_bytes = facts.voxels * size_of(p.type);
   facts.more = contents_json(header, file.index().total);

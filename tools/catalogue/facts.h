@@ -13,7 +13,7 @@ struct FileFacts {
   std::string patient, patient_id, study, study_description, study_date, modality,
       series;  ///< of DICOM; "" if unknown
   std::string type;
-  double bound = 0;             ///< the largest error of samples that is allowed; negative: none
+  std::optional<double> bound;  ///< the largest error of samples that is allowed; nothing: any
   std::uint64_t voxels = 0;     ///< of all volumes
   std::uint64_t raw_bytes = 0;  ///< of their samples
   nlohmann::ordered_json more;  ///< dims, type, geometry, errors, and key-value pairs

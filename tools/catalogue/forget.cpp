@@ -3,11 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <set>
+#include <span>
+#include <string_view>
+#include <unordered_map>
 
+#include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/held_files.h"
 #include "io/files/temporaries.h"
@@ -37,61 +44,96 @@ void remove_empty_folders(const std::string& folder, const std::string& name) {
   }
 }
 
-/// Removes an output, its parity beside it, and what killed runs left of it.
-void remove_output(const Catalogue& catalogue, const CatalogueEntry& entry, Forgotten& forgotten) {
+/// Throws UsageError if there is another file than the catalogue knows, or none that it could look at: it may be good.
+void require_known(const Catalogue& catalogue, const CatalogueEntry& entry) {
   const std::string path = catalogue.path_of(entry.name);
   require_own_folders(catalogue.folder(), entry.name);
-  remove_abandoned_files({path, parity_beside(path)});
-  remove_if_there(parity_beside(path));
-  if (remove_if_there(path)) {
-    ++forgotten.outputs;
-    forgotten.bytes += entry.bytes.value_or(0);
+  const auto status = status_of_name(path);
+  const bool is_known = entry.bytes ? status && status->is_file() && status->size == *entry.bytes &&
+                                          status->modified.in_nanoseconds() == entry.modified
+                                    : !status;
+  if (!is_known)
+    throw UsageError(path +
+                     ": has just changed, or cannot be looked at; nothing was removed, repeat the command");
+}
+
+/// Removes an output, its parity beside it, and what killed runs left of both.
+void remove_output(const Catalogue& catalogue, const CatalogueEntry& entry, Forgotten& forgotten) {
+  const std::string path = catalogue.path_of(entry.name), folder = folder_of(path);
+  if (is_folder(folder)) {
+    const OutputLock lock(path);
+    require_known(catalogue, entry);
+    remove_leftovers(folder, {path, parity_beside(path)});
+    remove_if_there(parity_beside(path));
+    if (remove_if_there(path)) {
+      ++forgotten.outputs;
+      forgotten.bytes += entry.bytes.value_or(0);
+    }
+    sync_folder(folder);
   }
-  sync_folder(folder_of(path));
   remove_empty_folders(catalogue.folder(), entry.name);
 }
 
-/// Texts that must not be found any more: names of outputs and patients, if no other volume has them.
+constexpr std::size_t least_letters = 4;  // shorter names are found anywhere
+
+/// The names in an entry: of its patient, and of files and directories, unless they are mere numbers.
+std::set<std::string> names_in(const CatalogueEntry& entry) {
+  std::set<std::string> names = {entry.patient, entry.patient_id};
+  const auto is_letter = [](unsigned char c) { return c >= 128 || std::isalpha(c) != 0; };
+  for (const std::string& path : {entry.name, entry.input})
+    for (const fs::path& step : fs::path(path))
+      if (std::ranges::any_of(step.string(), is_letter)) names.insert(step.string());
+  std::erase_if(names, [](const std::string& name) { return name.size() < least_letters; });
+  return names;
+}
+
+/// Names that must not be found any more: those that no other volume has.
 std::set<std::string> names_of(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries,
                                const std::set<std::string>& outputs) {
-  constexpr std::size_t least = 4;  // shorter ones are found anywhere
   std::set<std::string> names;
-  for (const CatalogueEntry& entry : entries)
-    for (const std::string& name : {entry.name, entry.patient, entry.patient_id})
-      if (name.size() >= least) names.insert(name);
+  for (const CatalogueEntry& entry : entries) names.merge(names_in(entry));
   catalogue.for_each({}, [&](const CatalogueEntry& other) {
     if (outputs.contains(other.name)) return;
-    names.erase(other.patient);
-    names.erase(other.patient_id);
+    for (const std::string& name : names_in(other)) names.erase(name);
   });
   return names;
 }
 
-/// The names as JSON has them, too, and without those that are found by a part of them.
-std::set<std::string> searched(const std::set<std::string>& names) {
-  std::set<std::string> all = names;
-  for (const std::string& name : names) {
-    const std::string text = nlohmann::json(text_of_name(name)).dump();
-    all.insert(text.substr(1, text.size() - 2));
+/// Finds any of many names in one pass over bytes: by their first letters.
+class NameSearch {
+ public:
+  /// Names are also searched as JSON has them.
+  explicit NameSearch(const std::set<std::string>& names) {
+    for (const std::string& name : names) {
+      const std::string text = nlohmann::json(text_of_name(name)).dump();
+      for (const std::string& form : {name, text.substr(1, text.size() - 2)}) {
+        by_beginning_[beginning_of(form.data())].push_back(form);
+        longest_ = std::max(longest_, form.size());
+      }
+    }
   }
-  std::set<std::string> needed;
-  for (const std::string& name : all)
-    if (std::ranges::none_of(all, [&](const std::string& part) {
-          return part.size() < name.size() && name.find(part) != name.npos;
-        }))
-      needed.insert(name);
-  return needed;
-}
+  bool is_needed() const { return longest_ > 0; }
+  std::size_t longest() const { return longest_; }
 
-bool has_any(std::string_view bytes, const std::set<std::string>& names) {
-  return std::ranges::any_of(names, [&](const std::string& name) { return bytes.find(name) != bytes.npos; });
-}
+  bool finds_in(std::string_view bytes) const {
+    for (std::size_t i = 0; i + least_letters <= bytes.size(); ++i)
+      if (const auto found = by_beginning_.find(beginning_of(bytes.data() + i)); found != by_beginning_.end())
+        for (const std::string& name : found->second)
+          if (bytes.substr(i).starts_with(name)) return true;
+    return false;
+  }
 
-/// True if a file has one of the names, which JSON may have in another form.
-bool file_has_any(const std::string& path, const std::set<std::string>& names) {
+ private:
+  static std::uint32_t beginning_of(const char* text) {
+    return load_little_endian<std::uint32_t>(reinterpret_cast<const std::byte*>(text));
+  }
+
+  std::unordered_map<std::uint32_t, std::vector<std::string>> by_beginning_;
+  std::size_t longest_ = 0;
+};
+
+bool file_has_any(const std::string& path, const NameSearch& names) {
   constexpr std::size_t step = std::size_t{1} << 20;
-  std::size_t longest = 0;
-  for (const std::string& name : names) longest = std::max(longest, name.size());
   FileBytes file(path);
   std::string bytes;
   for (;;) {
@@ -99,43 +141,50 @@ bool file_has_any(const std::string& path, const std::set<std::string>& names) {
     bytes.resize(before + step);
     const std::size_t count = file.read(reinterpret_cast<std::byte*>(bytes.data()) + before, step);
     bytes.resize(before + count);
-    if (has_any(bytes, names)) return true;
+    if (names.finds_in(bytes)) return true;
     if (count == 0) return false;
-    bytes.erase(0, bytes.size() - std::min(bytes.size(), longest));
+    bytes.erase(0, bytes.size() - std::min(bytes.size(), names.longest()));
   }
 }
 
-/// Searches a directory, and those below it.
-void search(const std::string& folder, const std::set<std::string>& names, std::vector<std::string>& found) {
+/// Searches a directory of an archive, and those below it. `outputs`: those that stay.
+void search(const std::string& folder, const std::string& below, const NameSearch& names,
+            const std::set<std::string>& outputs, std::vector<std::string>& found) {
   std::vector<FolderEntry> entries;
   if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
   for (const FolderEntry& entry : entries) {
-    const std::string path = folder + "/" + entry.name;
-    if (has_any(entry.name, names)) found.push_back(path);
+    const std::string path = folder + "/" + entry.name, name = below + entry.name;
+    if (names.finds_in(entry.name)) found.push_back(path);
     if (entry.type == FileType::folder)
-      search(path, names, found);
-    else if (entry.type == FileType::regular && !entry.name.ends_with(".tag") && file_has_any(path, names))
+      search(path, name + "/", names, outputs, found);
+    else if (entry.type == FileType::regular && !outputs.contains(name) && file_has_any(path, names))
       found.push_back(path);
   }
 }
 
 }  // namespace
 
-Forgotten forget(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries) {
+Forgotten forget(const Catalogue& catalogue, const std::vector<CatalogueEntry>& entries,
+                 RecordsEditor& records) {
   Forgotten forgotten;
   std::set<std::string> outputs;
   for (const CatalogueEntry& entry : entries) outputs.insert(entry.name);
-  const std::set<std::string> names = searched(names_of(catalogue, entries, outputs));
-  RecordsEditor records(catalogue.folder());
-  for (const CatalogueEntry& entry : entries) remove_output(catalogue, entry, forgotten);
-  forgotten.unknown = records.rewrite([&](nlohmann::ordered_json& json) {
-    const bool stays = !outputs.contains(name_of_text(json["output"].get<std::string>()));
-    if (!stays) ++forgotten.records;
-    return stays;
+  const NameSearch names(names_of(catalogue, entries, outputs));
+  for (const CatalogueEntry& entry : entries) require_known(catalogue, entry);
+  forgotten.unknown = records.prepare([&](nlohmann::ordered_json& json) {
+    if (!outputs.contains(name_of_text(json["output"].get<std::string>()))) return Edit::keep;
+    ++forgotten.records;
+    return Edit::drop;
   });
-  // The index follows from what stays.
-  const Catalogue updated(catalogue.folder(), 1);
-  if (!names.empty()) search(catalogue.folder(), names, forgotten.found);
+  for (const CatalogueEntry& entry : entries) remove_output(catalogue, entry, forgotten);
+  records.commit();
+  std::set<std::string> others;
+  {
+    // The index follows from what stays. It is closed before it is searched.
+    const Catalogue updated(catalogue.folder(), 1);
+    updated.for_each({}, [&](const CatalogueEntry& other) { others.insert(other.name); });
+  }
+  if (names.is_needed()) search(catalogue.folder(), "", names, others, forgotten.found);
   return forgotten;
 }
 

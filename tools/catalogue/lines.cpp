@@ -51,7 +51,7 @@ std::int64_t tail_of(const std::string& path, std::uint64_t end) {
 
 std::int64_t modified_ns(const std::string& path) {
   const auto status = status_of(path);
-  return status ? status->modified.seconds * 1'000'000'000 + status->modified.nanoseconds : 0;
+  return status ? status->modified.in_nanoseconds() : 0;
 }
 
 /// True if the lines that were read are still there, as far as times and the last bytes show.
@@ -62,8 +62,8 @@ bool all_grew(const std::string& folder, const std::vector<LineFileName>& names,
     const std::string path = folder + "/" + name;
     const auto status = status_of(path);
     if (!status || status->size < lines.read.bytes) return false;
-    if (modified_ns(path) == lines.modified) continue;
-    if (status->size == lines.read.bytes || tail_of(path, lines.read.bytes) != lines.tail) return false;
+    const bool is_as_before = modified_ns(path) == lines.modified || status->size > lines.read.bytes;
+    if (!is_as_before || tail_of(path, lines.read.bytes) != lines.tail) return false;
   }
   return true;
 }
@@ -96,10 +96,10 @@ class LineNotes {
                           "OR (excluded.tried_sequence, excluded.tried) >= (tried_sequence, tried)")),
         check_(index.prepare(
             "INSERT INTO volumes (name, checked, check_status, check_error, checked_bytes, checked_modified) "
-            "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (name) DO UPDATE SET checked = excluded.checked, "
+            "VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (name) DO UPDATE SET checked = excluded.checked, "
             "check_status = excluded.check_status, check_error = excluded.check_error, "
             "checked_bytes = excluded.checked_bytes, checked_modified = excluded.checked_modified "
-            "WHERE checked IS NULL OR excluded.checked >= checked")),
+            "WHERE checked IS NULL OR excluded.checked >= checked OR checked > ?7")),
         unreadable_(index.prepare("INSERT INTO unreadable VALUES (?, ?)")),
         source_(index.prepare("INSERT OR REPLACE INTO sources VALUES (?, ?, ?, ?, ?)")) {}
 
@@ -143,15 +143,22 @@ class LineNotes {
     const auto check = parse_check(line);
     if (!check) return true;
     if (!is_possible_output(check->output)) return false;
-    check_.run(check->output, check->finished, check->status, check->error, check->bytes, check->modified);
+    check_.run(check->output, check->finished, check->status, check->error, check->bytes, check->modified,
+               now_);
     return true;
   }
 
   std::string folder_, base_;
+  double now_ = seconds_since_1970();
   Statement newest_, record_, attempt_, check_, unreadable_, source_;
 };
 
 }  // namespace
+
+void refuse_link(const std::string& path) {
+  if (const auto status = status_of_name(path); status && status->is_link())
+    throw UsageError(path + ": is a link; put the file in its place");
+}
 
 std::vector<LineFileName> line_files_in(const std::string& folder) {
   std::vector<FolderEntry> entries;

@@ -14,6 +14,9 @@ struct LineFileName {
   bool has_events = false;
 };
 
+/// Throws UsageError if it is a link: what it leads to may be no file of this archive.
+void refuse_link(const std::string& path);
+
 /// Those of an archive, sorted by name. Throws WorldError.
 std::vector<LineFileName> line_files_in(const std::string& folder);
 

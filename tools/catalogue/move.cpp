@@ -19,8 +19,9 @@ struct Renaming {
   /// True if the name was below `from`, and is changed.
   bool apply(nlohmann::ordered_json& text) const {
     const std::string name = name_of_text(text.get<std::string>()), path = path_in_records(name, folder);
-    if (path != from && !path.starts_with(from + "/")) return false;
-    const std::string moved = to + path.substr(from.size());
+    const std::string beginning = from == "/" ? from : from + "/";
+    if (path != from && !path.starts_with(beginning)) return false;
+    const std::string moved = path == from ? to : (fs::path(to) / path.substr(beginning.size())).string();
     text = text_of_name(fs::path(name).is_absolute() ? moved : name_in_records(moved, folder));
     return true;
   }
@@ -32,17 +33,18 @@ Moved move_originals(const std::string& folder, const std::string& from, const s
   Moved moved;
   RecordsEditor records(folder);
   const Renaming renaming = {canonical_folder(folder), from, to};
-  moved.unknown = records.rewrite([&](nlohmann::ordered_json& json) {
-    if (!json.contains("input") || !json["input"].is_string()) return true;
+  moved.unknown = records.prepare([&](nlohmann::ordered_json& json) {
+    if (!json.contains("input") || !json["input"].is_string()) return Edit::keep;
     ++moved.records;
     bool is_changed = renaming.apply(json["input"]);
     if (json.contains("input_files") && json["input_files"].is_array())
       for (nlohmann::ordered_json& file : json["input_files"])
-        if (file.contains("path") && file["path"].is_string())
+        if (file.is_object() && file.contains("path") && file["path"].is_string())
           is_changed = renaming.apply(file["path"]) || is_changed;
     if (is_changed) ++moved.changed;
-    return true;
+    return is_changed ? Edit::change : Edit::keep;
   });
+  records.commit();
   return moved;
 }
 

@@ -24,28 +24,42 @@ struct FoundFile {
   std::int64_t modified = 0;
 };
 
+/// What is in an archive.
+struct FoundFiles {
+  std::vector<FoundFile> files;
+  /// Names of what cannot be looked at, or beginnings of such names: nobody knows whether it is gone.
+  std::vector<std::string> unseen;
+  std::vector<std::string>& remarks;
+};
+
 /// Adds the outputs in `folder` and in the directories below it; `below`: its name in the archive. Hidden files are
-/// temporary ones, and links to directories may lead out of the archive.
-void add_outputs(const std::string& folder, const std::string& below, std::vector<FoundFile>& found,
-                 std::vector<std::string>& remarks) {
+/// temporary ones. Links are no outputs: what they lead to may be in another archive.
+void add_outputs(const std::string& folder, const std::string& below, FoundFiles& found) {
   std::vector<FolderEntry> entries;
   if (!files().list(folder, entries)) {
     const WorldError error = world_error("cannot read", folder, errno);
     if (below.empty()) throw error;
-    remarks.emplace_back(error.what());
+    found.remarks.emplace_back(error.what());
+    found.unseen.push_back(below);
     return;
   }
   for (const FolderEntry& entry : entries) {
     if (entry.name.starts_with('.')) continue;
     const std::string path = folder + "/" + entry.name, name = below + entry.name;
     if (entry.type == FileType::folder) {
-      add_outputs(path, name + "/", found, remarks);
+      add_outputs(path, name + "/", found);
       continue;
     }
+    if (!entry.name.ends_with(".tag")) continue;
     FileStatus status;
-    if (!entry.name.ends_with(".tag") || !files().status(path, true, status) || !status.is_file()) continue;
-    found.push_back(
-        {name, status.size, status.modified.seconds * 1'000'000'000 + status.modified.nanoseconds});
+    if (entry.type == FileType::link) {
+      found.remarks.push_back(path + ": is a link, and not listed");
+    } else if (files().status(path, false, status)) {
+      if (status.is_file()) found.files.push_back({name, status.size, status.modified.in_nanoseconds()});
+    } else if (errno != ENOENT) {
+      found.remarks.emplace_back(world_error("cannot look at", path, errno).what());
+      found.unseen.push_back(name);
+    }
   }
 }
 
@@ -55,8 +69,13 @@ struct Changes {
   std::vector<std::string> gone;
 };
 
-/// `found` is sorted by name.
-Changes changes_since(const Database& index, const std::vector<FoundFile>& found) {
+/// The files are sorted by name.
+Changes changes_since(const Database& index, const FoundFiles& all) {
+  const std::vector<FoundFile>& found = all.files;
+  const auto is_unseen = [&](const std::string& name) {
+    return std::ranges::any_of(all.unseen,
+                               [&](const std::string& beginning) { return name.starts_with(beginning); });
+  };
   Changes changes;
   Statement known = index.prepare(
       "SELECT name, bytes, modified, problem FROM volumes WHERE bytes IS NOT NULL ORDER BY name");
@@ -65,7 +84,7 @@ Changes changes_since(const Database& index, const std::vector<FoundFile>& found
     const std::string name = known.text(0);
     while (file != found.end() && file->name < name) changes.changed.push_back(*file++);
     if (file == found.end() || file->name != name) {
-      changes.gone.push_back(name);
+      if (!is_unseen(name)) changes.gone.push_back(name);
       continue;
     }
     // What could not be read may have been repaired, which changes neither its size nor its time.
@@ -151,9 +170,9 @@ void compare_sizes(const Database& index, const std::string& folder) {
 
 void note_outputs(const Database& index, const std::string& folder, int threads,
                   std::vector<std::string>& remarks) {
-  std::vector<FoundFile> found;
-  add_outputs(folder, "", found, remarks);
-  std::ranges::sort(found, {}, &FoundFile::name);
+  FoundFiles found{{}, {}, remarks};
+  add_outputs(folder, "", found);
+  std::ranges::sort(found.files, {}, &FoundFile::name);
   const auto [changed, gone] = changes_since(index, found);
   OutputNotes notes(index);
   for (const std::string& name : gone) notes.forget(name);

@@ -38,9 +38,9 @@ constexpr std::array columns = {
     Column{"voxels", "voxels", Kind::size},
     Column{"size", "bytes", Kind::size},
     Column{"ratio", "CAST(raw_bytes AS REAL) / bytes", Kind::number},
-    Column{"encoded", "strftime('%Y-%m-%d', finished, 'unixepoch')", Kind::date},
-    Column{"checked", "coalesce(strftime('%Y-%m-%d', checked, 'unixepoch'), '')", Kind::date},
-    Column{"check", "coalesce(check_status, 'never')", Kind::text},
+    Column{"recorded", "coalesce(strftime('%Y-%m-%d', finished, 'unixepoch'), '')", Kind::date},
+    Column{"checked", "coalesce(strftime('%Y-%m-%d', check_time, 'unixepoch'), '')", Kind::date},
+    Column{"check", "coalesce(check_result, 'never')", Kind::text},
 };
 
 const Column* column_of(std::string_view key) {
@@ -97,15 +97,30 @@ SqlCondition compared_texts(const std::string& sql, const std::string& other, co
   return both;
 }
 
+/// "20200131" for 2020-01-31 or 20200131, "202001" for a month, "2020" for a year; "" for anything else.
+std::string digits_of_date(std::string_view text) {
+  const bool has_dashes = text.find('-') != text.npos;
+  if (has_dashes &&
+      (text.size() < 7 || text[4] != '-' || (text.size() != 7 && (text.size() != 10 || text[7] != '-'))))
+    return "";
+  std::string digits;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (!has_dashes || (i != 4 && i != 7)) digits += text[i];
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if ((digits.size() != 4 && digits.size() != 6 && digits.size() != 8) ||
+      !std::ranges::all_of(digits, is_digit))
+    return "";
+  if (digits.size() > 4 && (digits.substr(4, 2) < "01" || digits.substr(4, 2) > "12")) return "";
+  if (digits.size() > 6 && (digits.substr(6) < "01" || digits.substr(6) > "31")) return "";
+  return digits;
+}
+
 /// A date may be cut short: 2020 is all of that year.
 SqlCondition compared_date(const std::string& sql, const Condition& condition) {
   const auto& [key, comparison, value] = condition;
   if (comparison == "~" || comparison == "!~") return compared_text(sql, condition);
-  std::string date;
-  for (const char c : value)
-    if (c != '-') date += c;
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  if ((date.size() != 4 && date.size() != 6 && date.size() != 8) || !std::ranges::all_of(date, is_digit))
+  const std::string date = digits_of_date(value);
+  if (date.empty())
     throw UsageError(
         fmt::format("{}{}{}: must be a date, such as 2020-01-31, 2020-01 or 2020", key, comparison, value));
   return {fmt::format("({0} <> '' AND substr(replace({0}, '-', ''), 1, {1}) {2} ?)", sql, date.size(),

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -13,25 +15,57 @@
 #include "tools/report/report.h"
 
 namespace tagrid {
+namespace {
+
+/// The owner and the permissions, but not the times: programs see by these that a file was written.
+std::optional<FileAttributes> like(const std::string& path) {
+  auto attributes = attributes_of(path);
+  if (attributes) {
+    const double now =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    const auto seconds = static_cast<std::int64_t>(now);
+    attributes->accessed = attributes->modified = {
+        seconds, static_cast<std::int64_t>((now - static_cast<double>(seconds)) * 1e9)};
+  }
+  return attributes;
+}
+
+}  // namespace
 
 RecordsEditor::RecordsEditor(const std::string& folder) {
   for (const LineFileName& name : line_files_in(folder)) {
-    paths_.push_back(folder + "/" + name.name);
-    held_.push_back(std::make_unique<LineFile>(paths_.back()));
+    const std::string path = folder + "/" + name.name;
+    refuse_link(path);
+    paths_.push_back(path);
+    held_.push_back(std::make_unique<HeldByName>(path));
   }
-  remove_abandoned_files(paths_);
-  // A killed run may also have left a file as it was before: it has what was to be forgotten. A file of records has its
-  // name at all times, so no such file is the only one.
-  std::vector<FolderEntry> entries;
-  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
-  for (const FolderEntry& entry : entries)
-    if (const auto target = target_of_older(entry.name);
-        target && std::ranges::find(paths_, folder + "/" + std::string(*target)) != paths_.end())
-      files().unlink(folder + "/" + entry.name);
+  // A file of records has its name at all times, so one that was set aside is not the only one.
+  remove_leftovers(folder, paths_);
+}
+
+void RecordsEditor::commit() {
+  for (const auto& file : rewritten_) file->commit();
+}
+
+int RecordsEditor::nesting(std::string_view line) {
+  int depth = 0, most = 0;
+  bool is_text = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (is_text && c == '\\')
+      ++i;
+    else if (c == '"')
+      is_text = !is_text;
+    else if (!is_text && (c == '{' || c == '['))
+      most = std::max(most, ++depth);
+    else if (!is_text && (c == '}' || c == ']'))
+      --depth;
+  }
+  return most;
 }
 
 RecordsEditor::Rewriting::Rewriting(const std::string& path)
-    : path_(path), lines_(path, read_), file_(path, true, {.like = attributes_of(path)}) {}
+    : path_(path), lines_(path, read_, true), file_(path, true, {.like = like(path)}) {}
 
 bool RecordsEditor::Rewriting::next(std::string& line) {
   if (!lines_.next(line)) return false;
@@ -39,6 +73,7 @@ bool RecordsEditor::Rewriting::next(std::string& line) {
   if (line.empty())
     throw BrokenInput(
         fmt::format("{}: is too long for a record; remove the line, and repeat the command", place()));
+  if (!line.ends_with('\n')) line += '\n';
   return true;
 }
 
@@ -49,8 +84,18 @@ void RecordsEditor::Rewriting::put(const nlohmann::ordered_json& json) {
   file_.write(written_json(json) + "\n");
 }
 
-void RecordsEditor::Rewriting::finish() {
+void RecordsEditor::Rewriting::commit() {
   if (is_changed_) file_.commit();
+}
+
+void remove_leftovers(const std::string& folder, const std::vector<std::string>& paths) {
+  remove_abandoned_files(paths);
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
+  for (const FolderEntry& entry : entries)
+    if (const auto target = target_of_older(entry.name);
+        target && std::ranges::find(paths, folder + "/" + std::string(*target)) != paths.end())
+      files().unlink(folder + "/" + entry.name);
 }
 
 }  // namespace tagrid

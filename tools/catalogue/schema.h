@@ -5,7 +5,7 @@
 
 namespace tagrid {
 
-/// Whose tables a database has.
+/// Whose tables a database has. Those of an index are the ones that make_tables() makes: anybody may have changed it.
 enum class Owner { nobody, tagrid, other_version, other };
 Owner owner_of(const Database& database);
 

@@ -44,9 +44,9 @@ ordered_json json_of(const Catalogue& catalogue, const CatalogueEntry& entry) {
       {"problem", json_text_or_null(entry.problem)},
       {"bytes", entry.bytes ? ordered_json(*entry.bytes) : ordered_json(nullptr)},
       {"original",
-       entry.encoded ? ordered_json(entry.is_only_copy ? "removed" : "kept") : ordered_json(nullptr)},
+       entry.recorded ? ordered_json(entry.is_only_copy ? "removed" : "kept") : ordered_json(nullptr)},
       {"input", entry.input.empty() ? ordered_json(nullptr) : ordered_json(text_of_name(entry.input))},
-      {"encoded", time_or_null(entry.encoded)},
+      {"recorded", time_or_null(entry.recorded)},
       {"checked", time_or_null(entry.checked)},
       {"check", json_text_or_null(entry.check)}};
   if (!entry.facts.empty()) json.update(ordered_json::parse(entry.facts));
@@ -109,6 +109,9 @@ struct ForgetCommand : ArchiveCommand {
   bool yes = false;
 
   void execute() const {
+    run.obey_memory_limit();
+    // Before anything is looked up: it removes what a killed run left, which has names.
+    RecordsEditor records(folder);
     const Catalogue catalogue = opened();
     const std::vector<CatalogueEntry> entries = named(catalogue, "archive forget");
     if (entries.empty()) {
@@ -116,7 +119,7 @@ struct ForgetCommand : ArchiveCommand {
       return;
     }
     require_consent(entries);
-    const Forgotten forgotten = forget(catalogue, entries);
+    const Forgotten forgotten = forget(catalogue, entries, records);
     if (!run.quiet)
       fmt::print("{} forgotten: {} and {} removed, {}\n", counted(entries.size(), "volume"),
                  counted(forgotten.outputs, "output"), counted(forgotten.records, "record"),
@@ -163,7 +166,11 @@ struct MoveCommand : ArchiveCommand {
   std::string from, to;
 
   void execute() const {
-    const Moved moved = move_originals(folder, absolute(from, "--from"), absolute(to, "--to"));
+    const std::string old = absolute(from, "--from"),
+                      now = fs::weakly_canonical(absolute(to, "--to")).string();
+    Moved moved = move_originals(folder, old, now);
+    // Records have paths without links.
+    if (moved.changed == 0) moved = move_originals(folder, fs::weakly_canonical(old).string(), now);
     for (const std::string& place : moved.unknown)
       say("tagrid: {} is not a record, and stays as it is", place);
     if (moved.changed == 0)

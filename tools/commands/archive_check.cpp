@@ -12,10 +12,13 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/held_files.h"
 #include "io/text/text.h"
 #include "pipeline/threads/threads.h"
+#include "tools/archive/manifest.h"
 #include "tools/catalogue/check.h"
+#include "tools/catalogue/lines.h"
 #include "tools/commands/archive_command.h"
 #include "tools/commands/commands.h"
 #include "tools/repair/repair.h"
@@ -51,8 +54,10 @@ double duration(const std::string& option, const std::string& text) {
 class CheckRun {
  public:
   CheckRun(const Catalogue& catalogue, const RunOptions& run) : catalogue_(catalogue), run_(run) {
+    const std::string path = catalogue.path_of(std::string(events_name) + ".jsonl");
+    refuse_link(path);
     try {
-      events_.emplace(catalogue.path_of(std::string(events_name) + ".jsonl"));
+      events_.emplace(path);
     } catch (const HeldByAnother&) {
       throw;
     } catch (const WorldError& error) {
@@ -63,7 +68,7 @@ class CheckRun {
   /// Checks the first of `entries`, as many as threads can at once, and passes on the results in their order.
   template <class Take>
   std::size_t check_some(std::span<const CatalogueEntry> entries, bool decodes, const Take& take) {
-    const std::size_t count = std::min(entries.size(), 4 * static_cast<std::size_t>(threads_.count()));
+    const std::size_t count = std::min(entries.size(), static_cast<std::size_t>(threads_.count()));
     RunOptions each = run_;
     if (each.memory) *each.memory /= static_cast<std::uint64_t>(threads_.count());
     each.threads = 1;
@@ -76,16 +81,26 @@ class CheckRun {
             check_output(catalogue_.path_of(entry.name), entry, decodes, each);
       });
     });
-    std::vector<std::string> lines;
-    for (const Checked& checked : found) {
-      lines.push_back(line_of(checked.event));
-      take(checked);
-    }
-    if (events_) events_->append(lines);
+    record(found);
+    for (const Checked& checked : found) take(checked);
     return count;
   }
 
  private:
+  /// A full disk does not end the checks.
+  void record(const std::vector<Checked>& found) {
+    if (!events_) return;
+    std::vector<std::string> lines;
+    for (const Checked& checked : found)
+      if (checked.event.status != "unknown") lines.push_back(line_of(checked.event));
+    try {
+      events_->append(lines);
+    } catch (const WorldError& error) {
+      warn(run_, "{}; from here on, checks are not recorded", error.what());
+      events_.reset();
+    }
+  }
+
   const Catalogue& catalogue_;
   const RunOptions& run_;
   Threads threads_{run_.thread_count()};
@@ -121,16 +136,18 @@ struct CheckCommand : ArchiveCommand {
     }
     report.write_json({{"volumes", all.size()},
                        {"checked", sums.checked},
-                       {"ok", sums.checked - sums.damaged - sums.missing},
+                       {"ok", sums.ok()},
                        {"damaged", sums.damaged},
                        {"repairable", sums.repairable},
                        {"missing", sums.missing},
+                       {"unknown", sums.unknown},
                        {"bytes_in", sums.bytes}});
     report.keep();
     if (!run.quiet && run.json != "-")
-      fmt::print("checked {} of {}, {}: {} ok, {} damaged ({} repairable), {} missing\n", sums.checked,
-                 counted(all.size(), "volume"), human_bytes(sums.bytes),
-                 sums.checked - sums.damaged - sums.missing, sums.damaged, sums.repairable, sums.missing);
+      fmt::print("checked {} of {}, {}: {} ok, {} damaged ({} repairable), {} missing{}\n", sums.checked,
+                 counted(all.size(), "volume"), human_bytes(sums.bytes), sums.ok(), sums.damaged,
+                 sums.repairable, sums.missing,
+                 sums.unknown > 0 ? fmt::format(", {} could not be read", sums.unknown) : "");
     std::fflush(stdout);
     if (sums.damaged + sums.missing > 0)
       throw broken_input_error(
@@ -138,16 +155,20 @@ struct CheckCommand : ArchiveCommand {
           sums.repairable > 0
               ? fmt::format("; `tagrid archive repair {}` repairs {}", folder, sums.repairable)
               : "");
+    if (sums.unknown > 0)
+      throw WorldError(fmt::format("{}: {} could not be read", folder, counted(sums.unknown, "volume")));
   }
 
   struct Sums {
-    std::size_t checked = 0, damaged = 0, repairable = 0, missing = 0;
+    std::size_t checked = 0, damaged = 0, repairable = 0, missing = 0, unknown = 0;
     std::uint64_t bytes = 0;
 
+    std::size_t ok() const { return checked - damaged - missing - unknown; }
     void add(const Checked& found) {
       ++checked;
       damaged += found.event.status == "damaged";
       missing += found.event.status == "missing";
+      unknown += found.event.status == "unknown";
       repairable += found.is_repairable;
       bytes += found.event.bytes;
     }
@@ -182,15 +203,25 @@ Action add_check(CLI::App& app) {
 }
 
 struct ArchiveRepairCommand : ArchiveCommand {
+  /// Those that are wanted, otherwise all that are known to be damaged.
+  std::vector<CatalogueEntry> chosen_entries(const Catalogue& catalogue) const {
+    if (!wanted.empty()) return catalogue.entries(catalogue.query_of(wanted));
+    std::vector<CatalogueEntry> entries;
+    for (const char* status : {"damaged", "unreadable"})
+      for (CatalogueEntry& entry : catalogue.entries({.conditions = {{"status", "=", status}}}))
+        entries.push_back(std::move(entry));
+    return entries;
+  }
+
   void execute(const Ranks& ranks) const {
     const Catalogue catalogue = opened();
-    Query query = catalogue.query_of(wanted);
-    if (wanted.empty()) query.conditions = {{"status", "=", "damaged"}};
     CheckRun checks(catalogue, run);
     std::size_t repaired = 0, intact = 0, failed = 0;
-    for (const CatalogueEntry& entry : catalogue.entries(query)) {
+    for (const CatalogueEntry& entry : chosen_entries(catalogue)) {
       const std::string path = catalogue.path_of(entry.name);
       try {
+        require_own_folders(catalogue.folder(), entry.name);
+        const UnchangedFiles watched(entry.bytes ? std::vector{path} : std::vector<std::string>());
         const auto parity = entry.bytes ? survey_parity(path, run, "repairing a file") : std::nullopt;
         if (!entry.bytes) throw BrokenInput(path + ": is gone");
         if (!parity) throw BrokenInput(path + ": has no parity, or none of its descriptions is left");
@@ -198,7 +229,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
           if (!parity->condition.is_repairable())
             throw broken_input_error("{}: {}", path, why_not_repairable(*parity, path));
           remove_abandoned(run, {}, {path});
-          repair_file(*parity, path, path, true, run, ranks);
+          repair_file(*parity, watched, path, path, true, run, ranks);
         }
         checks.check_some({&entry, 1}, false, [&](const Checked& checked) {
           if (checked.event.status != "ok") throw broken_input_error("{}: {}", path, checked.event.error);
@@ -223,7 +254,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
 Action add_repair(CLI::App& app) {
   auto state = std::make_shared<ArchiveRepairCommand>();
   CLI::App* command = add_archive_action(
-      app, *state, "repair", "Repair volumes from their parity: those that the last check found damaged");
+      app, *state, "repair", "Repair volumes from their parity: those named, or all damaged ones");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks& ranks) { state->execute(ranks); };

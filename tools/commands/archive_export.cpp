@@ -34,7 +34,7 @@ void take_out(const ArchiveCommand& command, const char* name, const char* done,
       if (!entry.bytes) throw BrokenInput(path + ": is gone");
       take(path, fs::path(entry.name).replace_extension().string());
       ++taken;
-    } catch (const std::exception&) {
+    } catch (const Error&) {
       ++failed;
       say("tagrid: {}: {}", entry.name, current_failure().message);
     }
@@ -42,6 +42,11 @@ void take_out(const ArchiveCommand& command, const char* name, const char* done,
   if (command.run.is_watched() || failed > 0) say("volumes: {} {}, {} failed", taken, done, failed);
   if (failed > 0)
     throw broken_input_error("{}: {} could not be {}", command.folder, counted(failed, "volume"), done);
+}
+
+void make_target(const std::string& folder) {
+  if (!files().make_folder(folder) && errno != EEXIST)
+    throw world_error("cannot create the directory", folder, errno);
 }
 
 struct ArchiveRestoreCommand : ArchiveCommand {
@@ -52,7 +57,9 @@ struct ArchiveRestoreCommand : ArchiveCommand {
       throw UsageError(
           "give -o TARGET, the directory for the originals; restore --records brings all back to their "
           "places");
+    make_target(output.path);
     take_out(*this, "archive restore", "restored", [&](const std::string& path, const std::string& name) {
+      make_own_folders(output.path, name);
       restore_files_of(path, (fs::path(output.path) / name).string(), output.overwrite, run, ranks);
     });
   }
@@ -70,14 +77,14 @@ struct ArchiveExportCommand : ArchiveCommand {
     if (volume.format.empty())
       throw UsageError("give --format NAME, such as nrrd, nifti, tiff, ome-zarr or dicom");
     if (volume.format == dicom) refuse_for_dicom();
-    if (!files().make_folder(volume.output) && errno != EEXIST)
-      throw world_error("cannot create the directory", volume.output, errno);
+    make_target(volume.output);
     if (volume.format == dicom)
       return take_out(
           *this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
             make_own_folders(volume.output, name);
             export_as_dicom(path, (fs::path(volume.output) / name).string(), volume.overwrite, run, ranks);
           });
+    wanted_region(volume.region);  // refused before the first volume
     const std::string extension(format_named(volume.format).extensions.front());
     take_out(*this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
       ExportedVolume one = volume;

@@ -37,6 +37,7 @@ struct RepairCommand {
     refuse_same_file(parity_beside(input), output.path);
     check_output(output.path, output.overwrite);
     remove_abandoned(run, {input}, {output.path});
+    const UnchangedFiles watched({input});
     const auto parity = survey_parity(input, run, "repairing a file");
     if (!parity)
       throw broken_input_error(
@@ -47,7 +48,7 @@ struct RepairCommand {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);
       throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(*parity, input));
     }
-    const bool is_proven = repair_file(*parity, input, output.path, output.overwrite, run, ranks);
+    const bool is_proven = repair_file(*parity, watched, input, output.path, output.overwrite, run, ranks);
     if (!run.quiet) tell(file, condition);
     if (!is_proven)
       warn(run, "{}: is of a newer version, which this tagrid does not read, so only its parity was checked",

@@ -117,8 +117,8 @@ void prove(const std::string& input, const std::string& path, const RunOptions& 
 
 }  // namespace
 
-bool repair_file(const SurveyedParity& parity, const std::string& input, const std::string& output,
-                 bool overwrite, const RunOptions& run, const Ranks& ranks) {
+bool repair_file(const SurveyedParity& parity, const UnchangedFiles& watched, const std::string& input,
+                 const std::string& output, bool overwrite, const RunOptions& run, const Ranks& ranks) {
   OutputFile repaired(output, overwrite, {.like = attributes_of(input)});
   parity.file.repair(
       [&](std::uint64_t position, std::span<const std::byte> bytes) { repaired.write_at(position, bytes); },
@@ -131,6 +131,8 @@ bool repair_file(const SurveyedParity& parity, const std::string& input, const s
         shown_input(input), parity_beside(input));
   if (!is_newer) prove(input, repaired.temporary(), run, ranks);
   const OutputLock lock(file_of_link(output));
+  // Another run may have replaced it by a better one.
+  watched.require();
   repaired.commit();
   return !is_newer;
 }

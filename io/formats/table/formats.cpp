@@ -10,9 +10,13 @@
 #include <map>
 #include <set>
 
+#include "io/formats/amira/mesh_file.h"
 #include "io/formats/bmp/image.h"
+#include "io/formats/edf/edf_file.h"
 #include "io/formats/metaimage/header.h"
+#include "io/formats/mrc/map.h"
 #include "io/formats/nifti/header.h"
+#include "io/formats/npy/array.h"
 #include "io/formats/nrrd/header.h"
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
@@ -122,6 +126,16 @@ const std::vector<Format>& formats() {
                   .any_order = true,
                   .samples_extension = ".raw"},
        .keeps = of_meta_image},
+      {.name = "npy",
+       .extensions = {".npy"},
+       .help = "NumPy array",
+       .what = "a NumPy array",
+       .reads = {.magic = {{npy_magic}}, .open = open_npy, .has_series = true},
+       .writes = {.header = npy_header_bytes, .any_order = true},
+       .keeps = {.slices_are_alike = true,
+                 .volumes = true,
+                 .lost_rescale = lost_rescale_in_npy,
+                 .lost = lost_in_npy}},
       // Before TIFF: a DICOM file may begin as one of TIFF does.
       {.name = "dicom",
        .extensions = {".dcm", ".ima"},
@@ -171,6 +185,32 @@ const std::vector<Format>& formats() {
        .help = "Scanco",
        .what = "a Scanco file",
        .reads = {.peek = 16, .is_mine = begins_isq, .open = open_isq}},
+      {.name = "pyhst",
+       .extensions = {".vol.info"},
+       .help = "PyHST, with samples in a .vol file",
+       .what = "a PyHST file",
+       .reads = {.peek = 64, .is_mine = begins_pyhst, .open = open_pyhst}},
+      {.name = "vff",
+       .extensions = {".vff"},
+       .help = "VFF of GE",
+       .what = "a VFF file",
+       .reads = {.magic = {{"ncaa\n"}, {"ncaa\r"}}, .open = open_vff}},
+      {.name = "mrc",
+       .extensions = {".mrc", ".rec", ".map", ".st", ".ali"},
+       .help = "MRC, IMOD, CCP4",
+       .what = "an MRC map",
+       .reads = {.peek = mrc_header_bytes, .is_mine = begins_mrc, .open = open_mrc, .has_series = true}},
+      // After VGStudio, whose files begin with a brace, too.
+      {.name = "edf",
+       .extensions = {".edf"},
+       .help = "EDF of the ESRF",
+       .what = "an EDF file",
+       .reads = {.peek = 4096, .is_mine = begins_edf, .open = open_edf}},
+      {.name = "amira",
+       .extensions = {".am"},
+       .help = "AmiraMesh",
+       .what = "an AmiraMesh file",
+       .reads = {.magic = {{"# AmiraMesh"}, {"# Avizo"}}, .open = open_amira}},
       {.name = "hdf5",
        .extensions = {".h5", ".hdf5"},
        .help = "HDF5",

@@ -32,21 +32,6 @@ std::optional<RawDescription> layout(const std::vector<std::int64_t>& sizes, con
   return RawDescription{dims, *known, big_endian, offset};
 }
 
-/// `text` without blanks and line ends around it.
-std::string without_space(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r\n"), end = text.find_last_not_of(" \t\r\n");
-  return begin == text.npos ? "" : std::string(text.substr(begin, end + 1 - begin));
-}
-
-/// "name = value;" by names in lower case.
-std::map<std::string, std::string> fields_of(std::string_view text) {
-  std::map<std::string, std::string> fields;
-  for (const std::string_view part : split(text, ';'))
-    if (const std::size_t equal = part.find('='); equal != part.npos)
-      fields.emplace(lower_case(without_space(part.substr(0, equal))), without_space(part.substr(equal + 1)));
-  return fields;
-}
-
 std::optional<std::vector<std::int64_t>> whole_numbers(const auto& words) {
   std::vector<std::int64_t> numbers;
   for (const std::string_view word : words) {
@@ -63,51 +48,6 @@ std::string type_name(bool is_float, bool is_signed, std::int64_t bits) {
 
 }  // namespace
 
-std::optional<RawDescription> layout_of_npy(std::string_view b) {
-  if (b.size() < 12) return std::nullopt;
-  const bool is_old = b[6] == 1;
-  const std::size_t begin = is_old ? 10 : 12;
-  const std::size_t length =
-      is_old ? number_at<std::uint16_t>(b, 8, false) : number_at<std::uint32_t>(b, 8, false);
-  if (b.size() - begin < length) return std::nullopt;
-  const std::string_view header = b.substr(begin, length);
-  const auto after = [&](std::string_view key) {
-    const std::size_t at = header.find(key);
-    return at == header.npos ? std::string_view() : trimmed(header.substr(at + key.size()));
-  };
-  const std::string_view kind = after("'descr':"), order = after("'fortran_order':"),
-                         shape = after("'shape':");
-  const std::size_t end = shape.find(')');
-  if (kind.size() < 4 || kind[0] != '\'' || !shape.starts_with('(') || end == shape.npos) return std::nullopt;
-  const std::string_view type = kind.substr(1, kind.find('\'', 1) - 1);
-  if (type.size() != 3 || std::string_view("uif").find(type[1]) == std::string_view::npos)
-    return std::nullopt;
-  std::vector<std::string_view> words = split(shape.substr(1, end - 1), ',');
-  std::erase_if(words, [](std::string_view word) { return trimmed(word).empty(); });
-  auto sizes = whole_numbers(words);
-  if (!sizes) return std::nullopt;
-  // The last axis of an array in C's order is the fastest one.
-  if (!order.starts_with("True")) std::ranges::reverse(*sizes);
-  return layout(*sizes, type_name(type[1] == 'f', type[1] == 'i', 8 * (type[2] - '0')), type[0] == '>',
-                begin + length);
-}
-
-std::optional<RawDescription> layout_of_mrc(std::string_view b) {
-  if (b.size() < 1024) return std::nullopt;
-  const bool big_endian = b[212] == 0x11;
-  const auto number = [&](std::size_t at) {
-    return std::int64_t{number_at<std::int32_t>(b, at, big_endian)};
-  };
-  for (std::int64_t axis = 0; axis < 3; ++axis)
-    if (const auto order = number(64 + 4 * static_cast<std::size_t>(axis)); order != 0 && order != axis + 1)
-      return std::nullopt;
-  const std::map<std::int64_t, std::string> types = {{1, "int16"}, {2, "float32"}, {6, "uint16"}};
-  const auto type = types.find(number(12));
-  if (type == types.end() || number(92) < 0) return std::nullopt;
-  return layout({number(0), number(4), number(8)}, type->second, big_endian,
-                1024 + static_cast<std::uint64_t>(number(92)));
-}
-
 std::optional<RawDescription> layout_of_mgh(std::string_view b) {
   if (b.size() < 284) return std::nullopt;
   const auto number = [&](std::size_t at) { return std::int64_t{number_at<std::int32_t>(b, at, true)}; };
@@ -116,43 +56,6 @@ std::optional<RawDescription> layout_of_mgh(std::string_view b) {
   const auto type = types.find(number(20));
   if (type == types.end() || number(16) != 1) return std::nullopt;
   return layout({number(4), number(8), number(12)}, type->second, true, 284);
-}
-
-std::optional<RawDescription> layout_of_edf(std::string_view b) {
-  const std::size_t end = b.find("}\n");
-  if (!b.starts_with('{') || end == b.npos) return std::nullopt;
-  const auto fields = fields_of(b.substr(1, end - 1));
-  const auto text = [&](const std::string& name) {
-    const auto found = fields.find(name);
-    return found == fields.end() ? std::string() : lower_case(found->second);
-  };
-  if (!text("compression").empty() && text("compression") != "none") return std::nullopt;
-  const std::map<std::string, std::string> types = {
-      {"unsignedbyte", "uint8"},  {"signedbyte", "int8"},        {"unsignedshort", "uint16"},
-      {"signedshort", "int16"},   {"unsignedinteger", "uint32"}, {"unsignedlong", "uint32"},
-      {"signedinteger", "int32"}, {"signedlong", "int32"},       {"floatvalue", "float32"},
-      {"float", "float32"},       {"real", "float32"},           {"doublevalue", "float64"},
-      {"double", "float64"}};
-  const auto type = types.find(text("datatype"));
-  if (type == types.end()) return std::nullopt;
-  std::vector<std::string> words;
-  for (const char* name : {"dim_1", "dim_2", "dim_3"})
-    if (!text(name).empty()) words.push_back(text(name));
-  const auto sizes = whole_numbers(words);
-  if (!sizes) return std::nullopt;
-  return layout(*sizes, type->second, text("byteorder") == "highbytefirst", end + 2);
-}
-
-std::optional<RawDescription> layout_of_vff(std::string_view b) {
-  const std::size_t end = b.find("\f\n");
-  if (end == b.npos || end < 4) return std::nullopt;
-  const auto fields = fields_of(b.substr(4, end - 4));
-  const auto size = fields.find("size"), bits = fields.find("bits"), bands = fields.find("bands");
-  if (size == fields.end() || bits == fields.end() || bits->second != "16") return std::nullopt;
-  if (bands != fields.end() && bands->second != "1") return std::nullopt;
-  const auto sizes = whole_numbers(words_of(size->second));
-  if (!sizes) return std::nullopt;
-  return layout(*sizes, "int16", true, end + 2);
 }
 
 std::optional<RawDescription> layout_of_fits(std::string_view b) {

@@ -13,11 +13,7 @@ namespace tagrid {
 // header, or if a description of plain samples cannot express it: other types, a scale, another
 // order of axes. Safe for any bytes.
 
-std::optional<RawDescription> layout_of_npy(std::string_view beginning);
-std::optional<RawDescription> layout_of_mrc(std::string_view beginning);
 std::optional<RawDescription> layout_of_mgh(std::string_view beginning);
-std::optional<RawDescription> layout_of_edf(std::string_view beginning);
-std::optional<RawDescription> layout_of_vff(std::string_view beginning);
 std::optional<RawDescription> layout_of_fits(std::string_view beginning);
 
 }  // namespace tagrid

@@ -103,8 +103,9 @@ fs::path beside(const std::string& path, std::string_view ending) {
 /// What to do about a file of samples whose header lies beside it; "" if none does.
 std::string advice_of_header_beside(const std::string& path) {
   if (path == "-") return "";
-  for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct"}) {
-    const std::string header = beside(path, ending).string();
+  for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct", ".info"}) {
+    // That of a.vol is a.vol.info.
+    const std::string header = ending == ".info" ? path + ".info" : beside(path, ending).string();
     if (const auto status = status_of(header); header == path || !status || !status->is_file()) continue;
     const Format* known = readable_format(header);
     if (known == nullptr) {

@@ -68,16 +68,6 @@ bool begins_gatan(std::string_view b) {
          ((version == 3 && big_endian_at(b, 8) <= 1) || (version == 4 && big_endian_at(b, 12) <= 1));
 }
 
-bool begins_edf(std::string_view b) {
-  if (!b.starts_with('{')) return false;
-  return std::ranges::any_of(
-      std::array{"HeaderID"sv, "ByteOrder"sv, "DataType"sv, "EDF_"sv, "Dim_1"sv}, [&](std::string_view word) {
-        const std::size_t at = b.find(word);
-        return at != b.npos && trimmed(b.substr(at, b.find(';', at) - at)).find('=') != b.npos &&
-               b[at - 1] != '"';
-      });
-}
-
 bool begins_n5(std::string_view b) {
   return b.starts_with('{') && (b.find("\"n5\"") != b.npos || b.find("\"blockSize\"") != b.npos);
 }
@@ -117,15 +107,10 @@ std::vector<OtherFormat> rows_of_volumes() {
        .what = "is an OLE2 file, such as a Zeiss TXM or TXRM scan or an Olympus OIB image",
        .advice = "export it as TIFF in the scanner's program, or convert it with txrm2tiff or bfconvert",
        .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}},
-      {.name = "Amira",
-       .what = "is an Amira or Avizo file",
-       .advice = "save it in that program as NRRD or TIFF",
-       .magic = {{"# AmiraMesh"}, {"# Avizo"}, {"# HyperSurface"}}},
-      {.name = "MRC",
-       .what = "is an MRC map",
-       .advice = "convert it to TIFF with mrc2tif of IMOD, or with Python's mrcfile and tifffile",
-       .magic = {{"MAP ", 208}},
-       .layout = layout_of_mrc},
+      {.name = "HyperSurface",
+       .what = "is a surface of Amira or Avizo",
+       .advice = "give the volume",
+       .magic = {{"# HyperSurface"}}},
       {.name = "MGH",
        .what = "is a FreeSurfer MGH volume",
        .advice = "convert it to NIfTI with mri_convert, or with Python's nibabel",
@@ -136,25 +121,10 @@ std::vector<OtherFormat> rows_of_volumes() {
        .advice = "convert it to NIfTI with mri_convert, or with Python's nibabel",
        .magic = {{"\x1f\x8b"}},
        .extensions = {".mgz"}},
-      {.name = "NumPy",
-       .what = "is a NumPy array",
-       .advice = "save it as TIFF with Python's tifffile",
-       .magic = {{"\x93NUMPY"}},
-       .layout = layout_of_npy},
-      {.name = "EDF",
-       .what = "is an EDF file (ESRF)",
-       .advice = "convert it to HDF5 with silx convert, or to TIFF with Python's fabio and tifffile",
-       .is_mine = begins_edf,
-       .layout = layout_of_edf},
       {.name = "N5",
        .what = "is the description of an N5 container",
        .advice = "convert the container to OME-Zarr, for example with Fiji",
        .is_mine = begins_n5},
-      {.name = "VFF",
-       .what = "is a VFF file (GE, Bruker)",
-       .advice = "export it as DICOM or TIFF in the scanner's program",
-       .magic = {{"ncaa\n"}, {"ncaa\r"}},
-       .layout = layout_of_vff},
       {.name = "FITS",
        .what = "is a FITS file",
        .advice = "convert it to TIFF with Python's astropy and tifffile",
@@ -260,7 +230,7 @@ std::vector<OtherFormat> rows_of_images_and_archives() {
       archive("lz4", "is compressed (lz4)", {"\x04\x22\x4d\x18"}),
       {.name = "NumPy archive",
        .what = "is a NumPy archive (.npz)",
-       .advice = "save its array as TIFF with Python's tifffile",
+       .advice = "save its array with numpy.save() as a .npy file",
        .is_mine = begins_npz},
       {.name = "zip", .what = "is a zip archive", .advice = unpack, .is_mine = begins_other_zip},
       archive("tar", "is a tar archive", {"ustar", 257}),

@@ -24,6 +24,7 @@
 #include "io/system/files.h"
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
+#include "io/volume/given_spacing.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -41,6 +42,7 @@ struct TextDescription {
   Index3 dims = {};
   std::optional<SampleType> type = {};  ///< nothing: it follows from the size of the file
   std::uint64_t offset = 0;             ///< the byte of the file at which samples begin
+  bool big_endian = false;
   Geometry geometry = {};
   KeyValues pairs = {};
   std::vector<std::string> warnings = {}, not_understood = {};  ///< as in SourceFacts
@@ -369,6 +371,96 @@ std::unique_ptr<VolumeSource> open_vgi(std::unique_ptr<FileBytes> file, const st
 std::unique_ptr<VolumeSource> open_xtekct(std::unique_ptr<FileBytes> file, const std::string& path,
                                           const SourceDescription& source) {
   return open_described(xtekct, vgi, std::move(file), path, source);
+}
+
+// PyHST: lines of names and values, next to samples.
+
+namespace {
+
+/// The value of one of the lines; nothing if there is none.
+std::optional<std::string_view> line_of(std::string_view text, std::string_view name) {
+  while (!text.empty()) {
+    const std::string_view line = take_line(text);
+    const std::size_t equals = line.find('=');
+    if (equals != line.npos && trimmed(line.substr(0, equals)) == name)
+      return trimmed(line.substr(equals + 1));
+  }
+  return std::nullopt;
+}
+
+TextDescription describe_pyhst(FileBytes& file, const std::string& path) {
+  const std::string name = file.name();
+  constexpr std::string_view ending = ".info";
+  if (path == "-" || !lower_case(path).ends_with(ending) || fs::path(path).stem().empty())
+    throw UsageError(
+        name +
+        ": describes samples in another file, which has the same name without .info; give it by its name");
+  const std::string text = read_description(file);
+  const auto count = [&](const char* field) {
+    const auto value = line_of(text, field);
+    if (!value) throw BrokenInput(fmt::format("{}: {} is missing", name, field));
+    return integer_of(name, field, *value);
+  };
+  const Index3 dims{count("NUM_X"), count("NUM_Y"), count("NUM_Z")};
+  require_size(name, dims, SampleType::uint8);
+  const std::string data_path = path.substr(0, path.size() - ending.size());
+  TextDescription result{.path = path,
+                         .data_path = data_path,
+                         .data_file = fs::path(data_path).filename().string(),
+                         .dims = dims};
+  if (const auto type = line_of(text, "DATA_TYPE")) {
+    result.type = sample_type_named(lower_case(*type) == "float" ? "float32" : lower_case(*type));
+    if (!result.type)
+      throw BrokenInput(fmt::format("{}: samples of type {} are not supported", name, quoted(*type)));
+    require_size(name, dims, *result.type);
+  }
+  const std::string order = lower_case(line_of(text, "BYTEORDER").value_or(""));
+  result.big_endian = order == "highbytefirst";
+  if (!result.big_endian && !order.empty() && order != "lowbytefirst")
+    throw BrokenInput(fmt::format("{}: BYTEORDER {} must be LOWBYTEFIRST or HIGHBYTEFIRST", name,
+                                  quoted(std::string_view(order))));
+  const ForeignNumber size = foreign_number(line_of(text, "voxelSize"));
+  set_spacing({size, size, size}, {name + ": voxelSize"}, NegativeSpacing::is_unknown, result.geometry,
+              result.warnings);
+  if (result.warnings.size() > 1) result.warnings.resize(1);  // it is the same number three times
+  if (result.geometry.has_spacing) result.geometry.units.fill("um");
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view line = take_line(rest);
+    const std::size_t equals = std::min(line.find('='), line.size());
+    const std::string_view key = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals));
+    if (!key.empty() && value.size() > 1)
+      result.pairs.emplace_back(fmt::format("pyhst_{}", key), trimmed(value.substr(1)));
+  }
+  return result;
+}
+
+}  // namespace
+
+bool begins_pyhst(std::string_view bytes) {
+  if (bytes.starts_with("! PyHST")) return true;
+  constexpr std::string_view first = "NUM_X";
+  if (!bytes.starts_with(first)) return false;
+  return trimmed(bytes.substr(first.size(), bytes.find('\n') - first.size())).starts_with('=');
+}
+
+std::unique_ptr<VolumeSource> open_pyhst(std::unique_ptr<FileBytes> file, const std::string& path,
+                                         const SourceDescription& source) {
+  TextDescription own = describe_pyhst(*file, path);
+  SourceFacts facts;
+  facts.files = {path, own.data_path};
+  facts.warnings = std::move(own.warnings);
+  require_inside(path, {own.data_path}, source.data_outside, facts.warnings);
+  const auto data = open_data_file(own.data_path, own.data_file, file->name(), "PyHST");
+  const SampleType type = own.type ? *own.type : type_by_size(own, *data);
+  facts.info = {own.dims, type, Metadata(own.geometry, own.pairs)};
+  facts.holds_other_bytes = true;
+  facts.missing_of_voxel_size = missing_of_voxel_size(own.geometry, true);
+  SamplesPlace place;
+  allow_more(*data, place, facts);
+  return placed_samples(std::move(facts), {{.file = 1,
+                                            .slices = own.dims.z,
+                                            .step = *sample_bytes({own.dims.x, own.dims.y, 1}, type),
+                                            .big_endian = own.big_endian}});
 }
 
 // Scanco's .isq. The layout follows InsightSoftwareConsortium/ITKIOScanco (Apache-2.0), which describes it.

@@ -24,6 +24,17 @@ bool begins_xtekct(std::string_view bytes);
 std::unique_ptr<VolumeSource> open_xtekct(std::unique_ptr<FileBytes> file, const std::string& path,
                                           const SourceDescription& source);
 
+/// PyHST, of the ESRF: a file a.vol.info describes a.vol. Samples are float32, unless it or the size of that file
+/// says otherwise.
+bool begins_pyhst(std::string_view bytes);
+std::unique_ptr<VolumeSource> open_pyhst(std::unique_ptr<FileBytes> file, const std::string& path,
+                                         const SourceDescription& source);
+
+/// VFF, as scanners of GE write it: a header, and the samples.
+inline constexpr std::string_view vff_magic = "ncaa";
+std::unique_ptr<VolumeSource> open_vff(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription& source);
+
 /// Scanco: .isq has header and samples. Values are linear attenuations in 1/cm.
 bool begins_isq(std::string_view bytes);
 std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const std::string& path,

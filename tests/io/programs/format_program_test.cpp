@@ -93,6 +93,8 @@ struct FailingProcesses : Processes {
   StartedChild start(const std::string&, std::vector<std::string>, std::uint64_t) override {
     return {failure, error};
   }
+  StartedChild ask_for_twin(const Child&, std::string_view) override { return {failure, error}; }
+  bool take_twin(int, std::uint64_t) override { return false; }
   int limit_memory(int, std::uint64_t) override { return 0; }
   ChildEnding ending(int, std::chrono::milliseconds) override { return {}; }
   void kill(int) override {}

@@ -1,8 +1,12 @@
 // Volumes that a program reads slice by slice, or whose places it tells.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <sys/stat.h>
+
 #include <array>
 #include <atomic>
+#include <fstream>
 #include <random>
 
 #include "io/errors/errors.h"
@@ -83,6 +87,37 @@ TEST_F(ProgramSourceTest, AFileThatChangesIsNoticedWhenItIsReadAgain) {
   file("a.ramp", "7 5 21 next");
   source->rewind();
   EXPECT_THROW(expect_slices(*source, 1), BrokenInput);
+}
+
+/// The processes of ramp readers that this thread has started.
+std::vector<int> readers() {
+  std::vector<int> found;
+  std::ifstream children("/proc/thread-self/children");
+  for (int process; children >> process;) {
+    std::ifstream name(fmt::format("/proc/{}/comm", process));
+    if (std::string text; std::getline(name, text) && text == "ramp_reader") found.push_back(process);
+  }
+  return found;
+}
+
+TEST_F(ProgramSourceTest, EachSourceHasATwinOfOneProgram) {
+  if (sanitized) GTEST_SKIP() << "sanitized programs make no twins";
+  const auto a = open_with_reader(TAGRID_RAMP_READER, file("a.ramp", "7 5 20 any"), {});
+  const std::size_t before = readers().size();
+  EXPECT_EQ(before, 2u);  // with the one that opens no file
+  const auto b = open_with_reader(TAGRID_RAMP_READER, file("b.ramp", "3 2 9 any"), {});
+  EXPECT_EQ(readers().size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    expect_slices(*a, 2);
+    expect_slices(*b, 3);
+  }
+}
+
+TEST_F(ProgramSourceTest, AProgramThatSomebodyEndedIsStartedAgain) {
+  if (sanitized) GTEST_SKIP() << "sanitized programs make no twins";
+  open("7 5 20 any");
+  for (const int process : readers()) kill(process, SIGKILL);
+  expect_slices(*open("7 5 20 any"), 20);
 }
 
 TEST_F(ProgramSourceTest, ErrorsAndListsArrive) {

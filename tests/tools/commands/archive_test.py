@@ -243,7 +243,29 @@ class Archive(ProgramTest):
             self.assertEqual({key: value for key, value in contents(self.tags).items() if key in whole and key != INDEX},
                              {key: value for key, value in whole.items() if key != INDEX})
             self.assertEqual(self.names("status!=ok"), [])
+            # The same without an index that knows better.
+            self.damage(name, place)
+            (self.tags / INDEX).unlink()
+            self.tagrid("archive", "check", "tags", code=65)
+            self.tagrid("archive", "repair", "tags")
+            self.assertEqual(self.names("status!=ok"), [])
         self.tagrid("archive", "check", "tags")
+
+    def test_a_clock_that_was_wrong_hides_nothing(self):
+        name = self.outputs()[0]
+        self.tagrid("archive", "check", "tags")
+        events = self.lines("events")
+        with open(self.tags / "events.jsonl", "a") as lines:
+            for event in events:
+                lines.write(json.dumps(dict(event, finished=4e9)) + "\n")
+        self.damage(name)
+        run = self.tagrid("archive", "check", "tags", code=65)
+        self.assertIn(f"damaged  {name}", run.stdout.decode())
+        self.assertEqual(self.names("status=damaged"), [name])
+
+    def test_a_limit_of_memory_is_no_damage(self):
+        self.tagrid("archive", "check", "tags", "-M", "1M", code=64)
+        self.assertEqual(self.names("check=never"), self.outputs())
 
     def test_damage_without_parity_is_not_hidden(self):
         self.list.write_text("scans/plain/v0.nrrd\toutput=bare\tparity=none\n")
@@ -318,6 +340,79 @@ class Archive(ProgramTest):
         self.assertEqual(precious.read_text(), "all that I have")
         self.assertEqual((self.folder / "elsewhere" / "also.tag").read_text(), "and this")
 
+    def test_a_forged_index_or_a_link_leads_nowhere(self):
+        precious = self.folder / "precious.tag"
+        precious.write_bytes(b"no line ends here")
+        self.listed()
+        with sqlite3.connect(self.tags / INDEX) as index:
+            index.execute("INSERT INTO volumes (name, state, sequence, finished, input, written, checksum) "
+                          "VALUES ('../precious.tag', 'ok', 1, 1, 'x', 1, '00')")
+        index.close()
+        self.assertEqual(self.names("status=missing"), [])
+        with sqlite3.connect(self.tags / INDEX) as index:
+            index.executescript("DROP VIEW entries; CREATE VIEW entries AS SELECT *, 'ok' AS status, 0 AS check_time, "
+                                "'ok' AS check_result FROM volumes")
+        index.close()
+        (self.tags / self.outputs()[0]).unlink()
+        self.assertEqual(len(self.names("status=missing")), 1)  # the index is made again
+        for name, command in (("events.jsonl", ["check", "tags"]), ("results-x.jsonl", ["forget", "tags", "name=*", "--yes"])):
+            (self.tags / name).symlink_to(precious)
+            self.tagrid("archive", *command, code=64)
+            (self.tags / name).unlink()
+        (self.tags / INDEX).unlink()
+        (self.tags / INDEX).symlink_to(self.folder / "elsewhere.db")
+        self.listed()
+        self.assertFalse((self.folder / "elsewhere.db").exists())
+        self.assertEqual(precious.read_bytes(), b"no line ends here")
+        self.assertGreater(len(self.outputs()), 1)
+
+    def test_nothing_goes_if_something_cannot(self):
+        with open(self.tags / "results.jsonl", "a") as records:
+            records.write('{"output":"z.tag","a":' + "[" * 200_000 + "]" * 200_000 + "}\n")
+        names = self.outputs()
+        self.tagrid("archive", "forget", "tags", names[0], "--yes", code=65)  # it says that this line stays
+        self.assertEqual(self.outputs(), names[1:])
+        with open(self.tags / "results.jsonl", "a") as records:
+            records.write("x" * (17 << 20) + "\n")
+        self.tagrid("archive", "forget", "tags", names[1], "--yes", code=65)
+        self.assertEqual(self.outputs(), names[1:])
+        self.assertEqual(self.names(names[1]), [names[1]])
+
+    def test_what_killed_runs_left_goes_too(self):
+        name = self.outputs()[-1]
+        older = (self.tags / name).parent / f".{Path(name).name}.oldabcdef"
+        older.write_bytes(b"an older output")
+        (self.tags / ".results.jsonl.oldabcdef").write_bytes((self.tags / "results.jsonl").read_bytes())
+        copy = (self.tags / name).parent / f"{Path(name).name}.bak"
+        copy.write_bytes(b"a copy")
+        run = self.tagrid("archive", "forget", "tags", name, "--yes", code=65)
+        self.assertIn(f"{copy.name}: still has a name", run.stderr.decode())
+        self.assertFalse(older.exists())
+        self.assertFalse((self.tags / ".results.jsonl.oldabcdef").exists())
+        (self.tags / ".results.jsonl.oldabcdef").write_bytes(b"names")
+        self.tagrid("archive", "forget", "tags", "name=nothing*", "--yes")
+        self.assertFalse((self.tags / ".results.jsonl.oldabcdef").exists())
+
+    def test_outputs_that_cannot_be_seen_are_not_gone(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root can become another user")
+        os.chmod(self.folder, 0o755)
+        subprocess.run(["chown", "-R", "65534:65534", self.tags], check=True)
+
+        def as_nobody(*arguments):
+            return subprocess.run([TAGRID, "archive", *arguments], cwd=self.folder, capture_output=True, user=65534, group=65534)
+
+        as_nobody("list", "tags")
+        before = self.outputs()
+        os.chmod(self.tags / "plain", 0o300)
+        listed = as_nobody("list", "tags", "status=missing")
+        self.assertEqual(listed.stdout, b"")
+        self.assertIn(b"cannot read", listed.stderr)
+        (self.tags / INDEX).unlink()
+        self.assertEqual(as_nobody("forget", "tags", "status=missing", "--yes").returncode, 64)
+        os.chmod(self.tags / "plain", 0o755)
+        self.assertEqual(self.outputs(), before)
+
     def test_names_that_stay_are_said(self):
         name = next(name for name in self.outputs() if "v0" in name)
         (self.tags / "notes.txt").write_text(f"see {name}\n")
@@ -365,8 +460,13 @@ class Archive(ProgramTest):
     # Archives that are moved, merged and split go on.
 
     def test_originals_that_moved_are_known(self):
-        self.scans.rename(self.folder / "elsewhere")
-        run = self.tagrid("archive", "move", "tags", "--from", self.scans, "--to", self.folder / "elsewhere")
+        self.listed()
+        self.scans.rename(self.folder / "scan2")
+        self.tagrid("archive", "move", "tags", "--from", self.scans, "--to", self.folder / "scan2")  # as long
+        self.assertEqual({entry["input"].split("/scan")[1][0] for entry in self.listed()}, {"2"})
+        (self.folder / "scan2").rename(self.folder / "elsewhere")
+        run = self.tagrid("archive", "move", "tags", "--from", self.folder / "scan2", "--to", self.folder / "elsewhere")
+        self.assertTrue(all("/elsewhere/" in entry["input"] for entry in self.listed()))
         self.assertIn(f"{len(self.outputs())} of", run.stdout.decode())
         self.tagrid("archive", "move", "tags", "--from", self.scans, "--to", self.folder, code=64)
         self.list.write_bytes(self.tagrid("convert", "--find", "elsewhere", "-q").stdout)
@@ -398,7 +498,6 @@ class Archive(ProgramTest):
         shutil.copy(parts[1] / "events.jsonl", parts[0] / "events-2.jsonl")
         self.assertEqual(self.names("status=ok", "check=ok", folder=parts[0]), names)
 
-    @unittest.skipIf(os.geteuid() and not shutil.which("sudo"), "needs another user")
     def test_a_copy_that_nobody_may_change_is_listed_checked_and_restored(self):
         if os.geteuid() != 0:
             self.skipTest("only root can become another user")

@@ -38,17 +38,36 @@ class Documentation : public CommandLine {
   /// With plain hyphens.
   static std::string manual_page() { return std::regex_replace(made("tagrid.1"), std::regex(R"(\\-)"), "-"); }
 
-  /// The commands that `tagrid --help` lists.
+  /// The help of a command of one or two words; that of the program for "".
+  std::string help_of(const std::string& command) const {
+    Arguments words;
+    std::istringstream text(command);
+    for (std::string word; text >> word;) words.push_back(word);
+    words.push_back("--help");
+    return tagrid(words).out;
+  }
+  /// The commands that such a help lists.
+  Words listed_by(const std::string& command) const {
+    const std::string help = help_of(command);
+    const std::size_t at = help.find("\nCommands:");
+    return at == help.npos ? Words() : all_matches(help.substr(at), "\n  ([a-z]+) ");
+  }
+  /// All commands, those of groups by two words.
   Words commands() const {
-    const std::string help = tagrid({"--help"}).out;
-    return all_matches(help.substr(help.find("Commands:")), "\n  ([a-z]+) ");
+    Words all;
+    for (const std::string& word : listed_by("")) {
+      const Words seconds = listed_by(word);
+      if (seconds.empty()) all.insert(word);
+      for (const std::string& second : seconds) all.insert(word + " " + second);
+    }
+    return all;
   }
   /// The options of a command, short and long; those of the program itself for "".
   Words options(const std::string& command) const {
-    const std::string help = tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out;
-    Words words = all_matches(help, "\n  (--[a-z-]+)");
+    const std::string help = help_of(command);
+    Words words = all_matches(help, "\n  (--[a-z0-9-]+)");
     words.merge(all_matches(help, "\n  (-[a-zA-Z])\\b"));
-    words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z-]+)"));
+    words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z0-9-]+)"));
     return words;
   }
   template <class Can>
@@ -68,23 +87,25 @@ class Documentation : public CommandLine {
 TEST_F(Documentation, HelpIsGivenForACommandOfThatName) {
   EXPECT_EQ(tagrid({"help"}).out, tagrid({"--help"}).out);
   EXPECT_EQ(tagrid({"help"}).code, 0);
-  for (const std::string& command : commands())
-    EXPECT_EQ(tagrid({"help", command}).out, tagrid({command, "--help"}).out) << command;
+  for (const std::string& command : listed_by(""))
+    EXPECT_EQ(tagrid({"help", command}).out, help_of(command)) << command;
+  EXPECT_EQ(tagrid({"help", "archive", "check"}).out, help_of("archive check"));
   EXPECT_EQ(tagrid({"help", "nonsense"}).code, 64);
 }
 
 TEST_F(Documentation, NoLineOfAnyHelpIsWiderThan100Columns) {
   Words all = commands();
+  all.merge(listed_by(""));
   all.insert("");
   for (const std::string& command : all) {
-    std::istringstream help(tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out);
+    std::istringstream help(help_of(command));
     for (std::string line; std::getline(help, line);) EXPECT_LE(line.size(), 100U) << command << ": " << line;
   }
 }
 
 TEST_F(Documentation, HelpNamesTheValueOfEveryOptionThatHasOne) {
   for (const std::string& command : commands()) {
-    const std::string help = tagrid({command, "--help"}).out;
+    const std::string help = help_of(command);
     // What CLI11 prints where an option does not name its value.
     for (const char* type : {" TEXT", " INT", " UINT", " FLOAT", " REQUIRED", " Excludes:"})
       EXPECT_FALSE(has(help, type)) << command << type;
@@ -100,7 +121,7 @@ TEST_F(Documentation, EveryHelpEndsWithTwoExamplesOf80Columns) {
   Words all = commands();
   all.insert("");
   for (const std::string& command : all) {
-    const std::string help = tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out;
+    const std::string help = help_of(command);
     const std::size_t at = help.find("\n\nExamples:\n");
     ASSERT_NE(at, help.npos) << command;
     std::istringstream lines(help.substr(at + 12));
@@ -144,7 +165,7 @@ TEST_F(Documentation, AnOptionWithoutTextIsFound) {
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
   const std::string manual = manual_page();
   // Those of the texts are only in bold.
-  Words listed, mentioned = all_matches(manual, R"(\\fB(--?[a-zA-Z][a-zA-Z-]*))");
+  Words listed, mentioned = all_matches(manual, R"(\\fB(--?[a-zA-Z][a-zA-Z0-9-]*))");
   std::istringstream lines(manual);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
@@ -167,7 +188,7 @@ TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
 TEST_F(Documentation, TheManualNamesEveryCommandAndExitCode) {
   const std::string manual = made("tagrid.1");
   EXPECT_EQ(all_matches(manual.substr(manual.find("The commands are"), manual.find(".Sh OPTIONS")),
-                        "\n\\.It Cm ([a-z]+)"),
+                        "\n\\.It Cm ([a-z ]+)"),
             commands());
   const Words codes = all_matches(text_of("tools/report/failure.h"), "int exit_[a-z_]+ = ([0-9]+);");
   EXPECT_EQ(all_matches(manual, "\n\\.It ([0-9]+)\n"), codes);
@@ -193,8 +214,9 @@ class BashCompletion : public Documentation {
 };
 
 TEST_F(BashCompletion, HasEveryOptionAndNoOther) {
-  EXPECT_EQ(completed("''"), commands());
-  EXPECT_EQ(completed("help ''"), commands());
+  EXPECT_EQ(completed("''"), listed_by(""));
+  EXPECT_EQ(completed("help ''"), listed_by(""));
+  EXPECT_EQ(completed("archive ''"), listed_by("archive"));
   EXPECT_EQ(completed("-"), options(""));
   for (const std::string& command : commands())
     EXPECT_EQ(completed(command + " -"), options(command)) << command;
@@ -202,7 +224,7 @@ TEST_F(BashCompletion, HasEveryOptionAndNoOther) {
 }
 
 TEST_F(BashCompletion, OffersTheValuesOfOptions) {
-  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz"}));
+  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz", "npy"}));
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
   EXPECT_EQ(completed("encode --from ''"),
             names_of_formats([](const Format& format) { return format.reads.any(); }));
@@ -240,7 +262,7 @@ TEST_F(Documentation, HelpRefersToOneListOfFormats) {
   for (const char* command : {"encode", "estimate"})
     EXPECT_TRUE(has(tagrid({command, "--help"}).out, "tagrid formats")) << command;
   for (const std::string& command : commands()) {
-    const std::string help = tagrid({command, "--help"}).out;
+    const std::string help = help_of(command);
     EXPECT_FALSE(has(help, "NRRD, ")) << command;
     EXPECT_FALSE(has(help, "NRRD or ")) << command;
   }
@@ -258,16 +280,17 @@ TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
 TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
   const std::string text = made("_tagrid");
   for (const std::string& command : commands()) {
-    const std::size_t at = text.find("\n_tagrid_" + command + "() {");
+    const std::size_t at =
+        text.find("\n_tagrid_" + std::regex_replace(command, std::regex(" "), "_") + "() {");
     ASSERT_NE(at, text.npos) << command;
     const std::string body = text.substr(at, text.find("\n}", at + 1) - at);
     // An option is before its description, alone or as {-o+,--output=}; (-o --output) is what it excludes.
-    Words completed = all_matches(body, R"(\n    '(?:\([^)]*\))?\*?(--?[a-zA-Z][a-z-]*)=?\[)");
+    Words completed = all_matches(body, R"(\n    '(?:\([^)]*\))?\*?(--?[a-zA-Z][a-z0-9-]*)=?\[)");
     for (const std::string& pair : all_matches(body, R"('\{([^}]*)\}')"))
-      completed.merge(all_matches(pair, "(--?[a-zA-Z][a-z-]*)"));
+      completed.merge(all_matches(pair, "(--?[a-zA-Z][a-z0-9-]*)"));
     EXPECT_EQ(completed, options(command)) << command;
   }
-  EXPECT_EQ(all_matches(text.substr(text.find("local -a commands")), "\n    '([a-z]+):"), commands());
+  EXPECT_EQ(all_matches(text.substr(text.rfind("local -a commands")), "\n    '([a-z]+):"), listed_by(""));
   for (const auto& [option, words] :
        {std::pair("--from=", names_of_formats([](const Format& format) { return format.reads.any(); })),
         std::pair("--effort=", Words{"fast", "default", "best"})}) {

@@ -2,6 +2,7 @@
 
 #include <dcmtk/config/osconfig.h>
 // The configuration comes first.
+#include <dcmtk/dcmdata/dcdict.h>
 #include <dcmtk/dcmdata/dcvr.h>
 #include <dcmtk/oflog/oflog.h>
 #include <fmt/format.h>
@@ -282,8 +283,9 @@ int main() {
   OFLog::configure(OFLogger::OFF_LOG_LEVEL);
   // Archives store unknown attributes as UN.
   dcmEnableUnknownVRConversion.set(OFTrue);
-  return tagrid::serve_volumes("dicom", tagrid::open_dicom,
-                               {.may_need = tagrid::may_be_of_series,
-                                .are_listed = true,
-                                .names_a_tree = tagrid::is_name_of_dicomdir});
+  return tagrid::serve_volumes(
+      "dicom", tagrid::open_dicom,
+      {.may_need = tagrid::may_be_of_series, .are_listed = true, .names_a_tree = tagrid::is_name_of_dicomdir},
+      // The library reads its dictionary of all attributes when one is needed.
+      [] { static_cast<void>(dcmDataDict.isDictionaryLoaded()); });
 }

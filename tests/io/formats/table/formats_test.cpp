@@ -31,7 +31,6 @@ std::map<std::string, std::vector<std::string>> other_beginnings() {
           {"tar", {std::string(257, 'a') + "ustar"}},
           {"MATLAB", {"MATLAB 5.0 MAT-file"}},
           {"Analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
-          {"MRC", {at(208, "MAP DD")}},
           {"PNG", {"\x89PNG\r\n\x1a\n"}},
           {"JPEG", {"\xff\xd8\xff\xe0"}},
           {"NetCDF", {"CDF\1", "CDF\5"}},
@@ -57,6 +56,12 @@ std::map<std::string, std::vector<std::string>> beginnings() {
       {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
       {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
       {"isq", {"CTDATA-HEADER_V1"}},
+      {"npy", {"\x93NUMPY\1"}},
+      {"mrc", {at(208, "MAP DD"), at(208, "MAP\0\x11\x11"s)}},
+      {"edf", {"{\nHeaderID = EH:000001:000000:000000 ;\n", "{\nEDF_DataBlockID = 1.Image.Psd ;\n"}},
+      {"amira", {"# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\n", "# Avizo BINARY 3.0\n"}},
+      {"pyhst", {"! PyHST_SLAVE VOLUME INFO FILE\n", "NUM_X =  9\n"}},
+      {"vff", {"ncaa\nrank=3;\n", "ncaa\r\nrank=3;\r\n"}},
       {"tiff", {"II*\0"s, "MM\0*"s}}};
 }
 
