@@ -27,6 +27,11 @@ std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> part
   return checksum.value();
 }
 
+std::pair<std::uint64_t, std::uint64_t> wide_checksum_of(std::string_view text) {
+  const XXH128_hash_t checksum = XXH3_128bits(text.data(), text.size());
+  return {checksum.high64, checksum.low64};
+}
+
 std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before) {
   std::array<std::byte, 8> bytes;
   store_little_endian(bytes.data(), own);

@@ -1,4 +1,4 @@
-// XXH3, 64 bits.
+// XXH3, 64 bits, and 128 bits for names.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <memory>
 #include <span>
+#include <string_view>
+#include <utility>
 
 struct XXH3_state_s;
 
@@ -13,6 +15,9 @@ namespace tagrid {
 
 /// Checksum of the concatenation of `parts`.
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts);
+
+/// The checksum of 128 bits of a text: its higher and its lower half.
+std::pair<std::uint64_t, std::uint64_t> wide_checksum_of(std::string_view text);
 
 /// The checksum of bytes that arrive part by part.
 class RunningChecksum {

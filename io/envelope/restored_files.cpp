@@ -18,6 +18,19 @@ namespace {
 
 constexpr std::size_t most_open_files = 64;
 
+constexpr std::uint64_t copied_at_once = 1 << 16;
+
+/// Copies a stretch of a file. Zeros, as there are in place of samples, need not be written.
+void copy(const FileSource& from, const PlainPiece& piece, PlacedFile& to, std::uint64_t position) {
+  std::vector<std::byte> bytes;
+  for (std::uint64_t done = 0; done < *piece.size; done += bytes.size()) {
+    bytes.resize(std::min(copied_at_once, *piece.size - done));
+    from.read_at(piece.offset + done, bytes);
+    if (std::ranges::any_of(bytes, [](std::byte byte) { return byte != std::byte{0}; }))
+      to.write_at(position + done, bytes);
+  }
+}
+
 void sync(const std::string& folder) {
   if (const int error = sync_folder(folder); error != 0) throw world_error("cannot sync", folder, error);
 }
@@ -43,19 +56,66 @@ std::string RestoredFiles::older(std::size_t file) const {
   return fmt::format("{}/{}.old", staging_->path(), file);
 }
 
-void RestoredFiles::make(EnvelopeReader& envelope) {
-  for (EnvelopeFile file; envelope.next_file(file);) {
-    const std::size_t number = files_.size();
-    files_.push_back(file);
-    check_target(number);
-    PlacedFile out(staged(number), path(number), true);
-    envelope.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
-      out.write_at(position, bytes);
-    });
-    out.resize(file.size);  // samples come later
-    for (const SlicesInFile& slices : file.slices) slices_.push_back({number, slices});
+bool RestoredFiles::make_next(EnvelopeReader& envelope) {
+  EnvelopeFile file;
+  if (!envelope.next_file(file)) {
+    find_slices();
+    return false;
   }
+  const std::size_t number = files_.size();
+  files_.push_back(file);
+  check_target(number);
+  PlacedFile out(staged(number), path(number), true);
+  envelope.read_other_bytes(
+      file, [&](std::uint64_t position, std::span<const std::byte> bytes) { out.write_at(position, bytes); });
+  out.resize(file.size);  // samples come later
+  return true;
+}
+
+void RestoredFiles::find_slices() {
+  for (std::size_t number = 0; number < files_.size(); ++number)
+    for (const SlicesInFile& slices : files_[number].slices) slices_.push_back({number, slices});
   std::ranges::sort(slices_, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
+}
+
+void RestoredFiles::rewrite_last(const std::vector<PlainPiece>& pieces) {
+  const std::size_t number = files_.size() - 1;
+  EnvelopeFile& file = files_.back();
+  const std::string older = staged(number), newer = older + ".new";
+  const PlainPiece* with_samples = nullptr;
+  std::uint64_t size = 0, samples_at = 0;
+  {
+    const FileSource source(older);
+    PlacedFile out(newer, path(number), true);
+    const std::uint64_t begin = file.slices.empty() ? 0 : file.slices.front().run.offset;
+    for (const PlainPiece& piece : pieces) {
+      if (piece.kind == PlainPiece::Kind::given) {
+        out.write_at(size, std::as_bytes(std::span(piece.bytes)));
+        size += piece.bytes.size();
+        continue;
+      }
+      if (piece.offset <= begin && begin - piece.offset < *piece.size) {
+        with_samples = &piece;
+        samples_at = size;
+      }
+      copy(source, piece, out, size);
+      size += *piece.size;
+    }
+    out.resize(size);
+  }
+  const SampleShape shape{info().dims, info().type};
+  for_each_stretch(file, shape, [&](std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices) {
+    if (slices == nullptr) return;
+    if (with_samples == nullptr || begin < with_samples->offset ||
+        end > with_samples->offset + *with_samples->size)
+      throw BrokenInput(path(number) + ": has samples among its attributes");
+  });
+  for (SlicesInFile& slices : file.slices)
+    slices.run.offset = slices.run.offset - with_samples->offset + samples_at;
+  if (!tagrid::files().rename(newer, older)) throw world_error("cannot write", path(number), errno);
+  file.size = size;
+  file.is_changed = true;
+  file.checksum.reset();
 }
 
 PlacedFile& RestoredFiles::open(std::size_t file) {

@@ -28,8 +28,14 @@ class RestoredFiles : public VolumeSink {
   RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 
-  /// Makes all files, without samples. Throws BrokenInput; UsageError if a file already exists.
-  void make(EnvelopeReader& envelope);
+  /// Makes the next file, without samples; false after the last one. Throws BrokenInput; UsageError if a file
+  /// already exists.
+  bool make_next(EnvelopeReader& envelope);
+  /// The file that was made last, where it is now.
+  std::string staged_last() const { return staged(files_.size() - 1); }
+  /// Replaces the bytes of that file by these: given ones and stretches of itself. All of its samples must be in
+  /// one of these. It then has no checksum. Throws BrokenInput if samples are elsewhere.
+  void rewrite_last(const std::vector<PlainPiece>& pieces);
   /// Checks the finished files that have checksums, and makes all durable. Throws BrokenInput.
   void check();
 
@@ -53,6 +59,7 @@ class RestoredFiles : public VolumeSink {
   std::string older(std::size_t file) const;
   std::string path(std::size_t file) const { return folder_ + "/" + files_[file].name; }
   void check_target(std::size_t file) const;
+  void find_slices();
   void make_folders(const std::string& name);
   void take_back() noexcept;
 

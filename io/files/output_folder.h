@@ -64,6 +64,8 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
+  /// The hidden directory until publish(), for files that others make in it, and make durable.
+  const std::string& hidden() const { return staging_.path(); }
   /// Begins the next file, "a/b/c": all directories around it are made. REQUIRES: no file is open.
   void begin(const std::string& file);
   /// Appends bytes to the file.

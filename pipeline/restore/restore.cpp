@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/files/open_source.h"
 #include "io/system/files.h"
 #include "io/tag/file.h"
@@ -140,7 +141,10 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const auto files =
       std::make_shared<RestoredFiles>(info_of_all(file.header()), run.input, run.folder, options);
   EnvelopeReader envelope(file.name(), shape_of(file.header()), parameters.is_exact(), file.envelope());
-  files->make(envelope);
+  while (files->make_next(envelope))
+    if (run.exported)
+      files->rewrite_last(
+          exported_dicom_file(FileSource(files->staged_last()), files->files().back().name, *run.exported));
   ProgressWatch watch(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
   for (int number = 0; number < file.header().volumes; ++number) {
     const auto volume = volume_in(all, number);

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/envelope/envelope.h"
 #include "io/envelope/restored_files.h"
+#include "io/formats/dicom/exported.h"
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/memory/resources.h"
@@ -22,6 +24,8 @@ struct RestoreRun {
   std::string input;   ///< a .tag file; not a pipe
   std::string folder;  ///< for the files
   bool overwrite = false;
+  /// Files of DICOM become images of their own; others are a BrokenInput.
+  std::optional<DicomExport> exported = {};
   Resources resources{0};
   Progress progress = {};
 };

@@ -149,6 +149,7 @@ ROOM = re.compile(r"^\s*tagrid_room\(([a-z0-9_/]+)", re.M)
 # Rooms that do what only their files show: formats, which other programs judge, and what commands do.
 ELSEWHERE = {"io/formats/amira": ["tests/readers/amira_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/bmp": ["tests/readers/bmp_test.py", "tests/fuzz/bmp_target.cpp"],
+             "io/formats/dicom": ["tests/readers/dicom_export_test.py", "tests/fuzz/dicom_target.cpp"],
              "io/formats/edf": ["tests/readers/edf_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/metaimage": ["tests/readers/metaimage_test.py", "tests/fuzz/metaimage_target.cpp"],
              "io/formats/mrc": ["tests/readers/mrc_test.py", "tests/fuzz/other_volumes_target.cpp"],

@@ -14,6 +14,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/bytes/zstd_bytes.h"
+#include "io/formats/dicom/elements.h"
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
 #include "io/tag/blocks.h"
@@ -453,6 +454,30 @@ void add_bitmaps(Seeds& seeds) {
     }
 }
 
+/// An image with frames, in each way to write elements.
+void add_dicom_files(Seeds& seeds) {
+  const DicomCoding meta = {true, false};
+  for (const auto& [coding, syntax] : {std::pair(DicomCoding{true, false}, "1.2.840.10008.1.2.1"),
+                                       {DicomCoding{false, false}, "1.2.840.10008.1.2"},
+                                       {DicomCoding{true, true}, "1.2.840.10008.1.2.2"}}) {
+    const auto element = [&](std::uint16_t group, std::uint16_t number, const char* vr, std::string value) {
+      return dicom_element({group, number}, vr, std::move(value), coding);
+    };
+    const std::string type = element(0x0008, 0x9007, "CS", "ORIGINAL\\PRIMARY");
+    const std::string groups = dicom_item(element(0x0018, 0x9329, "SQ", dicom_item(type, coding)), coding);
+    const std::string set = element(0x0008, 0x0008, "CS", "ORIGINAL\\PRIMARY") +
+                            element(0x0008, 0x0016, "UI", "1.2") + element(0x0008, 0x0018, "UI", "1.3") +
+                            element(0x0008, 0x2112, "SQ", dicom_item("", coding)) +
+                            element(0x0020, 0x000E, "UI", "1.4") + element(0x0028, 0x0106, "US", "ab") +
+                            element(0x0028, 0x2112, "DS", "2.5") + element(0x5200, 0x9230, "SQ", groups) +
+                            element(0x7FE0, 0x0010, "OW", "samples ") + element(0xFFFC, 0xFFFC, "OB", "");
+    const std::string of_meta = dicom_element({0x0002, 0x0003}, "UI", "1.3", meta) +
+                                dicom_element({0x0002, 0x0010}, "UI", syntax, meta);
+    seeds.push_back(input_of(std::string(128, '\0') + "DICM" + of_meta + set));
+    seeds.push_back(input_of(set));
+  }
+}
+
 }  // namespace
 
 std::map<std::string, Seeds> make_seeds(const std::string& golden) {
@@ -478,6 +503,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_vendors_files(seeds["vendors"]);
   add_other_volumes(seeds["other_volumes"]);
   add_bitmaps(seeds["bmp"]);
+  add_dicom_files(seeds["dicom"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);
   add_numbers(seeds["numbers"]);

@@ -65,14 +65,25 @@ struct ArchiveRestoreCommand : ArchiveCommand {
   }
 };
 
+/// Not a format of volumes: source files are exported, not samples alone.
+constexpr const char* dicom = "dicom";
+
 struct ArchiveExportCommand : ArchiveCommand {
   ExportedVolume volume;  ///< its paths are those of each output
 
   void execute(Ranks& ranks) const {
     if (volume.output.empty() || volume.output == "-")
       throw UsageError("give -o TARGET, the directory for the volumes");
-    if (volume.format.empty()) throw UsageError("give --format NAME, such as nrrd, nifti, tiff or ome-zarr");
+    if (volume.format.empty())
+      throw UsageError("give --format NAME, such as nrrd, nifti, tiff, ome-zarr or dicom");
+    if (volume.format == dicom) refuse_for_dicom();
     make_target(volume.output);
+    if (volume.format == dicom)
+      return take_out(
+          *this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
+            make_own_folders(volume.output, name);
+            export_as_dicom(path, (fs::path(volume.output) / name).string(), volume.overwrite, run, ranks);
+          });
     wanted_region(volume.region);  // refused before the first volume
     const std::string extension(format_named(volume.format).extensions.front());
     take_out(*this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
@@ -82,6 +93,19 @@ struct ArchiveExportCommand : ArchiveCommand {
       make_own_folders(volume.output, name + extension);
       decode_as(one, run, ranks);
     });
+  }
+
+  void refuse_for_dicom() const {
+    const char* option = !volume.region.empty() ? "--region"
+                         : volume.step != 1     ? "--step"
+                         : volume.overview != 0 ? "--overview"
+                         : volume.values        ? "--values"
+                                                : nullptr;
+    if (option != nullptr)
+      throw usage_error(
+          "{}: --format dicom exports complete series of stored samples; other formats, such as nrrd, nifti "
+          "and tiff, have this option",
+          option);
   }
 };
 
@@ -101,12 +125,13 @@ Action add_archive_restore_command(CLI::App& app) {
 
 Action add_archive_export_command(CLI::App& app) {
   auto state = std::make_shared<ArchiveExportCommand>();
-  CLI::App* command =
-      add_archive_action(app, *state, "export", "Decode volumes below a directory, in any format");
+  CLI::App* command = add_archive_action(
+      app, *state, "export",
+      "Decode volumes below a directory, in any format; dicom: the source files as a new series");
   ExportedVolume& volume = state->volume;
   add_text_option(*command, "-o,--output", volume.output, "TARGET",
                   "Directory for the volumes, in the same directory tree as their outputs");
-  add_format_option(*command, volume.format);
+  add_format_option(*command, volume.format, dicom);
   add_region_option(*command, volume.region, "Only the samples of this region");
   add_number_option(*command, "--step", volume.step, "N",
                     "Only every Nth sample along each axis: 1, 2, 4, ...");

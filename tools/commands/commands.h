@@ -67,6 +67,11 @@ struct ExportedVolume {
 /// Decodes a .tag file, as `tagrid decode` does with these options.
 void decode_as(const ExportedVolume& volume, const RunOptions& run, Ranks& ranks);
 
+/// Writes the source files of a .tag file, which are DICOM, as images of their own into the new directory `folder`.
+/// Throws UsageError, BrokenInput and WorldError.
+void export_as_dicom(const std::string& input, const std::string& folder, bool overwrite,
+                     const RunOptions& run, const Ranks& ranks);
+
 /// Throws UsageError for pipes and devices, which cannot be read in any order. `what` the file is: "the file to
 /// repair".
 void require_input_file(const std::string& path, const char* what);

@@ -37,14 +37,15 @@ void refuse_terminal(const Ranks& ranks, const std::string& output, const char* 
   throw usage_error("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what);
 }
 
-void add_format_option(CLI::App& command, std::string& format) {
+void add_format_option(CLI::App& command, std::string& format, const std::string& other) {
   std::vector<std::string> help;
   for (const Format* written : written_formats())
     help.push_back(fmt::format("{} ({})", written->name, written->help));
   add_text_option(
       command, "--format", format, "FORMAT",
       fmt::format("Format of the output (default: from its extension):\n{}", fmt::join(help, "\n")))
-      ->check([](const std::string& given) {
+      ->check([other](const std::string& given) {
+        if (!other.empty() && given == other) return std::string();
         // A program that somebody added is not in the list.
         try {
           format_named(given);

@@ -27,8 +27,8 @@ std::string output_beside(const std::string& input, const std::string& ending);
 /// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
 void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what);
 
-/// --format
-void add_format_option(CLI::App& command, std::string& format);
+/// --format. `other`: the name of a format of this command alone, which its own help explains.
+void add_format_option(CLI::App& command, std::string& format, const std::string& other = "");
 
 /// The format that --format names; if it was not given (""), the format that the name of the output implies.
 /// Throws UsageError if a file's name implies a different format.
