@@ -127,7 +127,7 @@ Action add_archive_export_command(CLI::App& app) {
   auto state = std::make_shared<ArchiveExportCommand>();
   CLI::App* command = add_archive_action(
       app, *state, "export",
-      "Decode volumes below a directory, in any format; dicom: the source files as a new series");
+      "Decode volumes below a directory; with dicom, as a new series");
   ExportedVolume& volume = state->volume;
   add_text_option(*command, "-o,--output", volume.output, "TARGET",
                   "Directory for the volumes, in the same directory tree as their outputs");
