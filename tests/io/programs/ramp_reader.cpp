@@ -111,5 +111,5 @@ int main() {
     tagrid::chosen(path, "series", series->second == "all" ? "" : series->second, list);
     return std::make_unique<tagrid::Ramp>(path);
   };
-  return tagrid::serve_volumes("ramp", open, beside);
+  return tagrid::serve_volumes("ramp", open, beside, [] {});
 }
