@@ -460,7 +460,8 @@ void add_dicom_files(Seeds& seeds) {
   for (const auto& [coding, syntax] : {std::pair(DicomCoding{true, false}, "1.2.840.10008.1.2.1"),
                                        {DicomCoding{false, false}, "1.2.840.10008.1.2"},
                                        {DicomCoding{true, true}, "1.2.840.10008.1.2.2"}}) {
-    const auto element = [&](std::uint16_t group, std::uint16_t number, const char* vr, std::string value) {
+    const auto element = [coding = coding](std::uint16_t group, std::uint16_t number, const char* vr,
+                                           std::string value) {
       return dicom_element({group, number}, vr, std::move(value), coding);
     };
     const std::string type = element(0x0008, 0x9007, "CS", "ORIGINAL\\PRIMARY");
