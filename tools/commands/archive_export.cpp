@@ -125,9 +125,8 @@ Action add_archive_restore_command(CLI::App& app) {
 
 Action add_archive_export_command(CLI::App& app) {
   auto state = std::make_shared<ArchiveExportCommand>();
-  CLI::App* command = add_archive_action(
-      app, *state, "export",
-      "Decode volumes below a directory; with dicom, as a new series");
+  CLI::App* command = add_archive_action(app, *state, "export",
+                                         "Decode volumes below a directory; with dicom, as a new series");
   ExportedVolume& volume = state->volume;
   add_text_option(*command, "-o,--output", volume.output, "TARGET",
                   "Directory for the volumes, in the same directory tree as their outputs");
