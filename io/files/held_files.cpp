@@ -90,7 +90,9 @@ HeldFile::~HeldFile() {
 }
 
 HeldByName::HeldByName(const std::string& path) {
-  for (;;) {
+  constexpr int most_tries =
+      100;  // no run renames so often: the numbers of this file system mean something else
+  for (int tries = 0; tries < most_tries; ++tries) {
     held.reset();
     // It does not wait if the name is a pipe.
     descriptor = files().open(path, {.read = true, .write = true, .creates = true, .waits = false});
@@ -99,7 +101,12 @@ HeldByName::HeldByName(const std::string& path) {
     FileStatus ours, named;
     if (!files().status(descriptor, ours)) throw world_error("cannot get its status", path, errno);
     if (!ours.is_file()) throw UsageError(path + ": is not a file");
-    if (files().status(path, true, named) && named.is_same_file(ours)) return;
+    if (!files().status(path, true, named)) {
+      if (errno != ENOENT) throw world_error("cannot get its status", path, errno);
+    } else if (named.is_same_file(ours) || !files().is_local(descriptor)) {
+      // Network file systems may report other numbers for a while; on these, another run is not seen at once either.
+      return;
+    }
   }
 }
 
