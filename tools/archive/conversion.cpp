@@ -62,9 +62,7 @@ class LineRecord {
   /// The line of the record, as it is now.
   std::string text() {
     json["seconds"] = std::chrono::duration<double>(Clock::now() - begin_).count();
-    // Since 1970.
-    json["finished"] =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    json["finished"] = seconds_since_1970();
     return written_json(json);
   }
 

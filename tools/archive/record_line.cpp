@@ -1,6 +1,7 @@
 #include "tools/archive/record_line.h"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <system_error>
 
@@ -96,6 +97,10 @@ archive::Record record_named(std::string_view status) {
 std::string RecordLine::failure() const {
   if (status != "failed") return "";
   return error.empty() ? "the reason is not recorded" : error;
+}
+
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 RecordLine parse_record_line(std::string_view line, const std::string& folder) {

@@ -57,6 +57,9 @@ struct KnownOutput {
   std::string record;  ///< the entire record, as its line
 };
 
+/// Now, in seconds since 1970, as records say when they were written.
+double seconds_since_1970();
+
 struct RecordLine {
   std::string output;  ///< its name in the directory of the outputs
   RecordTime time;

@@ -15,8 +15,6 @@ namespace tagrid {
 struct CheckChoice {
   double percent = 100;      ///< of the volumes
   double least_seconds = 0;  ///< since the last check
-  double budget = 0;         ///< seconds after which no other file is begun; 0: none
-  bool decodes = false;      ///< also decodes every brick
 };
 
 /// The volumes in the order in which they are checked. `now`: seconds since 1970.

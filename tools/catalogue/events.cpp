@@ -1,6 +1,5 @@
 #include "tools/catalogue/events.h"
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "io/text/text.h"
@@ -32,10 +31,6 @@ std::optional<CheckEvent> parse_check(std::string_view line) {
   event.bytes = json.at("bytes").get<std::uint64_t>();
   event.modified = json.at("modified_ns").get<std::int64_t>();
   return event;
-}
-
-double seconds_since_1970() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace tagrid

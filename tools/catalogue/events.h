@@ -27,7 +27,4 @@ std::string line_of(const CheckEvent& event);
 /// Reads a line; nothing if it is an event of another kind. Throws nlohmann::json::exception if it is no event.
 std::optional<CheckEvent> parse_check(std::string_view line);
 
-/// Now, in seconds since 1970.
-double seconds_since_1970();
-
 }  // namespace tagrid

@@ -62,8 +62,9 @@ bool all_grew(const std::string& folder, const std::vector<LineFileName>& names,
     const std::string path = folder + "/" + name;
     const auto status = status_of(path);
     if (!status || status->size < lines.read.bytes) return false;
-    const bool is_as_before = modified_ns(path) == lines.modified || status->size > lines.read.bytes;
-    if (!is_as_before || tail_of(path, lines.read.bytes) != lines.tail) return false;
+    const bool may_be_as_before =
+        status->modified.in_nanoseconds() == lines.modified || status->size > lines.read.bytes;
+    if (!may_be_as_before || tail_of(path, lines.read.bytes) != lines.tail) return false;
   }
   return true;
 }
@@ -74,7 +75,7 @@ DELETE FROM unreadable;
 UPDATE volumes SET sequence = NULL, finished = NULL, state = NULL, written = NULL, checksum = NULL, input = NULL,
   as_written = NULL,
   tried_sequence = NULL, tried = NULL, failure = NULL,
-  checked = NULL, check_status = NULL, check_error = NULL, checked_bytes = NULL, checked_modified = NULL;
+  checked = NULL, check_status = NULL, checked_bytes = NULL;
 )";
 
 class LineNotes {
@@ -95,11 +96,10 @@ class LineNotes {
                           "failure = excluded.failure WHERE tried IS NULL "
                           "OR (excluded.tried_sequence, excluded.tried) >= (tried_sequence, tried)")),
         check_(index.prepare(
-            "INSERT INTO volumes (name, checked, check_status, check_error, checked_bytes, checked_modified) "
-            "VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (name) DO UPDATE SET checked = excluded.checked, "
-            "check_status = excluded.check_status, check_error = excluded.check_error, "
-            "checked_bytes = excluded.checked_bytes, checked_modified = excluded.checked_modified "
-            "WHERE checked IS NULL OR excluded.checked >= checked OR checked > ?7")),
+            "INSERT INTO volumes (name, checked, check_status, checked_bytes) VALUES (?1, ?2, ?3, ?4) "
+            "ON CONFLICT (name) DO UPDATE SET checked = excluded.checked, "
+            "check_status = excluded.check_status, checked_bytes = excluded.checked_bytes "
+            "WHERE checked IS NULL OR excluded.checked >= checked OR checked > ?5")),
         unreadable_(index.prepare("INSERT INTO unreadable VALUES (?, ?)")),
         source_(index.prepare("INSERT OR REPLACE INTO sources VALUES (?, ?, ?, ?, ?)")) {}
 
@@ -143,8 +143,7 @@ class LineNotes {
     const auto check = parse_check(line);
     if (!check) return true;
     if (!is_possible_output(check->output)) return false;
-    check_.run(check->output, check->finished, check->status, check->error, check->bytes, check->modified,
-               now_);
+    check_.run(check->output, check->finished, check->status, check->bytes, now_);
     return true;
   }
 

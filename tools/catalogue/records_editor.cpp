@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
+#include <cmath>
 #include <optional>
 
 #include "io/errors/errors.h"
@@ -21,11 +21,9 @@ namespace {
 std::optional<FileAttributes> like(const std::string& path) {
   auto attributes = attributes_of(path);
   if (attributes) {
-    const double now =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-    const auto seconds = static_cast<std::int64_t>(now);
-    attributes->accessed = attributes->modified = {
-        seconds, static_cast<std::int64_t>((now - static_cast<double>(seconds)) * 1e9)};
+    const double now = seconds_since_1970(), seconds = std::floor(now);
+    attributes->accessed = attributes->modified = {static_cast<std::int64_t>(seconds),
+                                                   static_cast<std::int64_t>((now - seconds) * 1e9)};
   }
   return attributes;
 }

@@ -18,7 +18,7 @@ CREATE TABLE volumes (
   type TEXT, bound REAL, voxels INTEGER, raw_bytes INTEGER,
   sequence INTEGER, finished REAL, state TEXT, written INTEGER, checksum TEXT, input TEXT,
   tried_sequence INTEGER, tried REAL, failure TEXT,
-  checked REAL, check_status TEXT, check_error TEXT, checked_bytes INTEGER, checked_modified INTEGER,
+  checked REAL, check_status TEXT, checked_bytes INTEGER,
   is_new INTEGER
 );
 CREATE TABLE details (name TEXT PRIMARY KEY, facts TEXT);

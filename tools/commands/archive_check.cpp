@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -112,10 +113,10 @@ struct CheckCommand : ArchiveCommand {
   bool decodes = false, overwrite = false;
 
   void execute() const {
-    CheckChoice choice{.decodes = decodes};
+    CheckChoice choice;
     if (!sample.empty()) choice.percent = percentage("--sample", sample);
     if (!older_than.empty()) choice.least_seconds = duration("--older-than", older_than);
-    if (!budget.empty()) choice.budget = duration("--budget", budget);
+    const double most_seconds = budget.empty() ? INFINITY : duration("--budget", budget);
     const Catalogue catalogue = opened();
     RunReport report(run.json, run.thread_count(), overwrite, "archive check", folder, "");
     const std::vector<CatalogueEntry> all = catalogue.entries(catalogue.query_of(wanted));
@@ -126,7 +127,7 @@ struct CheckCommand : ArchiveCommand {
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < entries.size();) {
       const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
-      if (choice.budget > 0 && passed.count() > choice.budget) break;
+      if (passed.count() > most_seconds) break;
       meter.begin_volume(entries[i].name);
       i += checks.check_some(std::span(entries).subspan(i), decodes, [&](const Checked& checked) {
         tell(checked);
