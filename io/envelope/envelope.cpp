@@ -44,7 +44,7 @@ bool has_spare(const SlicesInFile& slices, std::size_t size) {
 
 /// Whether look_at_content() reads a file to its end: for its checksum, or for its spare bits.
 bool is_content_read(const SourceFiles& source, bool exact, std::size_t number) {
-  if (!PlainBytes(source.pieces[number], source.paths).is_complete()) return false;
+  if (!PlainBytes(source.pieces[number], *source.opened).is_complete()) return false;
   const std::size_t size = size_of(source.shape.type);
   return exact || std::ranges::any_of(source.files[number].slices,
                                       [&](const auto& slices) { return has_spare(slices, size); });
@@ -77,7 +77,7 @@ std::vector<std::byte> description_of(const EnvelopeFile& file) {
 
 void look_at_content(SourceFiles& source, bool exact, std::size_t number) {
   EnvelopeFile& file = source.files[number];
-  PlainBytes content(source.pieces[number], source.paths);
+  PlainBytes content(source.pieces[number], *source.opened);
   const std::size_t size = size_of(source.shape.type);
   if (!content.is_complete()) {
     // Samples will be stored as most programs do it.
@@ -125,7 +125,7 @@ void write_envelope(const SourceFiles& source, const PutBytes& put,
   for (std::size_t i = 0; i < source.files.size(); ++i) {
     if (next_file) next_file(i);
     const EnvelopeFile& file = source.files[i];
-    PlainBytes bytes_of_file(source.pieces[i], source.paths);
+    PlainBytes bytes_of_file(source.pieces[i], *source.opened);
     put(description_of(file));
     for_each_stretch(file, source.shape, [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
       if (slices != nullptr && slices->spare != SpareBits::kept) return;

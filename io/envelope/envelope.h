@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -75,7 +76,7 @@ struct SourceFiles {
   std::vector<EnvelopeFile> files;
   std::vector<std::string> names;               ///< of all files, also where no envelope can be made
   std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
-  std::vector<std::string> paths;               ///< of the files of the source
+  std::shared_ptr<OpenFiles> opened;            ///< the files of the source
   SampleShape shape;
   /// How the samples are compressed: their plain form is kept. "" if the files are kept as they are.
   std::string compression;

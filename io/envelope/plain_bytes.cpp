@@ -21,11 +21,11 @@ std::size_t PlainBytes::Content::read(std::span<std::byte> to) {
   return count;
 }
 
-PlainBytes::PlainBytes(const std::vector<PlainPiece>& pieces, const std::vector<std::string>& paths)
-    : pieces_(pieces), paths_(paths), sizes_(pieces.size()) {}
+PlainBytes::PlainBytes(const std::vector<PlainPiece>& pieces, OpenFiles& files)
+    : pieces_(pieces), files_(files), sizes_(pieces.size()) {}
 
 void PlainBytes::fail_changed(std::size_t piece) const {
-  throw BrokenInput(paths_[pieces_[piece].file] + ": was changed while it was being read");
+  throw BrokenInput(files_.paths()[pieces_[piece].file] + ": was changed while it was being read");
 }
 
 std::uint64_t PlainBytes::size_of(std::size_t number) {
@@ -33,7 +33,7 @@ std::uint64_t PlainBytes::size_of(std::size_t number) {
   if (piece.kind == PlainPiece::Kind::given) return piece.bytes.size();
   if (piece.size) return *piece.size;
   if (sizes_[number] == 0) {
-    Content content(paths_[piece.file], piece.offset);
+    Content content(files_.paths()[piece.file], piece.offset);
     std::vector<std::byte> bytes(1 << 16);
     while (content.read(bytes) > 0) {
     }
@@ -85,7 +85,7 @@ void PlainBytes::read_piece(std::size_t number, std::uint64_t position, std::spa
       std::memcpy(to.data(), piece.bytes.data() + position, to.size());
       return;
     case PlainPiece::Kind::stretch:
-      if (!file_ || number_of_file_ != piece.file) file_ = std::make_unique<FileSource>(paths_[piece.file]);
+      if (!file_ || number_of_file_ != piece.file) file_ = files_.file(piece.file);
       number_of_file_ = piece.file;
       if (file_->size() < piece.offset + position + to.size()) fail_changed(number);
       file_->read_at(piece.offset + position, to);
@@ -102,7 +102,7 @@ void PlainBytes::read_content(std::size_t number, std::uint64_t position, std::s
   const PlainPiece& piece = pieces_[number];
   if (!content_ || piece_of_content_ != number || content_->position > position) {
     content_.reset();
-    content_ = std::make_unique<Content>(paths_[piece.file], piece.offset);
+    content_ = std::make_unique<Content>(files_.paths()[piece.file], piece.offset);
     piece_of_content_ = number;
   }
   std::vector<std::byte> skipped(std::min<std::uint64_t>(position - content_->position, 1 << 16));

@@ -11,6 +11,7 @@
 
 #include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
+#include "io/files/open_files.h"
 #include "io/volume/sample_places.h"
 
 namespace tagrid {
@@ -19,8 +20,8 @@ namespace tagrid {
 /// WorldError, and BrokenInput if a file has changed since it was described.
 class PlainBytes {
  public:
-  /// `paths` are those of the files of the source. Both must outlive this.
-  PlainBytes(const std::vector<PlainPiece>& pieces, const std::vector<std::string>& paths);
+  /// `files` are those of the source. Both must outlive this.
+  PlainBytes(const std::vector<PlainPiece>& pieces, OpenFiles& files);
 
   /// The size of the file. Reads contents of unknown sizes to their ends.
   std::uint64_t size();
@@ -48,10 +49,10 @@ class PlainBytes {
   void read_content(std::size_t piece, std::uint64_t position, std::span<std::byte> to);
 
   const std::vector<PlainPiece>& pieces_;
-  const std::vector<std::string>& paths_;
+  OpenFiles& files_;
   std::vector<std::uint64_t> sizes_;  ///< of contents, once they are known; 0: unknown
   // One of each is open at a time.
-  std::unique_ptr<FileSource> file_;
+  std::shared_ptr<const FileSource> file_;
   std::size_t number_of_file_ = 0;
   std::unique_ptr<Content> content_;
   std::size_t piece_of_content_ = 0;

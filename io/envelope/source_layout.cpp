@@ -32,21 +32,20 @@ std::vector<std::string> names_in_common_folder(const std::vector<std::string>& 
 }
 
 /// The files of a source whose samples lie plainly in them.
-PlainForm as_it_is(const SourceFacts& facts) {
+PlainForm as_it_is(const SourceFacts& facts, OpenFiles& files) {
   PlainForm form;
   for (std::size_t i = 0; i < facts.files.size(); ++i)
-    form.files.push_back(
-        {facts.files[i], false, {PlainPiece::stretch(i, 0, FileSource(facts.files[i]).size())}});
+    form.files.push_back({facts.files[i], false, {PlainPiece::stretch(i, 0, files.file(i)->size())}});
   form.places = facts.places;
   return form;
 }
 
 /// True if a file of a plain form is a file of the source, from its first byte to its last.
-bool is_as_it_is(const SourceFacts& facts, const PlainFile& file) {
+bool is_as_it_is(OpenFiles& files, const PlainFile& file) {
   if (file.is_changed || file.pieces.size() != 1) return false;
   const PlainPiece& piece = file.pieces.front();
-  return piece.kind == PlainPiece::Kind::stretch && facts.files[piece.file] == file.path &&
-         piece.offset == 0 && piece.size == FileSource(file.path).size();
+  return piece.kind == PlainPiece::Kind::stretch && files.paths()[piece.file] == file.path &&
+         piece.offset == 0 && piece.size == files.file(piece.file)->size();
 }
 
 std::vector<std::string> paths_of(const PlainForm& form) {
@@ -117,7 +116,7 @@ std::string SourceFiles::why_not_restorable() const {
 namespace {
 
 /// Takes names, sizes and pieces of the files. Returns why the files are not kept; "" if they are.
-std::string take_files(const SourceFacts& facts, PlainForm& form, SourceFiles& source) {
+std::string take_files(PlainForm& form, SourceFiles& source) {
   source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;
   if (std::set<std::string>(names.begin(), names.end()).size() != names.size())
@@ -127,9 +126,9 @@ std::string take_files(const SourceFacts& facts, PlainForm& form, SourceFiles& s
     if (!is_safe_name(names[i])) return fmt::format("{} cannot be a name", names[i]);
     source.files[i].name = names[i];
     // Whoever made the form may be wrong: it is compared with the file.
-    source.files[i].is_changed = !is_as_it_is(facts, form.files[i]);
+    source.files[i].is_changed = !is_as_it_is(*source.opened, form.files[i]);
     source.pieces.push_back(std::move(form.files[i].pieces));
-    source.files[i].size = PlainBytes(source.pieces[i], source.paths).size();
+    source.files[i].size = PlainBytes(source.pieces[i], *source.opened).size();
   }
   return "";
 }
@@ -174,7 +173,7 @@ std::string why_others_are_not_kept(const SourceFiles& source) {
   std::uint64_t all = 0;
   for (std::size_t i = 0; i < source.files.size(); ++i) {
     all += source.files[i].size;
-    PlainBytes bytes(source.pieces[i], source.paths);
+    PlainBytes bytes(source.pieces[i], *source.opened);
     bool has_bytes = true;
     if (!bytes.is_complete())
       for_each_stretch(source.files[i], source.shape, [&](auto begin, auto end, const auto* slices) {
@@ -200,10 +199,10 @@ std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
     return "it came through a pipe";
   source.names = names_in_common_folder(facts.files);
   if (facts.places.empty() && !facts.plain_form) return "its samples are compressed, or stored in pieces";
-  PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts);
+  PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts, *source.opened);
   source.warnings = form.warnings;
   if (!form.why_not.empty()) return form.why_not;
-  if (std::string why = take_files(facts, form, source); !why.empty()) return why;
+  if (std::string why = take_files(form, source); !why.empty()) return why;
   note_compression(facts, form, source);
   if (std::string why = place_slices(form, source); !why.empty()) return why;
   return why_others_are_not_kept(source);
@@ -214,7 +213,7 @@ std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
 SourceFiles source_files(const SourceFacts& facts) {
   SourceFiles source;
   source.shape = {facts.info.dims, facts.info.type};
-  source.paths = facts.files;
+  source.opened = facts.opened ? facts.opened : std::make_shared<OpenFiles>(facts.files);
   source.why_not = fill_in(facts, source);
   if (!source.why_not.empty()) source.files.clear();
   return source;

@@ -120,4 +120,10 @@ void UnchangedFiles::require() const {
   }
 }
 
+void UnchangedFiles::require_opened() const {
+  for (const auto& [path, was] : files_)
+    if (was.is_file()) Descriptor(files().open(path, {.read = true, .waits = false})).reset();
+  require();
+}
+
 }  // namespace tagrid

@@ -112,6 +112,7 @@ HeldByName::HeldByName(const std::string& path) {
 
 LineFile::LineFile(const std::string& path) : name_(path), held_(path), descriptor_(held_.descriptor) {
   cut_half_line();
+  durable_ = size_;
 }
 
 void LineFile::cut(std::uint64_t size) {
@@ -136,23 +137,38 @@ void LineFile::cut_half_line() {
 }
 
 void LineFile::append(std::string_view line) {
-  assert(line.find('\n') == line.npos);
-  write(std::string(line) + "\n");
+  append_later(line);
+  sync();
 }
 
 void LineFile::append(std::span<const std::string> lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   write(text);
+  sync();
+}
+
+void LineFile::append_later(std::string_view line) {
+  assert(line.find('\n') == line.npos);
+  write(std::string(line) + "\n");
 }
 
 void LineFile::write(const std::string& whole) {
-  if (!files().write_at(descriptor_, size_, bytes_of(whole)) || !files().sync(descriptor_)) {
-    const int error = errno;
-    cut(size_);
-    throw world_error("cannot write", name_, error);
-  }
+  if (!files().write_at(descriptor_, size_, bytes_of(whole))) fail_back_at(size_);
   size_ += whole.size();
+}
+
+void LineFile::sync() {
+  if (durable_ == size_) return;
+  if (!files().sync(descriptor_)) fail_back_at(durable_);
+  durable_ = size_;
+}
+
+void LineFile::fail_back_at(std::uint64_t size) {
+  const int error = errno;
+  cut(size);
+  size_ = size;
+  throw world_error("cannot write", name_, error);
 }
 
 std::string lock_of_output(const std::string& path) { return hidden_beside(path, ".lock"); }

@@ -58,17 +58,23 @@ class LineFile {
   void append(std::string_view line);
   /// The same for many lines, which become durable together.
   void append(std::span<const std::string> lines);
+  /// The same, but a power failure may take the line until sync(). If that fails, all lines since the last one are taken
+  /// back.
+  void append_later(std::string_view line);
+  void sync();
   const std::string& name() const { return name_; }
 
  private:
   void cut_half_line();
   void cut(std::uint64_t size);
+  /// Throws WorldError by errno, after it has cut the file to this size.
+  [[noreturn]] void fail_back_at(std::uint64_t size);
   void write(const std::string& text);
 
   std::string name_;
   HeldByName held_;
   const Descriptor& descriptor_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_ = 0, durable_ = 0;
 };
 
 /// Lets only one process at a time give a file its name, or remove what that file replaces.

@@ -143,6 +143,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
     throw WrongAnswer(fmt::format("\"order\" is \"{}\", and neither \"any\" nor \"next\"", order));
   volume.any_order = order != "next";
   volume.has_plain_form = flag_in(answer, "plain_form");
+  volume.has_others = flag_in(answer, "others");
   volume.memory = static_cast<std::uint64_t>(count_in(answer, "memory", default_memory, 0));
   return volume;
 }

@@ -23,6 +23,8 @@ struct ReaderVolume : SourceFacts {
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.
   std::uint64_t memory = 0;  ///< bytes that the reader may take
   bool has_plain_form = false;  ///< The reader can tell the plain form of its files.
+  /// The reader can tell of the other volumes at the same path, and needs less time if the same process does.
+  bool has_others = false;
 };
 
 /// Some slices of a volume, from number `first` on.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -44,6 +45,7 @@ OrderedJson json_of(const ServedVolume& volume) {
   for (const SliceRun& run : volume.places) json["places"].push_back(json_of(run));
   json["order"] = volume.any_order ? "any" : "next";
   if (volume.has_plain_form) json["plain_form"] = true;
+  if (volume.has_others) json["others"] = true;
   // Headers may be read once more for the samples.
   json["memory"] = memory_besides + 2 * memory_of_this_process() + volume.memory;
   return json;
@@ -122,12 +124,14 @@ int serve_volumes(const std::string& name, const OpenServed& open, const FilesBe
   say(hello);
   std::unique_ptr<ServedVolume> volume;
   std::string path;
+  bool is_twin = false;
   while (const auto line = next_request()) {
     try {
       const OrderedJson request = OrderedJson::parse(*line);
       if (makes_twins && path.empty() && request.value("request", "") == "twin") {
         if (prepare != nullptr) std::exchange(prepare, nullptr)();
-        if (is_new_twin()) say(hello);
+        is_twin = is_new_twin();
+        if (is_twin) say(hello);
         continue;
       }
       // tagrid starts a program for each source.
@@ -143,6 +147,9 @@ int serve_volumes(const std::string& name, const OpenServed& open, const FilesBe
                        : "to describe it, its reader needs more memory than its limit");
     }
   }
+  volume.reset();
+  // What libraries would free has pages in common with the other twins, which would first be copied.
+  if (is_twin) std::quick_exit(0);
   return 0;
 }
 

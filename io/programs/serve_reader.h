@@ -41,6 +41,8 @@ class ServedVolume {
   bool any_order = true;
   std::uint64_t memory = 0;     ///< bytes that read_slice() takes; the program's own are added
   bool has_plain_form = false;  ///< plain_file() can be called; only if there are no places
+  /// There are other volumes at the same path, about which the next request of this process may be.
+  bool has_others = false;
 
   /// Reads slice z, little endian. Called for each slice that is asked for, only if there are no places.
   virtual void read_slice(std::int64_t z, std::byte* out) = 0;

@@ -162,15 +162,64 @@ class ProgramSource final : public VolumeSource {
 
 }  // namespace
 
+namespace {
+
+/// A reader that knows the headers of several volumes at a path, and has told of one.
+struct KnowingReader {
+  std::string program, path;
+  std::vector<std::string> environment;
+  std::unique_ptr<ReaderConversation> conversation;
+};
+
+/// The last one. A program ends with the thread that started it.
+thread_local KnowingReader knowing_reader;
+
+void keep(const ProgramSource::Request& request, std::unique_ptr<ReaderConversation> conversation) {
+  // What it keeps in memory would count toward a limit.
+  if (request.first_memory == most_first_memory)
+    knowing_reader = {request.program, request.path, environment_of_programs(), std::move(conversation)};
+}
+
+std::unique_ptr<ReaderConversation> described_by_knowing_reader(const ProgramSource::Request& request,
+                                                                ReaderVolume& volume) {
+  KnowingReader reader = std::exchange(knowing_reader, {});
+  if (reader.program != request.program || reader.path != request.path ||
+      request.first_memory != most_first_memory || reader.environment != environment_of_programs())
+    return nullptr;
+  try {
+    volume = reader.conversation->describe(request.path, request.options);
+  } catch (const Error&) {
+    return nullptr;  // a new one says what is wrong
+  }
+  return std::move(reader.conversation);
+}
+
+std::unique_ptr<ReaderConversation> described(const ProgramSource::Request& request, ReaderVolume& volume) {
+  if (auto knowing = described_by_knowing_reader(request, volume)) return knowing;
+  auto conversation = request.conversation();
+  try {
+    volume = conversation->describe(request.path, request.options);
+  } catch (const UsageError& error) {
+    if (!error.detail().choices.empty()) keep(request, std::move(conversation));
+    throw;
+  }
+  return conversation;
+}
+
+}  // namespace
+
 std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const std::string& path,
                                                const ReaderOptions& options, std::uint64_t first_memory) {
   const ProgramSource::Request request{program, path, options, first_memory};
-  auto conversation = request.conversation();
-  ReaderVolume volume = conversation->describe(path, options);
+  ReaderVolume volume;
+  auto conversation = described(request, volume);
   SourceFacts facts = std::move(static_cast<SourceFacts&>(volume));
   facts.holds_other_bytes = true;  // only the reader knows what else there is
   if (!facts.places.empty()) {
-    conversation->finish();
+    if (volume.has_others)
+      keep(request, std::move(conversation));
+    else
+      conversation->finish();
     std::vector<SliceRun> places = std::exchange(facts.places, {});
     return placed_samples(std::move(facts), std::move(places));
   }

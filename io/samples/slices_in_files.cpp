@@ -21,14 +21,25 @@ namespace {
 
 class Placed final : public VolumeSource {
  public:
-  explicit Placed(SourceFacts facts) : VolumeSource(with_traits(std::move(facts))) {
+  explicit Placed(SourceFacts facts) : VolumeSource(std::move(facts)) {
     std::int64_t slices = 0;
     for (const SliceRun& run : runs()) {
       assert(run.slices > 0 && run.file < files().size());
       ends_.push_back(slices += run.slices);
     }
     assert(slices == info().dims.z);
-    check_files();
+  }
+
+  /// What is wrong with one of the files is found before anything is written.
+  void check_files() const {
+    for (const SliceRun& run : runs()) {
+      const auto source = facts().opened->file(run.file);
+      const auto end = end_of_run(run, rows());
+      if (!end || *end > source->size())
+        throw BrokenInput(fmt::format("{}: has {} bytes, but its slices should end at byte {} ({})",
+                                      source->name(), source->size(), end ? std::to_string(*end) : "2^64",
+                                      described(info().dims, info().type)));
+    }
   }
 
   std::uint64_t bytes_read() const override { return bytes_read_; }
@@ -39,32 +50,10 @@ class Placed final : public VolumeSource {
     return {static_cast<std::uint64_t>(info().dims.x) * size_of(info().type), info().dims.y};
   }
 
-  static SourceFacts with_traits(SourceFacts facts) {
-    std::uint64_t names = 0;
-    for (const std::string& file : facts.files) names += sizeof file + file.size();
-    facts.traits = {.again = true,
-                    .any_rows = true,
-                    .whole_slices = false,
-                    .memory = names + facts.places.size() * (sizeof(SliceRun) + sizeof(std::int64_t))};
-    return facts;
-  }
-
-  /// What is wrong with one of the files is found before anything is written.
-  void check_files() {
-    for (const SliceRun& run : runs()) {
-      const FileSource& source = file(run.file);
-      const auto end = end_of_run(run, rows());
-      if (!end || *end > source.size())
-        throw BrokenInput(fmt::format("{}: has {} bytes, but its slices should end at byte {} ({})",
-                                      source.name(), source.size(), end ? std::to_string(*end) : "2^64",
-                                      described(info().dims, info().type)));
-    }
-  }
-
   const FileSource& file(std::size_t number) {
     if (file_ && number_ == number) return *file_;
-    file_.reset();  // one open file at a time
-    file_.emplace(files()[number]);
+    file_.reset();  // of thousands, one is open at a time
+    file_ = facts().opened->file(number);
     number_ = number;
     return *file_;
   }
@@ -99,7 +88,7 @@ class Placed final : public VolumeSource {
 
   std::vector<std::int64_t> ends_;  // the slice after each run
   std::uint64_t bytes_read_ = 0;
-  std::optional<FileSource> file_;
+  std::shared_ptr<const FileSource> file_;
   std::size_t number_ = 0;  // of file_
 };
 
@@ -230,7 +219,19 @@ class Joined final : public VolumeSource {
 
 std::unique_ptr<VolumeSource> placed_samples(SourceFacts facts, std::vector<SliceRun> runs) {
   facts.places = std::move(runs);
-  return std::make_unique<Placed>(std::move(facts));
+  facts.opened = std::make_shared<OpenFiles>(facts.files);
+  facts.traits = {.again = true,
+                  .any_rows = true,
+                  .whole_slices = false,
+                  .memory = OpenFiles::memory(facts.files) +
+                            facts.places.size() * (sizeof(SliceRun) + sizeof(std::int64_t))};
+  auto volume = std::make_unique<Placed>(std::move(facts));
+  volume->check_files();
+  return volume;
+}
+
+std::unique_ptr<VolumeSource> placed_samples_again(const SourceFacts& facts) {
+  return std::make_unique<Placed>(facts);
 }
 
 std::unique_ptr<VolumeSource> joined(SourceFacts facts, std::int64_t parts, OpenPart open) {

@@ -74,6 +74,12 @@ std::size_t columns_of_terminal() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 ? std::string::npos : size.ws_col;
 }
 
+std::size_t most_open_files() {
+  constexpr rlim_t most = 8192, least = 64;
+  rlimit limit;
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? std::clamp(limit.rlim_cur, least, most) : least;
+}
+
 bool fill_with_random(std::span<unsigned char> bytes) {
   return uninterrupted([&] { return getrandom(bytes.data(), bytes.size(), 0); }) ==
          static_cast<ssize_t>(bytes.size());

@@ -38,6 +38,8 @@ void occupy_standard_streams();
 /// output was, or nullptr.
 std::FILE* divert_standard_output();
 
+/// How many files this process may have open, but at most 8192.
+std::size_t most_open_files();
 /// Fills `bytes` with numbers that nobody can guess. Returns false if the system gives none; errno says why.
 bool fill_with_random(std::span<unsigned char> bytes);
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -57,6 +58,8 @@ inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
 inline constexpr std::string_view every_volume = "all";
 
 /// The user's description of a volume that does not describe itself.
+struct SourceFacts;
+
 struct SourceDescription {
   SourceDescription() = default;
   explicit SourceDescription(const std::optional<RawDescription>& description, std::string grid = "")
@@ -76,6 +79,9 @@ struct SourceDescription {
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;
+  /// The facts about this very volume, if it was opened a moment ago and its files are known not to have changed:
+  /// then opening it need not look at them again. See facts_to_open_again().
+  std::shared_ptr<const SourceFacts> known = nullptr;
 };
 
 /// The bytes of a volume's samples; nothing if a size is not positive, or for 2^62 or more bytes.

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/open_files.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"
 #include "io/volume/volume_info.h"
@@ -60,6 +61,8 @@ struct SourceFacts {
   std::string scale_doubt = "";
   /// Where all samples lie in the files, from front to back; empty if they do not lie there plainly.
   std::vector<SliceRun> places = {};
+  /// The files, if several readers share them.
+  std::shared_ptr<OpenFiles> opened = nullptr;
   /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if
   /// nobody can tell. Throws as opening the source does.
   std::function<PlainForm()> plain_form = {};

@@ -10,8 +10,15 @@ namespace tagrid {
 TAGRID_MEMBERS(Index3, x, y, z)
 TAGRID_MEMBERS(RawDescription, dims, type, big_endian, offset)
 TAGRID_MEMBERS(GivenSpacing, distances, unit, overrides)
-TAGRID_MEMBERS(SourceDescription, raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside,
-               dataset, reader_memory)
+/// All but what only the process that has opened the volume knows.
+template <class Of>
+requires std::same_as<std::remove_const_t<Of>, SourceDescription>
+auto members_of(Of& of) {
+  auto& [raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside, dataset, reader_memory,
+         known] = of;
+  return std::tie(raw, spacing, vdb_grid, from, series, all_volumes, gaps_ok, data_outside, dataset,
+                  reader_memory);
+}
 TAGRID_MEMBERS(Resources, threads, memory, besides, processes, spool)
 
 TAGRID_MEMBERS(PartOrder, input, source, folder, record, resources, code_after_signal)
@@ -22,8 +29,14 @@ TAGRID_MEMBERS(WrittenNumbers, rule, is_range_known)
 TAGRID_MEMBERS(ValueRule, from, to, slopes, intercepts)
 TAGRID_MEMBERS(VerifyOrder, input, original, source, resources)
 
-TAGRID_MEMBERS(ContentOrder, source, exact, resources)
-TAGRID_MEMBERS(SourceFiles, files, names, pieces, paths, shape, compression, why_not, warnings)
+TAGRID_MEMBERS(ContentOrder, source, paths, exact, resources)
+/// All but the open files.
+template <class Of>
+requires std::same_as<std::remove_const_t<Of>, SourceFiles>
+auto members_of(Of& of) {
+  auto& [files, names, pieces, opened, shape, compression, why_not, warnings] = of;
+  return std::tie(files, names, pieces, shape, compression, why_not, warnings);
+}
 TAGRID_MEMBERS(SampleShape, dims, type)
 TAGRID_MEMBERS(EnvelopeFile, name, size, is_changed, checksum, slices)
 TAGRID_MEMBERS(SlicesInFile, first_slice, run, spare)

@@ -101,16 +101,18 @@ SourceFiles only(const SourceFiles& all, std::size_t first, std::size_t end) {
   SourceFiles some;
   some.shape = all.shape;
   std::map<std::size_t, std::size_t> numbers;  // of paths, there and here
+  std::vector<std::string> paths;
   for (std::size_t i = first; i < end; ++i) {
     some.files.push_back(all.files[i]);
     some.pieces.push_back(all.pieces[i]);
     for (PlainPiece& piece : some.pieces.back()) {
       if (piece.kind != PlainPiece::Kind::stretch && piece.kind != PlainPiece::Kind::content) continue;
-      const auto [number, is_new] = numbers.emplace(piece.file, some.paths.size());
-      if (is_new) some.paths.push_back(all.paths[piece.file]);
+      const auto [number, is_new] = numbers.emplace(piece.file, paths.size());
+      if (is_new) paths.push_back(all.opened->paths()[piece.file]);
       piece.file = number->second;
     }
   }
+  some.opened = std::make_shared<OpenFiles>(std::move(paths));
   return some;
 }
 
@@ -201,6 +203,7 @@ void look_at_share(Ranks& ranks, ContentOrder& order) {
   const auto rank = static_cast<std::size_t>(ranks.rank());
   SourceFiles own;
   all_do(ranks, [&] {
+    if (!order.source.opened) order.source.opened = std::make_shared<OpenFiles>(order.paths);
     own = only(order.source, begin_of(rank), begin_of(rank + 1));
     look_at_contents(own, order.exact, of_this_rank(ranks, order.resources).threads);
   });
@@ -213,7 +216,8 @@ void look_at_share(Ranks& ranks, ContentOrder& order) {
 void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resources& resources) {
   for (std::size_t first = 0; first < source.files.size(); first += files_at_once) {
     const std::size_t end = std::min(first + files_at_once, source.files.size());
-    ContentOrder order{only(source, first, end), exact, resources};
+    ContentOrder order{only(source, first, end), {}, exact, resources};
+    order.paths = order.source.opened->paths();
     send_order(ranks, order);
     look_at_share(ranks, order);
     std::ranges::move(order.source.files, source.files.begin() + static_cast<std::ptrdiff_t>(first));

@@ -28,8 +28,9 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progre
 /// Some files of a source, of whose content each rank looks at a share.
 struct ContentOrder {
   SourceFiles source;
-  bool exact = false;      ///< see look_at_content()
-  Resources resources{0};  ///< per rank
+  std::vector<std::string> paths;  ///< of the files of the source, which each rank opens
+  bool exact = false;              ///< see look_at_content()
+  Resources resources{0};          ///< per rank
 };
 
 /// Looks at the content of all files of a source, on all ranks. Called by rank 0; the others call serve().

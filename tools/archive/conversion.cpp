@@ -175,7 +175,9 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
-  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop, meter};
+  LateSyncs syncs(account != nullptr ? &account->results : nullptr);
+  const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop, meter,
+                          syncs};
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
@@ -188,14 +190,16 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
     } catch (const std::exception&) {
       record.fail(ranks.machine());
     }
+    syncs.sync_if_due();
     shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error});
   };
   shared.take = [&](const Bytes& bytes) {
     const auto done = unpacked_order<DoneLine>(bytes);
-    account->results.append(done.record);
+    syncs.append(done.record);
     account->settle(order.lines.at(done.index), done.record, done.error);
   };
   share_out(ranks, shared);
+  all_do(ranks, [&] { syncs.sync(); });
 }
 
 }  // namespace

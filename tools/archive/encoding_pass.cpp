@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 
@@ -125,9 +126,11 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
   require_own_folders(pass.options.output_dir, volume.line.output);
   require_file_or_folder(volume.input);
   require_lasting_choice(volume.input, volume.asked.source);
+  const std::time_t now = std::time(nullptr);
   volume.source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(volume.source->files());
   volume.watched = std::make_unique<UnchangedFiles>(volume.source->files());
+  volume.asked.source.known = facts_to_open_again(*volume.source, now);
   volume.headerless = volume.source->facts().headerless;
   const KnownOutput* known = pass.known.find(volume.line.output);
   if (known != nullptr && !other_volume(*known, volume.files).empty()) return archive::Input::other;
@@ -275,7 +278,7 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
 /// Encodes the volume. Returns false if another run made the output in the meantime.
 bool encode_alone(const EncodingPass& pass, const Volume& volume, bool overwrite, const archive::Facts& facts,
                   ordered_json& record) {
-  make_own_folders(pass.options.output_dir, volume.line.output);
+  make_own_folders(pass.options.output_dir, volume.line.output, &pass.syncs);
   try {
     encode(pass, volume, overwrite, facts, record);
     return true;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/archive/conversion.h"
+#include "tools/archive/late_syncs.h"
 #include "tools/archive/records.h"
 
 namespace tagrid {
@@ -16,6 +17,7 @@ struct EncodingPass {
   KnownOutputs& known;
   const std::atomic<bool>& stop;  ///< If it becomes true, no result is needed: encode_line() throws Stopped.
   ListMeter& meter;
+  LateSyncs& syncs;
 };
 
 /// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips this

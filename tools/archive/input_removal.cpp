@@ -88,7 +88,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
 }
 
 void require_untouched(const UnchangedFiles& files) {
-  files.require();
+  files.require_opened();
   if (const std::string file = files.touched(); !file.empty())
     throw BrokenInput(
         file + ": was changed, linked or given other permissions after it was verified; nothing is removed");

@@ -15,6 +15,7 @@
 #include "io/system/files.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
+#include "tools/archive/late_syncs.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/failure.h"
 
@@ -181,12 +182,13 @@ void require_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, is_own_folder);
 }
 
-void make_own_folders(const std::string& root, const std::string& output) {
-  for_each_folder(root, output, [](const std::string& folder) {
-    // Another process may create the directory at the same time. It is durable when either process returns.
+void make_own_folders(const std::string& root, const std::string& output, LateSyncs* later) {
+  for_each_folder(root, output, [later](const std::string& folder) {
+    // Another process may create the directory at the same time. Either process makes it durable.
     if (!is_own_folder(folder) && !files().make_folder(folder) && errno != EEXIST)
       throw world_error("cannot create the directory", folder, errno);
     is_own_folder(folder);
+    if (later != nullptr) return later->add(folder_of(folder));
     if (const int error = sync_folder(folder_of(folder)); error != 0)
       throw world_error("cannot sync its parent directory", folder, error);
   });

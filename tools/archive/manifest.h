@@ -10,6 +10,8 @@
 
 namespace tagrid {
 
+class LateSyncs;
+
 struct ManifestLine {
   std::size_t number = 0;  ///< in the file, from 1
   std::string name;   ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
@@ -42,8 +44,8 @@ std::string output_mirroring(const std::string& listed, bool is_folder);
 /// would leave `root`, or have a second name there. Folders may be missing.
 void require_own_folders(const std::string& root, const std::string& output);
 
-/// Creates the missing folders of `output` below `root`. They are durable when it returns. Throws as
-/// require_own_folders() does, and WorldError.
-void make_own_folders(const std::string& root, const std::string& output);
+/// Creates the missing folders of `output` below `root`. They are durable when it returns, or when `later` has synced.
+/// Throws as require_own_folders() does, and WorldError.
+void make_own_folders(const std::string& root, const std::string& output, LateSyncs* later = nullptr);
 
 }  // namespace tagrid

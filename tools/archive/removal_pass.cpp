@@ -1,6 +1,7 @@
 #include "tools/archive/removal_pass.h"
 
 #include <cerrno>
+#include <ctime>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -247,14 +248,16 @@ void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
   const std::string &output = volume.output, &input = volume.line.input;
   const KnownOutput& known = *volume.known;
   const Encoding was = encoding_of(known.options, options_.run);
-  const SourceDescription& source = was.source;
+  SourceDescription source = was.source;
   if (!is_as_written(known, output)) {
     facts.check = archive::Check::damaged;
     return note_newer_records(known_, volume.line, output, known.record, facts);
   }
   // The current options do not matter, only those of the existing output.
   const double max_error = TagReader(output).parameters().max_error;
+  const std::time_t now = std::time(nullptr);
   const auto original = open_volume(input, source);
+  source.known = facts_to_open_again(*original, now);
   require_replaceable(
       input, {max_error, known.headerless, options_.trust_description, why_not_understood(original->facts())},
       "it is kept");

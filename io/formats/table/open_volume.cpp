@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <vector>
 
@@ -380,6 +381,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
   if (is_address(path))
     throw UsageError(shown_address(path) +
                      ": is an address, and only .tag files are read from servers; download it first");
+  if (source.known) return placed_samples_again(*source.known);
   auto volume = source.series == every_volume ? open_all(path, source) : open_one(path, source);
   volume->set_name(path);
   if (source.spacing) give_spacing(*volume, *source.spacing);
@@ -387,6 +389,18 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
     volume->set_missing_of_voxel_size(missing_of_voxel_size(volume->info().geometry(), true));
   keep_doubts(*volume, path);
   return volume;
+}
+
+std::shared_ptr<const SourceFacts> facts_to_open_again(const VolumeSource& volume, std::time_t opened) {
+  // Times of files have steps, and clocks of file servers may be slow.
+  constexpr std::int64_t doubt = 3;  // s
+  const SourceFacts& facts = volume.facts();
+  if (!facts.opened) return nullptr;
+  for (const std::string& file : facts.files) {
+    const auto status = status_of(file);
+    if (!status || status->changed.seconds + doubt > opened) return nullptr;
+  }
+  return std::make_shared<const SourceFacts>(facts);
 }
 
 namespace {

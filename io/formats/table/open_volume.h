@@ -1,6 +1,7 @@
 // Volumes from files of any format, and from pipes.
 #pragma once
 
+#include <ctime>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,11 @@ namespace tagrid {
 /// of them, are read by reader programs (docs/readers.md). Anything else needs `raw`, or a reader that has
 /// the name of the file's extension. `source.from` names the format instead. File sizes are checked at once.
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source = {});
+
+/// What SourceDescription::known can be of a volume that was opened at this time; nothing if it must be looked at
+/// again: if its samples do not lie plainly in files, or if a file was changed so shortly before that it may have
+/// been changed while it was looked at. Throws WorldError.
+std::shared_ptr<const SourceFacts> facts_to_open_again(const VolumeSource& volume, std::time_t opened);
 
 /// The format of a file that can be read, by its content, or by its name if a program reads it; nullptr if it
 /// has none of these. Throws WorldError.

@@ -305,14 +305,15 @@ TEST_F(PlainBytesOfStreams, AreCheckedToTheEnd) {
   const std::vector<PlainPiece> pieces = {PlainPiece::content(0, 0, samples.size()),
                                           PlainPiece::given("end")};
   std::vector<std::byte> bytes(samples.size() + 3);
-  PlainBytes(pieces, {file("whole.gz", packed)}).read_at(0, bytes);
+  OpenFiles whole({file("whole.gz", packed)});
+  PlainBytes(pieces, whole).read_at(0, bytes);
   EXPECT_EQ(bytes.front(), std::byte{'a'});
   EXPECT_EQ(bytes.back(), std::byte{'d'});
   packed[packed.size() - 8] ^= 1;  // of the checksum
-  EXPECT_THROW(PlainBytes(pieces, {file("damaged.gz", packed)}).read_at(0, bytes), BrokenInput);
-  EXPECT_THROW(PlainBytes({PlainPiece::content(0, 0, 999)}, {path("whole.gz")})
-                   .read_at(0, std::span(bytes).first(999)),
-               BrokenInput);
+  OpenFiles damaged({file("damaged.gz", packed)});
+  EXPECT_THROW(PlainBytes(pieces, damaged).read_at(0, bytes), BrokenInput);
+  const std::vector<PlainPiece> shorter = {PlainPiece::content(0, 0, 999)};
+  EXPECT_THROW(PlainBytes(shorter, whole).read_at(0, std::span(bytes).first(999)), BrokenInput);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/held_files.h"
 #include "io/files/slice_files.h"
+#include "tests/support/memory_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -136,6 +137,34 @@ TEST_F(LineFileTest, LinesAreThereAtOnceAndFollowThoseOfEarlierRuns) {
   }
   LineFile(path("a")).append("two");
   EXPECT_EQ(content("a"), "one\n\ntwo\n");
+}
+
+/// Files of this test, whose syncs may fail.
+class SyncsFail : public MemoryFiles {
+ public:
+  bool fails = false;
+  bool sync(int file) override {
+    if (!fails) return MemoryFiles::sync(file);
+    errno = EIO;
+    return false;
+  }
+};
+
+TEST_F(LineFileTest, LaterLinesAreTakenBackIfTheyCannotBeMadeDurable) {
+  SyncsFail memory;
+  memory.add_folder("/memory");
+  const FilesInstead instead(memory);
+  LineFile lines("/memory/a");
+  lines.append("one");
+  lines.append_later("two");
+  EXPECT_EQ(memory.content("/memory/a"), "one\ntwo\n");
+  memory.fails = true;
+  EXPECT_THROW(lines.sync(), WorldError);
+  EXPECT_EQ(memory.content("/memory/a"), "one\n");
+  memory.fails = false;
+  lines.append_later("three");
+  lines.sync();
+  EXPECT_EQ(memory.content("/memory/a"), "one\nthree\n");
 }
 
 TEST_F(LineFileTest, HalfALineAtTheEndIsCutOff) {

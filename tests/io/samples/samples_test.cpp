@@ -1,6 +1,7 @@
 // Samples of a source: placed in its files, and spooled.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <random>
 
 #include "io/bytes/little_endian.h"
@@ -66,6 +67,12 @@ TEST_F(Placed, AnyRowsAreWhatLiesThere) {
     source->finish();
     ASSERT_EQ(all, truth);
     EXPECT_EQ(source->bytes_read(), truth.size());
+    // Once more, from the same files: while somebody else reads, and after they have lost their names.
+    const auto again = placed_samples_again(source->facts());
+    for (const std::string& name : files) std::filesystem::remove(name);
+    std::string same(truth.size(), '\0');
+    again->read_slices(reinterpret_cast<std::byte*>(same.data()), dims.z);
+    ASSERT_EQ(same, truth);
     for (int i = 0; i < 50; ++i) {
       const std::int64_t z = below(static_cast<std::uint64_t>(dims.z)),
                          y = below(static_cast<std::uint64_t>(dims.y));

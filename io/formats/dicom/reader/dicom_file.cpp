@@ -3,12 +3,10 @@
 // The configuration comes first.
 #include <dcmtk/config/osconfig.h>
 
-#include <dcmtk/dcmdata/dcistrmf.h>
 #include <dcmtk/dcmdata/dctk.h>
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -20,6 +18,7 @@
 #include "io/files/file_bytes.h"
 #include "io/formats/dicom/reader/attributes.h"
 #include "io/formats/dicom/reader/data_set.h"
+#include "io/formats/dicom/reader/header_stream.h"
 #include "io/formats/dicom/reader/pixel_element.h"
 #include "io/formats/dicom/reader/transfer_syntax.h"
 #include "io/programs/stored_samples.h"
@@ -71,12 +70,9 @@ std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
 }
 
 /// As many bytes as tell a DICOM file from others.
-std::string beginning_of(const std::string& path) {
-  std::string beginning(132, '\0');
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw world_error("cannot open", path, errno);
-  file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
-  beginning.resize(static_cast<std::size_t>(file.gcount()));
+std::string beginning_of(const FileSource& file) {
+  std::string beginning(std::min<std::size_t>(132, file.size()), '\0');
+  file.read_at(0, std::as_writable_bytes(std::span(beginning)));
   return beginning;
 }
 
@@ -116,11 +112,9 @@ std::string syntax_of(DcmFileFormat& format, DicomFile& file) {
 }
 
 /// More frames cannot be in the file: a frame has at least a byte, or the head of a fragment.
-std::uint64_t most_frames(const std::string& path, const DicomFile& file) {
+std::uint64_t most_frames(const FileSource& bytes, const DicomFile& file) {
   constexpr std::uint64_t most = std::uint64_t{1} << 31;
-  return transfer_syntax(file.pixels.syntax).use == SyntaxUse::deflated
-             ? most
-             : std::min(most, FileSource(path).size());
+  return transfer_syntax(file.pixels.syntax).use == SyntaxUse::deflated ? most : std::min(most, bytes.size());
 }
 
 void read_concatenation(DcmDataset& dataset, DicomFile& file) {
@@ -131,7 +125,7 @@ void read_concatenation(DcmDataset& dataset, DicomFile& file) {
 
 /// Finds the places of samples, if possible. `offset` is the byte after the head of the pixels; in a deflated
 /// file, it counts inflated bytes.
-void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
+void find_samples(const DcmXfer& found, std::uint64_t offset, const FileSource& bytes, DicomFile& file) {
   DicomPixels& pixels = file.pixels;
   if (!pixels.unsupported.empty()) return;
   const TransferSyntax syntax = transfer_syntax(pixels.syntax);
@@ -140,7 +134,6 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
     return;
   }
   try {
-    const FileSource bytes(file.path);
     const auto length = pixel_length(bytes, offset, found.isExplicitVR(), pixels.big_endian);
     if (!length && syntax.has_fragments()) {
       if (syntax.use == SyntaxUse::plain_fragments) return find_plain_fragments(file, bytes, offset);
@@ -166,15 +159,17 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
 
 /// `series` receives the UID as soon as it is known.
 std::optional<DicomFile> read(const std::string& path, std::string& series) {
-  const std::string beginning = beginning_of(path);
+  const FileSource bytes(path);
+  const std::string beginning = beginning_of(bytes);
   const bool is_sure = has_magic(beginning);
   if (!is_sure && !may_be_dataset(beginning)) return std::nullopt;
-  DcmInputFileStream stream(path.c_str());
+  HeaderStream stream(bytes);
   DcmFileFormat format;
   format.transferInit();
   const OFCondition result =
       format.readUntilTag(stream, EXS_Unknown, EGL_noChange, longest_value, DCM_PixelData);
   format.transferEnd();
+  stream.require_good();
   DcmDataset& dataset = *format.getDataset();
   const bool has_size = dataset.tagExists(DCM_Rows) && dataset.tagExists(DCM_Columns);
   if (!is_sure && (result.bad() || !dataset.tagExists(DCM_SOPClassUID))) return std::nullopt;
@@ -193,10 +188,10 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   file.is_mr = text_of(dataset, DCM_Modality) == "MR";
   if (const auto values = values_of(image_type); values.size() > 2) file.image_type = values[2];
   read_pixel_facts(dataset, syntax_of(format, file), file);
-  read_frames(dataset, most_frames(path, file), file);
+  read_frames(dataset, most_frames(bytes, file), file);
   read_concatenation(dataset, file);
   file.pixels.unsupported = why_not_readable(dataset, file);
-  find_samples(DcmXfer(dataset.getOriginalXfer()), offset, file);
+  find_samples(DcmXfer(dataset.getOriginalXfer()), offset, bytes, file);
   file.pixels.lossy = lossy_compression(dataset, file);
   note_stream_without_sign(file);
   file.texts = texts_of(dataset);
@@ -219,7 +214,7 @@ bool is_name_of_dicomdir(std::string_view name) {
 }
 
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path) {
-  if (!has_magic(beginning_of(path))) return std::nullopt;
+  if (!has_magic(beginning_of(FileSource(path)))) return std::nullopt;
   DcmFileFormat format;
   const OFCondition result = format.loadFileUntilTag(path.c_str(), EXS_Unknown, EGL_noChange, longest_value,
                                                      ERM_autoDetect, DCM_PixelData);

@@ -35,9 +35,10 @@ using Files = std::vector<DicomFile>;
 
 class DicomVolume final : public ServedVolume {
  public:
-  DicomVolume(Files all, const DicomSeries& series, const std::string& name) {
+  /// Others still need the images, or not.
+  DicomVolume(Files& all, bool are_needed, const DicomSeries& series, const std::string& name) {
     lasting_name = series.choice.name;
-    take_files(std::move(all), series);
+    take_files(all, are_needed, series);
     add_notes(name);
     const DicomPixels& pixels = files_[slices_.front().file].pixels;
     dims = {pixels.columns, pixels.rows, static_cast<std::int64_t>(slices_.size())};
@@ -167,11 +168,11 @@ class DicomVolume final : public ServedVolume {
   }
 
   /// Keeps the files of the series only, in the order of its slices.
-  void take_files(Files all, const DicomSeries& series) {
+  void take_files(Files& all, bool are_needed, const DicomSeries& series) {
     std::map<std::size_t, std::size_t> numbers;
     for (const DicomSlice& slice : series.slices) {
       const auto [found, is_new] = numbers.emplace(slice.file, files_.size());
-      if (is_new) files_.push_back(std::move(all[slice.file]));
+      if (is_new) files_.push_back(are_needed ? all[slice.file] : std::move(all[slice.file]));
       slices_.push_back({found->second, slice.frame});
     }
     const auto is_whole = [](const DicomFile& file) { return !file.pixels.is_cut; };
@@ -266,11 +267,12 @@ DicomSeries series_wanted(const std::string& path, const std::string& wanted, co
 /// chooses one by its UID or its number. Values with a slope of 1 are given as they are meant (Hounsfield
 /// units), if 16 bits hold them; others as they are stored.
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
-  ImageFiles files = image_files_at(path);
-  std::vector<DicomSeries> all = series_of(files.images);
-  DicomSeries series = series_wanted(path, option(options, "series"), files, all);
-  std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
-  auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
+  const auto files = known_image_files_at(path);
+  std::vector<DicomSeries> all = series_of(files->images);
+  DicomSeries series = series_wanted(path, option(options, "series"), *files, all);
+  std::vector<std::string> warnings = warnings_about(path, *files, series, options.contains("gaps-ok"));
+  auto volume = std::make_unique<DicomVolume>(files->images, files.use_count() > 1, series, path);
+  volume->has_others = all.size() > 1;
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;
 }
